@@ -1,0 +1,45 @@
+//! Where views come from: one file a source.
+//!
+//! A [`Source`] yields [`View`]s in capture order: colour, organized depth, intrinsics, and the evidence for the
+//! camera's pose. Simulated and recorded input take the same way through the system as a camera does.
+
+mod error;
+mod view;
+
+pub use error::AcquireError;
+pub use view::{Chain, DepthImage, Intrinsics, PoseEvidence, RecordedLabels, SourceInfo, Turntable, View, ViewTruth};
+
+use semascan_shared::model::Taxonomy;
+
+/// A stream of views of one part.
+pub trait Source: Send {
+    /// What this source is and which classes its labels use.
+    fn info(&self) -> &SourceInfo;
+
+    /// The next view, `None` after the last.
+    ///
+    /// # Errors
+    /// A bad view (corrupt file, missing depth ...) is an error that names the file or field; the next call goes on
+    /// with the view after it.
+    fn next_view(&mut self) -> Option<Result<View, AcquireError>>;
+
+    /// The true surface, where the source knows it.
+    fn truth(&self) -> Option<&TrueMesh> {
+        None
+    }
+}
+
+/// The true surface in the table frame, with labels and defects per vertex.
+#[derive(Clone, Debug, Default)]
+pub struct TrueMesh {
+    /// Vertices in metres, table frame.
+    pub vertices: Vec<[f32; 3]>,
+    /// Triangles, counter-clockwise seen from outside.
+    pub triangles: Vec<[u32; 3]>,
+    /// Component class of each vertex.
+    pub labels: Vec<u16>,
+    /// Defect class of each vertex; 0 = none.
+    pub defects: Vec<u16>,
+    /// Classes the labels refer to.
+    pub taxonomy: Option<Taxonomy>,
+}

@@ -1,0 +1,160 @@
+//! One RGB-D capture and what is known about where it was taken.
+
+use image::RgbImage;
+use nalgebra::{Isometry3, Matrix6, Point3};
+use semascan_shared::model::Taxonomy;
+
+/// Pinhole camera in pixels; `(0, 0)` is the centre of the first pixel. Optical frame: x right, y down, z forward.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Intrinsics {
+    /// Columns.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// Focal length in pixels.
+    pub fx: f64,
+    /// Focal length in pixels.
+    pub fy: f64,
+    /// Principal point in pixels.
+    pub cx: f64,
+    /// Principal point in pixels.
+    pub cy: f64,
+}
+
+impl Intrinsics {
+    /// Point in the camera frame (metres) of pixel `(u, v)` at depth `z` along the optical axis.
+    pub fn unproject(&self, u: f64, v: f64, z: f64) -> Point3<f64> {
+        Point3::new((u - self.cx) / self.fx * z, (v - self.cy) / self.fy * z, z)
+    }
+
+    /// Pixel `(u, v)` of a point in the camera frame; `None` behind the camera.
+    pub fn project(&self, p: &Point3<f64>) -> Option<(f64, f64)> {
+        (p.z > 0.0).then(|| (self.fx * p.x / p.z + self.cx, self.fy * p.y / p.z + self.cy))
+    }
+
+    /// Edge of a pixel's footprint in metres on a surface that faces the camera at depth `z`.
+    pub fn footprint(&self, z: f64) -> f64 {
+        z / (self.fx * self.fy).sqrt()
+    }
+}
+
+/// Depth along the optical axis in metres, row-major; 0 where nothing was measured. Never NaN or negative.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DepthImage {
+    /// Columns.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// `width * height` values.
+    pub metres: Vec<f32>,
+}
+
+impl DepthImage {
+    /// Depth of pixel `(u, v)`, or `None` where nothing was measured.
+    pub fn at(&self, u: u32, v: u32) -> Option<f32> {
+        let z = *self.metres.get((v * self.width + u) as usize)?;
+        (z > 0.0).then_some(z)
+    }
+}
+
+/// The robot's and turntable's readings for one capture (P0 Eq. 1).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Chain {
+    /// End effector in the robot base.
+    pub base_from_ee: Isometry3<f64>,
+    /// Camera on the end effector (hand-eye calibration).
+    pub ee_from_camera: Isometry3<f64>,
+    /// Static turntable frame in the robot base (calibration).
+    pub base_from_tablebase: Isometry3<f64>,
+    /// Turntable angle in radians: `tablebase_from_table = Rz(angle)`.
+    pub table_angle: f64,
+}
+
+/// What is known about the camera's pose before any registration. Covariances are over (rotation, translation) in
+/// radians and metres, in the camera frame.
+#[derive(Clone, Debug, PartialEq)]
+pub enum PoseEvidence {
+    /// Robot and turntable readings.
+    Chain {
+        /// The readings.
+        chain: Chain,
+        /// Their joint uncertainty as a camera-pose covariance.
+        covariance: Matrix6<f64>,
+    },
+    /// The camera's pose in the scene, which then is the table frame.
+    World {
+        /// Camera pose.
+        table_from_camera: Isometry3<f64>,
+        /// Its uncertainty.
+        covariance: Matrix6<f64>,
+    },
+    /// Nothing is known.
+    None,
+}
+
+/// Labels that came with a view: recorded masks or simulated truth. Row-major, one value a pixel.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RecordedLabels {
+    /// Component class; 0 = none.
+    pub components: Vec<u16>,
+    /// Defect class; 0 = none.
+    pub defects: Vec<u16>,
+    /// Instance; 0 = not separated.
+    pub instances: Vec<u16>,
+}
+
+/// What a simulated or laboratory source knows to be true of a view.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ViewTruth {
+    /// The camera's true pose.
+    pub table_from_camera: Isometry3<f64>,
+}
+
+/// One capture.
+#[derive(Clone, Debug)]
+pub struct View {
+    /// Position in the capture order, from 0.
+    pub index: u32,
+    /// Capture time in seconds since the inspection began.
+    pub stamp: f64,
+    /// The camera, for colour and depth alike.
+    pub intrinsics: Intrinsics,
+    /// Colour.
+    pub rgb: RgbImage,
+    /// Depth.
+    pub depth: DepthImage,
+    /// What is known about the pose.
+    pub pose: PoseEvidence,
+    /// Recorded labels, if any.
+    pub labels: Option<RecordedLabels>,
+    /// Truth, if known.
+    pub truth: Option<ViewTruth>,
+}
+
+/// The disc the part stands on, in the table frame: centred on +z, surface at `height`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Turntable {
+    /// Metres.
+    pub radius: f64,
+    /// Metres.
+    pub height: f64,
+}
+
+/// What a source is.
+#[derive(Clone, Debug)]
+pub struct SourceInfo {
+    /// The URI or path it was opened from.
+    pub uri: String,
+    /// The part, for people: `starter motor 7`.
+    pub part: String,
+    /// Classes its labels use.
+    pub taxonomy: Taxonomy,
+    /// Number of views if known.
+    pub view_count: Option<u32>,
+    /// The turntable, if there is one.
+    pub turntable: Option<Turntable>,
+    /// The measuring volume in the table frame (min, max corner, metres); points outside are background.
+    pub volume: Option<(Point3<f64>, Point3<f64>)>,
+    /// Seeds and settings that make the run repeatable, as `key = value`.
+    pub settings: Vec<(String, String)>,
+}

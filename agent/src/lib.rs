@@ -1,0 +1,4 @@
+//! Semascan's edge agent: captures views of a part, segments, registers and fuses them into one semantic 3D model,
+//! and streams it while it grows. The rooms, from the bottom:
+
+pub mod acquire;

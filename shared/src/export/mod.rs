@@ -1,0 +1,1 @@
+//! Writers for point clouds and scenes, the same code in agent and browser.

@@ -1,0 +1,13 @@
+//! What Semascan's edge agent and viewer both speak. Builds natively and for wasm32.
+//!
+//! | module | what |
+//! |---|---|
+//! | [`model`] | classes, the semantic point cloud, the inspection record |
+//! | [`wire`] | the messages of the live stream and the chunk codec |
+//! | [`measure`] | areas and distances, the same figures in agent and viewer |
+//! | [`export`] | PLY and glTF writers |
+
+pub mod export;
+pub mod measure;
+pub mod model;
+pub mod wire;

@@ -1,0 +1,21 @@
+//! The live stream: WebSocket subprotocol `semascan.v1`, binary Protocol Buffers (`proto/*.proto` is the public
+//! contract), and the codec of the chunks that carry the model.
+//!
+//! Everything that arrives is untrusted: [`decode_client`], [`decode_server`] and [`chunk::decode`] check every length
+//! before they allocate.
+
+pub mod chunk;
+mod convert;
+mod limits;
+
+pub use limits::{MAX_CLIENT_MESSAGE, MAX_SERVER_MESSAGE, WireError, decode_client, decode_server};
+pub use v1::*;
+
+/// Name of the WebSocket subprotocol; the version is part of it.
+pub const SUBPROTOCOL: &str = "semascan.v1";
+
+/// The generated messages.
+#[allow(missing_docs, unreachable_pub, clippy::all)]
+mod v1 {
+    include!(concat!(env!("OUT_DIR"), "/semascan.v1.rs"));
+}

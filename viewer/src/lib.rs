@@ -1,0 +1,1 @@
+//! Semascan's viewer: watches the semantic model grow, in any browser.

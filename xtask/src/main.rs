@@ -1,0 +1,3 @@
+//! `cargo xtask demo | test | web | bench`.
+
+fn main() {}
