@@ -5,6 +5,7 @@
 
 mod error;
 mod view;
+pub mod virtual_cell;
 
 pub use error::AcquireError;
 pub use view::{Chain, DepthImage, Intrinsics, PoseEvidence, RecordedLabels, SourceInfo, Turntable, View, ViewTruth};
