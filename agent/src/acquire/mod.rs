@@ -7,6 +7,7 @@ pub mod bop;
 pub mod camera_mask;
 mod error;
 mod view;
+pub mod virtual_cell;
 
 pub use error::AcquireError;
 pub use view::{Chain, DepthImage, Intrinsics, PoseEvidence, RecordedLabels, SourceInfo, Turntable, View, ViewTruth, covariance_of_prior};
