@@ -11,7 +11,7 @@ use gltf::mesh::Mode;
 use image::RgbImage;
 
 use super::super::spec::decode;
-use super::{Piece, bytes};
+use super::{Piece, bytes, glb};
 use crate::acquire::AcquireError;
 
 /// Deepest nesting of nodes; deeper files are cyclic or hostile.
@@ -33,19 +33,21 @@ pub(super) fn read(path: &Path) -> Result<Vec<Piece>, AcquireError> {
         reason,
     };
     let data = bytes(path)?;
-    let gltf =
-        gltf::Gltf::from_slice(&data).map_err(|e| refuse(format!("is no usable glTF: {e}")))?;
+    let unusable = |e: String| refuse(format!("is no usable glTF: {e}"));
+    let (json, mut blob) = glb::split(&data).map_err(unusable)?;
+    glb::check_attributes(json).map_err(unusable)?;
+    let gltf = gltf::Gltf::from_slice(json).map_err(|e| unusable(e.to_string()))?;
     let mut file = File {
         folder: path.parent().unwrap_or(Path::new(".")),
         buffers: Vec::new(),
         pieces: Vec::new(),
         visited: 0,
     };
-    let mut blob = gltf.blob;
     for buffer in gltf.document.buffers() {
         let content = match buffer.source() {
             gltf::buffer::Source::Bin => {
-                blob.take().ok_or_else(|| "has no binary chunk".to_owned())
+                let chunk = blob.take().ok_or_else(|| "has no binary chunk".to_owned());
+                chunk.map(<[u8]>::to_vec)
             }
             gltf::buffer::Source::Uri(uri) => file.resource(uri),
         };

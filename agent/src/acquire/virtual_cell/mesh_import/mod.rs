@@ -4,6 +4,7 @@
 //! component classes when there are between 2 and [`MAX_CLASSES`] of them; a file in one piece is one class. Files are
 //! untrusted: whatever they hold, the answer is a mesh or an error that names the file.
 
+mod glb;
 mod gltf;
 mod obj;
 mod ply;
