@@ -43,6 +43,9 @@ impl ErrorModel {
     };
 }
 
+/// Standard deviation that even a perfect cell states: a microradian and a micrometre.
+const FLOOR: f64 = 1e-6;
+
 /// One capture: what the station reports, how sure it is, and what is true.
 #[derive(Clone, Debug)]
 pub(super) struct StationPose {
@@ -120,7 +123,8 @@ impl Station {
         }
     }
 
-    /// First-order sum of all errors, each carried from the frame it arises in to the camera.
+    /// First-order sum of all errors, each carried from the frame it arises in to the camera; never quite zero, so that
+    /// it can be inverted.
     fn covariance(&self, viewpoint: &Viewpoint) -> Matrix6<f64> {
         let e = &self.errors;
         let camera_from_tablebase = viewpoint.tablebase_from_camera.inverse();
@@ -139,7 +143,8 @@ impl Station {
             0.0,
         ));
         let at_table = adjoint(&camera_from_tablebase);
-        spread(e.hand_eye)
+        Matrix6::identity() * FLOOR.powi(2)
+            + spread(e.hand_eye)
             + carried(adjoint(&camera_from_ee), spread(e.robot))
             + carried(at_table, spread(e.table))
             + carried(at_table, angle)
@@ -235,7 +240,7 @@ mod tests {
                 .norm()
                 < 1e-12
         );
-        assert_eq!(pose.covariance, Matrix6::zeros());
+        assert!(pose.covariance.try_inverse().is_some() && pose.covariance.trace() < 1e-11);
     }
 
     #[test]

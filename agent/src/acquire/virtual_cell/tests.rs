@@ -241,10 +241,10 @@ fn errors_move_the_true_camera_off_the_reported_one() {
         ((turned * in_table - seen).norm(), covariance.trace())
     };
     let (exact, none) = off("seed=4&views=1&errors=none");
-    assert!(exact < 1e-12 && none == 0.0, "{exact}");
+    assert!(exact < 1e-12 && none < 1e-11, "{exact}");
     let (moved, some) = off("seed=4&views=1");
     assert!(
-        (2e-4..5e-3).contains(&moved) && some > 0.0,
+        (2e-4..5e-3).contains(&moved) && some > 1e-7,
         "a point moves by {moved} m"
     );
 }
