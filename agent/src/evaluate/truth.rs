@@ -4,7 +4,7 @@
 //! outliers or background do not belong to the model and are not judged.
 
 use crate::acquire::TrueMesh;
-use crate::acquire::virtual_cell::raycast::SurfaceIndex;
+use crate::acquire::virtual_cell::nearest::SurfaceIndex;
 use rayon::prelude::*;
 use semascan_shared::model::{PointFlags, SemanticCloud};
 
