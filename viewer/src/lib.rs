@@ -1,1 +1,6 @@
 //! Semascan's viewer: watches the semantic model grow, in any browser.
+
+pub mod link;
+pub mod model;
+pub mod render;
+pub mod tools;
