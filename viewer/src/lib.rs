@@ -1,3 +1,7 @@
 //! Semascan's viewer: watches the semantic model grow, in any browser.
 
 pub mod app;
+pub mod link;
+pub mod model;
+pub mod render;
+pub mod tools;
