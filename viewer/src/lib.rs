@@ -3,5 +3,8 @@
 pub mod app;
 pub mod link;
 pub mod model;
+pub mod page;
+#[cfg(target_arch = "wasm32")]
+pub mod panels;
 pub mod render;
 pub mod tools;

@@ -1,20 +1,6 @@
 //! How the model is shown: what the colours mean, the theme, which marked points are drawn.
 
-/// What the colours of the points mean.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub enum ColorMode {
-    /// As the camera saw it.
-    Appearance,
-    /// The component class.
-    #[default]
-    Component,
-    /// The share of the best component class.
-    Confidence,
-    /// The number of views that saw the point.
-    Views,
-    /// The defect class.
-    Defect,
-}
+pub use crate::render::ColorMode;
 
 impl ColorMode {
     /// All modes in the order of the panel and of the number keys.
@@ -46,6 +32,13 @@ impl ColorMode {
             Self::Views => "Views",
             Self::Defect => "Defect",
         }
+    }
+
+    /// The mode `step` places further, round in a circle.
+    pub fn stepped(self, step: i32) -> Self {
+        let here = Self::ALL.iter().position(|m| *m == self).unwrap_or(0) as i32;
+        let there = (here + step % Self::ALL.len() as i32).rem_euclid(Self::ALL.len() as i32);
+        Self::ALL[there as usize]
     }
 
     /// What the colours say, in a sentence.
@@ -118,7 +111,7 @@ pub struct Display {
 impl Default for Display {
     fn default() -> Self {
         Self {
-            color_mode: ColorMode::default(),
+            color_mode: ColorMode::Component,
             theme: Theme::default(),
             system_dark: false,
             outliers: false,
