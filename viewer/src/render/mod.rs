@@ -5,9 +5,12 @@
 //! | [`request`] | what a frame shall show: pure data |
 //! | [`colormap`] | the ramps of confidence and views, shared with the legend |
 //! | [`record`] | a point as the GPU reads it |
-//! | [`pool`] | which part of which data texture belongs to which chunk |
-//! | [`frustum`] | a camera pose as line segments |
+//! | [`pool`], [`thinning`], [`census`] | where a chunk's points lie, in which order, how many of them show |
+//! | [`frustum`], [`axes`] | camera poses and the table frame as line [`segment`]s |
+//! | [`scale`] | round distances of grid lines |
+//! | [`loss`] | losing the device |
 //! | `points`, `background`, `turntable`, `floor`, `lines` | the primitives (browser only) |
+//! | `frame`, `pipeline`, `lookup` | what primitives share (browser only) |
 //! | `gpu`, `self_test`, `renderer` | device and canvas, fallback, the frame (browser only) |
 //!
 //! How a page uses it:
@@ -26,9 +29,47 @@
 //! let stats: FrameStats = renderer.draw(&request)?;   // on demand, at most once per animation frame
 //! ```
 
+pub mod axes;
+pub mod census;
+pub mod colormap;
+pub mod frustum;
+pub mod loss;
+pub mod pool;
+pub mod record;
 pub mod request;
+pub mod scale;
+pub mod segment;
+pub mod thinning;
+
+#[cfg(target_arch = "wasm32")]
+mod background;
+#[cfg(target_arch = "wasm32")]
+mod floor;
+#[cfg(target_arch = "wasm32")]
+mod frame;
+#[cfg(target_arch = "wasm32")]
+mod gpu;
+#[cfg(target_arch = "wasm32")]
+mod lines;
+#[cfg(target_arch = "wasm32")]
+mod lookup;
+#[cfg(target_arch = "wasm32")]
+mod pipeline;
+#[cfg(target_arch = "wasm32")]
+mod points;
+#[cfg(target_arch = "wasm32")]
+mod renderer;
+#[cfg(target_arch = "wasm32")]
+mod self_test;
+#[cfg(target_arch = "wasm32")]
+mod turntable;
 
 pub use request::{
     BackendChoice, CameraFrustum, ClassMask, ColorMode, DrawRequest, HiddenFlags, Palette, Theme,
     Turntable,
 };
+
+#[cfg(target_arch = "wasm32")]
+pub use gpu::Backend;
+#[cfg(target_arch = "wasm32")]
+pub use renderer::{FrameStats, RenderError, Renderer};

@@ -196,12 +196,12 @@ impl OrbitCamera {
 
     /// Transform from the table frame to the view frame (x right, y up, looking along -z).
     pub fn view_from_table(&self) -> Mat4 {
-        Mat4::look_to_rh(self.eye(), self.forward(), Vec3::Z)
+        view::look_to_mat4(self.eye(), self.forward(), Vec3::Z)
     }
 
     /// Perspective projection of the view frame to clip space, depth 0..1.
     pub fn clip_from_view(&self, near: f32, far: f32) -> Mat4 {
-        Mat4::perspective_rh(FOV_Y, self.viewport.x / self.viewport.y, near, far)
+        proj::directx::perspective(FOV_Y, self.viewport.x / self.viewport.y, near, far)
     }
 
     /// Near and far planes (metres from the eye) that hold `scene` entirely, as tight as depth precision likes.
