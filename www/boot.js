@@ -36,9 +36,9 @@
     try {
       const viewer = await import("./semascan_viewer.js");
       await viewer.default();
-      viewer.start();
+      const page = viewer.start();
       // A hook for the browser tests: loses the connection as a broken network would.
-      window.semascanTest = { cutLink: () => viewer.test_cut_link() };
+      window.semascanTest = { cutLink: () => page.cut_link() };
     } catch (error) {
       console.error(error);
       fail("The viewer could not be loaded", String(error?.message ?? error));

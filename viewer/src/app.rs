@@ -43,6 +43,8 @@ use views::Views;
 pub struct AppState {
     /// The link to the agent.
     pub connection: Connection,
+    /// How often a lost connection was resumed by difference.
+    pub resumptions: u32,
     /// The graphics device.
     pub gpu: Gpu,
     /// What is being inspected; the default before the first connection.
@@ -78,6 +80,7 @@ impl AppState {
                     && inspection.id == self.inspection.id
                     && inspection.epoch == self.inspection.epoch
                 {
+                    self.resumptions = self.resumptions.saturating_add(1);
                     self.legend.set_taxonomy(&inspection);
                     self.inspection = inspection;
                 } else {
@@ -90,6 +93,9 @@ impl AppState {
             Event::Progress(progress) => {
                 let before = self.progress.phase;
                 self.progress.update(progress);
+                if self.progress.phase != Phase::Running {
+                    self.timings.idle();
+                }
                 self.announce_phase(before);
             }
             Event::Stage(stage) => self.timings.stage(&stage),

@@ -62,7 +62,7 @@ fn a_resumed_connection_keeps_the_views_and_a_new_inspection_drops_them() {
     });
     assert_eq!(state.views.iter().len(), 2, "a lost link loses nothing");
     state.reduce(connected(motor(), true));
-    assert_eq!(state.views.iter().len(), 2);
+    assert_eq!((state.views.iter().len(), state.resumptions), (2, 1));
     state.reduce(connected(inspection("b", 0, &["housing", "pinion"]), true));
     assert_eq!(
         state.views.iter().len(),

@@ -94,6 +94,11 @@ impl Timings {
         }
     }
 
+    /// Nothing runs any more.
+    pub(super) fn idle(&mut self) {
+        self.active = Default::default();
+    }
+
     /// What is known of a stage.
     pub fn of(&self, stage: Stage) -> StageTime {
         let Some(i) = position(stage) else {

@@ -1,8 +1,9 @@
 //! Export of what is visible of the model.
 
 use super::icons::{DOWNLOAD, Icon};
-use super::{Command, ExportFormat, Ui};
+use super::{Command, Ui};
 use crate::app::units;
+use crate::page::exports::ExportFormat;
 use leptos::prelude::*;
 
 /// One button a format.
@@ -43,7 +44,7 @@ pub(super) fn ExportPanel(ui: Ui) -> impl IntoView {
             </header>
             <div class="buttons">
                 {button(ExportFormat::Ply, "export-ply", "PLY", "point cloud")}
-                {button(ExportFormat::Glb, "export-glb", "GLB", "scene by component")}
+                {button(ExportFormat::Glb, "export-glb", "GLB", "scene")}
             </div>
             <p class="empty">{what}</p>
         </section>

@@ -85,7 +85,7 @@ fn LegendRow(ui: Ui, class: u16) -> impl IntoView {
             </th>
             <td class="is-figure">{move || of(|r| units::count(r.figures.points))}</td>
             <td class="is-figure">{move || of(|r| known(r, || units::area(r.figures.area)))}</td>
-            <td class="is-figure">{move || of(|r| known(r, || units::percent(r.figures.confidence)))}</td>
+            <td class="is-figure">{move || of(|r| if r.class.id == 0 { "–".into() } else { known(r, || units::percent(r.figures.confidence)) })}</td>
         </tr>
     }
 }

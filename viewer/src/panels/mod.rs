@@ -8,7 +8,7 @@
 //!
 //! | selector | what |
 //! |---|---|
-//! | `#viewport` | the canvas; `data-backend` (`webgpu`, `webgl2`, `none`), `data-points`, `data-frames`, `data-hash` (16 hex digits), `data-phase`, `data-connection`, `data-inspection`, `data-resumed` |
+//! | `#viewport` | the canvas; `data-backend` (`webgpu`, `webgl2`, `none`), `data-points`, `data-frames`, `data-hash` (16 hex digits), `data-phase`, `data-connection`, `data-inspection`, `data-resumed` (how often a lost connection was resumed by difference) |
 //! | `[data-testid=connection]` | `data-state` = `connecting`, `connected`, `reconnecting`, `refused` |
 //! | `[data-testid=part]` | the part's name |
 //! | `[data-testid=progress]` | `data-phase`, `data-done`, `data-expected`, `data-rejected` |
@@ -41,20 +41,12 @@ mod viewport;
 mod views;
 
 use crate::app::{AppState, Event};
+use crate::page::exports::ExportFormat;
 use crate::tools::CameraInput;
 use leptos::mount::mount_to;
 use leptos::prelude::*;
 use wasm_bindgen::{JsCast, JsValue};
 use web_sys::{Document, HtmlElement};
-
-/// A file to export the model to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ExportFormat {
-    /// A point cloud.
-    Ply,
-    /// A scene with a node by component.
-    Glb,
-}
 
 /// Something a person wants done that is no change of the state alone.
 #[derive(Clone, Copy, Debug, PartialEq)]
