@@ -1,320 +1,290 @@
 //! Everything a point knows besides its voxel, predicted from the points before it in raster order.
 //!
 //! Surfaces are smooth: the voxels around a point that are already told lie on the same patch, carry nearly the same
-//! colour and almost always the same labels. What is told is the difference.
+//! colour and almost always the same labels. What is told is the difference, under models chosen by how much the
+//! neighbours differ among themselves.
 
 use super::model::{Coder, Model, Plane, ResidualModel};
-use super::octahedral;
+use super::neighbours::{COLOR, INNER, NORMAL, Neighbours, SHARES, Surroundings, VIEWS};
 use super::planes::Planes;
+use super::{QUANTA_PER_VOXEL, octahedral};
 
-/// Nodes along an edge of the index grid: a chunk and a border of one.
-const STRIDE: usize = 34;
-
-/// Offsets (dx, dy, dz) of the 13 neighbours that come before a point in raster order, and their weights.
-const BEFORE: [([i32; 3], i32); 13] = [
-    ([-1, 0, 0], 3),
-    ([0, -1, 0], 3),
-    ([0, 0, -1], 3),
-    ([-1, -1, 0], 2),
-    ([1, -1, 0], 2),
-    ([-1, 0, -1], 2),
-    ([1, 0, -1], 2),
-    ([0, -1, -1], 2),
-    ([0, 1, -1], 2),
-    ([-1, -1, -1], 1),
-    ([1, -1, -1], 1),
-    ([-1, 1, -1], 1),
-    ([1, 1, -1], 1),
-];
-
-#[derive(Clone, Debug)]
+/// Adaptive state of all attributes; new for each chunk, because chunks are decoded on their own.
 struct Models {
-    position: Vec<Model>,
-    plane: Vec<Model>,
-    normal: Vec<ResidualModel>,
-    color: Vec<ResidualModel>,
-    changed: Vec<Model>,
-    mark: Vec<ResidualModel>,
-    shares: Vec<ResidualModel>,
-    views: Vec<ResidualModel>,
+    /// By axis and by which of the two face neighbours along it are occupied.
+    tangential: [[Model; 4]; 3],
+    /// Along the normal, by how much is known around.
+    along_normal: [Model; 4],
+    /// Whether the normal is known, by whether the nearest neighbour's is.
+    normal_known: [Model; 2],
+    normal: [[ResidualModel; 2]; 4],
+    color: [[ResidualModel; 3]; 6],
+    changed: [Model; 3],
+    mark: [[ResidualModel; 2]; 4],
+    share: [[ResidualModel; 4]; 4],
+    views: [[ResidualModel; 2]; 3],
 }
 
 impl Models {
     fn new() -> Self {
+        let residual = ResidualModel::new;
         Self {
-            position: vec![Model::uniform(14); 12],
-            plane: vec![Model::uniform(14); 4],
-            normal: vec![ResidualModel::new(); 8],
-            color: vec![ResidualModel::new(); 16],
-            changed: vec![Model::uniform(16); 3],
-            mark: vec![ResidualModel::new(); 8],
-            shares: vec![ResidualModel::new(); 8],
-            views: vec![ResidualModel::new(); 4],
+            tangential: repeat(|| repeat(|| Model::uniform(QUANTA_PER_VOXEL as usize))),
+            along_normal: repeat(|| Model::uniform(QUANTA_PER_VOXEL as usize)),
+            normal_known: repeat(|| Model::uniform(2)),
+            normal: repeat(|| repeat(residual)),
+            color: repeat(|| repeat(residual)),
+            changed: repeat(|| Model::uniform(16)),
+            mark: repeat(|| repeat(residual)),
+            share: repeat(|| repeat(residual)),
+            views: repeat(|| repeat(residual)),
+        }
+    }
+}
+
+fn repeat<T, const N: usize>(mut make: impl FnMut() -> T) -> [T; N] {
+    std::array::from_fn(|_| make())
+}
+
+/// What is the same for the whole chunk and then need not be told point by point.
+struct Shape {
+    /// Shares that are the same everywhere, and their value.
+    constant_shares: [Option<u8>; 4],
+    /// Every normal is known.
+    normals_known: bool,
+    /// No number of views is over 255.
+    few_views: bool,
+}
+
+impl Shape {
+    fn code<C: Coder>(coder: &mut C, planes: &Planes) -> Self {
+        coder.enter(Plane::Shares);
+        let first = planes.shares.first().copied().unwrap_or_default();
+        let mut constant_shares = [None; 4];
+        for (k, constant) in constant_shares.iter_mut().enumerate() {
+            let all = planes.shares.iter().all(|s| s[k] == first[k]);
+            if coder.bits(all.into(), 1) == 1 {
+                *constant = Some(coder.bits(first[k], 8));
+            }
+        }
+        let known = planes.normals.iter().all(|&n| n != octahedral::UNKNOWN);
+        let normals_known = coder.bits(known.into(), 1) == 1;
+        let few_views = coder.bits(planes.views.iter().all(|&v| v < 256).into(), 1) == 1;
+        Self {
+            constant_shares,
+            normals_known,
+            few_views,
         }
     }
 }
 
 /// Codes all columns but the cells, which are known on both sides.
-pub(super) fn code<C: Coder>(coder: &mut C, planes: &mut Planes) {
-    let mut index = vec![0_u16; STRIDE * STRIDE * STRIDE];
-    let at = |cell: u16| {
-        let [x, y, z] = [cell & 31, cell >> 5 & 31, cell >> 10].map(usize::from);
-        ((z + 1) * STRIDE + y + 1) * STRIDE + x + 1
-    };
-    for (i, &cell) in planes.cells.iter().enumerate() {
-        index[at(cell)] = i as u16 + 1;
-    }
-    let steps =
-        BEFORE.map(|([dx, dy, dz], _)| -((dz * STRIDE as i32 + dy) * STRIDE as i32 + dx) as usize);
+pub(super) fn code<C: Coder>(coder: &mut C, planes: &mut Planes, neighbours: &mut Neighbours) {
+    let shape = Shape::code(coder, planes);
     let mut models = Models::new();
+    neighbours.begin(&planes.cells);
     for i in 0..planes.len() {
-        let here = at(planes.cells[i]);
-        let mut near = Near {
-            count: 0,
-            points: [(0, 0); 13],
+        let around = neighbours.around(planes, i);
+        let known = shape.normals_known || normal_known(coder, &mut models, planes, i, &around);
+        planes.normals[i] = match known {
+            true => normal(coder, &mut models, planes.normals[i], &around),
+            false => octahedral::UNKNOWN,
         };
-        for (k, step) in steps.iter().enumerate() {
-            if let Some(j) = index[here - step].checked_sub(1) {
-                near.points[near.count] = (usize::from(j), k);
-                near.count += 1;
-            }
-        }
-        let occupied = |d: i32| usize::from(index[here.wrapping_add_signed(d as isize)] != 0);
-        let s = STRIDE as i32;
-        let around = [
-            [occupied(-1), occupied(1)],
-            [occupied(-s), occupied(s)],
-            [occupied(-s * s), occupied(s * s)],
-        ];
-        normal(coder, &mut models, planes, i, &near);
-        position(coder, &mut models, planes, i, &near, around);
-        color(coder, &mut models, planes, i, &near);
-        rest(coder, &mut models, planes, i, &near);
+        planes.inner[i] = position(
+            coder,
+            &mut models,
+            planes.inner[i],
+            planes.normals[i],
+            &around,
+        );
+        planes.colors[i] = color(coder, &mut models, planes.colors[i], &around);
+        let expected = around
+            .nearest
+            .and_then(|j| planes.marks.get(j))
+            .copied()
+            .unwrap_or_default();
+        planes.marks[i] = marks(coder, &mut models, planes.marks[i], expected, &around);
+        planes.shares[i] = shares(coder, &mut models, planes.shares[i], &shape, &around);
+        planes.views[i] = views(coder, &mut models, planes.views[i], &shape, &around);
+        neighbours.tell(planes, i, &around);
     }
 }
 
-struct Near {
-    count: usize,
-    points: [(usize, usize); 13],
-}
-
-impl Near {
-    fn iter(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
-        self.points[..self.count].iter().copied()
-    }
+fn normal_known<C: Coder>(
+    coder: &mut C,
+    models: &mut Models,
+    planes: &Planes,
+    i: usize,
+    around: &Surroundings,
+) -> bool {
+    coder.enter(Plane::Normal);
+    let known = |j: usize| planes.normals[j] != octahedral::UNKNOWN;
+    let model = &mut models.normal_known[usize::from(around.nearest.is_none_or(known))];
+    coder.symbol(model, known(i).into()) == 1
 }
 
 fn normal<C: Coder>(
     coder: &mut C,
     models: &mut Models,
-    planes: &mut Planes,
-    i: usize,
-    near: &Near,
-) {
+    normal: [u8; 2],
+    around: &Surroundings,
+) -> [u8; 2] {
     coder.enter(Plane::Normal);
-    let mut p = [127u8; 2];
-    let (mut s, mut w, mut spread) = ([0i32; 2], 0, 0);
-    for (j, k) in near.iter() {
-        let n = planes.normals[j];
-        if n == octahedral::UNKNOWN {
-            continue;
-        }
-        let wk = BEFORE[k].1;
-        if w > 0 {
-            spread =
-                spread.max((s[0] / w - i32::from(n[0])).abs() + (s[1] / w - i32::from(n[1])).abs());
-        }
-        w += wk;
-        for a in 0..2 {
-            s[a] += wk * i32::from(n[a]);
-        }
-    }
-    if w > 0 {
-        p = s.map(|c| ((c + w / 2) / w) as u8);
-    } else if i > 0 {
-        p = planes.normals[i - 1];
-    }
-    let ctx = match spread {
-        0..=3 => 0,
-        4..=15 => 1,
-        16..=40 => 2,
+    let context = match around.spread[NORMAL] + around.spread[NORMAL + 1] {
+        0..=5 if around.count > 1 => 0,
+        6..=16 => 1,
+        17..=44 => 2,
         _ => 3,
     };
-    let mut n = planes.normals[i];
-    for a in 0..2 {
-        n[a] = models.normal[ctx * 2 + a].code(coder, n[a], p[a]);
+    let mut told = [0; 2];
+    for (k, model) in models.normal[context].iter_mut().enumerate() {
+        told[k] = model.code(coder, normal[k], around.mean[NORMAL + k] as u8);
     }
-    planes.normals[i] = n;
+    told
 }
 
+/// Two coordinates as they come, the third from the plane through the neighbours: along the axis nearest to the normal
+/// the surface leaves little freedom.
 fn position<C: Coder>(
     coder: &mut C,
     models: &mut Models,
-    planes: &mut Planes,
-    i: usize,
-    near: &Near,
-    around: [[usize; 2]; 3],
-) {
+    inner: [u8; 3],
+    normal: [u8; 2],
+    around: &Surroundings,
+) -> [u8; 3] {
     coder.enter(Plane::Position);
-    let n = planes.normals[i];
-    let mut q = planes.inner[i];
-    let (nx, ny) = (i32::from(n[0]) - 127, i32::from(n[1]) - 127);
-    let mut nv = [nx, ny, 127 - nx.abs() - ny.abs()];
-    if nv[2] < 0 {
-        let (x, y) = (nv[0], nv[1]);
-        nv[0] = (127 - y.abs()) * if x < 0 { -1 } else { 1 };
-        nv[1] = (127 - x.abs()) * if y < 0 { -1 } else { 1 };
+    let direction = octahedral::direction(normal);
+    let steepest = (0..3)
+        .max_by_key(|&a| direction[a].abs())
+        .filter(|_| around.count > 0 && direction != [0; 3]);
+    let mut told = [0; 3];
+    let mut slope = 0;
+    for a in (0..3).filter(|&a| Some(a) != steepest) {
+        let [below, above] = around.faces[a];
+        let model = &mut models.tangential[a][usize::from(below) * 2 + usize::from(above)];
+        told[a] = coder.symbol(model, inner[a]);
+        slope += direction[a] * (i32::from(around.mean[INNER + a]) - i32::from(told[a]));
     }
-    let known = n != octahedral::UNKNOWN && near.count > 0;
-    let dom = if !known {
-        3
-    } else {
-        let m = nv.map(i32::abs);
-        if m[0] >= m[1] && m[0] >= m[2] {
-            0
-        } else if m[1] >= m[2] {
-            1
-        } else {
-            2
-        }
-    };
-    for a in 0..3 {
-        if a == dom {
-            continue;
-        }
-        let ctx = a * 4 + around[a][0] * 2 + around[a][1];
-        q[a] = coder.symbol(&mut models.position[ctx], q[a]);
-    }
-    if dom < 3 {
-        let mut sum = 0i32;
-        let mut w = 0;
-        for (j, k) in near.iter() {
-            let (d, wk) = BEFORE[k];
-            let u = planes.inner[j];
-            let rel = [0, 1, 2].map(|a| 14 * d[a] + i32::from(u[a]));
-            let mut t = 0;
-            for a in 0..3 {
-                if a != dom {
-                    t += nv[a] * (rel[a] - i32::from(q[a]));
-                }
-            }
-            sum += wk * (rel[dom] * 16 + 16 * t / nv[dom]);
-            w += wk;
-        }
-        let pred = ((sum + 8 * w).div_euclid(16 * w)).clamp(0, 13);
-        let ctx = match w {
+    if let Some(a) = steepest {
+        let quanta = QUANTA_PER_VOXEL;
+        let predicted =
+            (i32::from(around.mean[INNER + a]) + slope / direction[a]).clamp(0, quanta - 1);
+        let context = match around.weight {
             0..=2 => 0,
             3..=5 => 1,
             6..=9 => 2,
             _ => 3,
         };
-        let r = (i32::from(q[dom]) - pred).rem_euclid(14) as u8;
-        let r = coder.symbol(&mut models.plane[ctx], r);
-        q[dom] = (i32::from(r) + pred).rem_euclid(14) as u8;
+        let residual = (i32::from(inner[a]) - predicted).rem_euclid(quanta) as u8;
+        let residual = coder.symbol(&mut models.along_normal[context], residual);
+        told[a] = (i32::from(residual) + predicted).rem_euclid(quanta) as u8;
     }
-    planes.inner[i] = q;
+    told
 }
 
-fn color<C: Coder>(coder: &mut C, models: &mut Models, planes: &mut Planes, i: usize, near: &Near) {
+/// Green first; red and blue are expected to differ from their means as green did.
+fn color<C: Coder>(
+    coder: &mut C,
+    models: &mut Models,
+    color: [u8; 3],
+    around: &Surroundings,
+) -> [u8; 3] {
     coder.enter(Plane::Color);
-    let mut s = [0i32; 3];
-    let mut w = 0;
-    let (mut lo, mut hi) = (255i32, 0i32);
-    for (j, k) in near.iter() {
-        let c = planes.colors[j];
-        let wk = BEFORE[k].1;
-        for a in 0..3 {
-            s[a] += wk * i32::from(c[a]);
-        }
-        w += wk;
-        lo = lo.min(c[1].into());
-        hi = hi.max(c[1].into());
-    }
-    let p = if w > 0 {
-        s.map(|c| ((c + w / 2) / w) as u8)
-    } else if i > 0 {
-        planes.colors[i - 1]
-    } else {
-        [128; 3]
+    let context = match around.spread[COLOR] + around.spread[COLOR + 1] + around.spread[COLOR + 2] {
+        _ if around.count < 2 => 5,
+        0..=12 => 0,
+        13..=24 => 1,
+        25..=48 => 2,
+        49..=96 => 3,
+        _ => 4,
     };
-    let ctx = if near.count < 2 {
-        3
-    } else {
-        match hi - lo {
-            0..=6 => 0,
-            7..=14 => 1,
-            15..=30 => 2,
-            _ => 4,
-        }
-    };
-    let c = planes.colors[i];
-    let g = models.color[ctx * 3].code(coder, c[1], p[1]);
-    let dg = g.wrapping_sub(p[1]);
-    let clampadd = |p: u8, d: u8| (i32::from(p) + i32::from(d as i8)).clamp(0, 255) as u8;
-    let r = models.color[ctx * 3 + 1].code(coder, c[0], clampadd(p[0], dg));
-    let b = models.color[ctx * 3 + 2].code(coder, c[2], clampadd(p[2], dg));
-    planes.colors[i] = [r, g, b];
+    let [red_model, green_model, blue_model] = &mut models.color[context];
+    let [red, green, blue] = [0, 1, 2].map(|k| around.mean[COLOR + k]);
+    let told_green = green_model.code(coder, color[1], green as u8);
+    let beyond = i16::from(told_green) - green;
+    let shifted = |mean: i16| (mean + beyond).clamp(0, 255) as u8;
+    let told_red = red_model.code(coder, color[0], shifted(red));
+    let told_blue = blue_model.code(coder, color[2], shifted(blue));
+    [told_red, told_green, told_blue]
 }
 
-fn rest<C: Coder>(coder: &mut C, models: &mut Models, planes: &mut Planes, i: usize, near: &Near) {
+/// One symbol tells which of label, defect, instance and flags differ from the nearest neighbour's.
+fn marks<C: Coder>(
+    coder: &mut C,
+    models: &mut Models,
+    marks: [u16; 4],
+    expected: [u16; 4],
+    around: &Surroundings,
+) -> [u16; 4] {
     coder.enter(Plane::Label);
-    let j = near.iter().next().map_or(i.wrapping_sub(1), |p| p.0);
-    let p = planes.marks.get(j).copied().unwrap_or_default();
-    let uniform = near.iter().all(|(j, _)| planes.marks[j] == p);
-    let mut m = planes.marks[i];
-    let changed = (0..4).map(|k| u8::from(m[k] != p[k]) << k).sum();
-    let ctx = if near.count == 0 {
+    let context = if around.count == 0 {
         2
     } else {
-        usize::from(uniform)
+        usize::from(around.uniform)
     };
-    let changed = coder.symbol(&mut models.changed[ctx], changed);
+    let changed = (0..4).fold(0, |bits, k| bits | u8::from(marks[k] != expected[k]) << k);
+    let changed = coder.symbol(&mut models.changed[context], changed);
+    let mut told = expected;
+    for k in (0..4).filter(|k| changed >> k & 1 == 1) {
+        coder.enter(if k == 0 { Plane::Label } else { Plane::Marks });
+        let mut bytes = marks[k].to_le_bytes();
+        for (byte, model) in bytes.iter_mut().zip(&mut models.mark[k]) {
+            *byte = model.code(coder, *byte, 0);
+        }
+        told[k] = u16::from_le_bytes(bytes);
+    }
+    told
+}
+
+fn shares<C: Coder>(
+    coder: &mut C,
+    models: &mut Models,
+    shares: [u8; 4],
+    shape: &Shape,
+    around: &Surroundings,
+) -> [u8; 4] {
+    coder.enter(Plane::Shares);
+    let mut told = [0; 4];
+    let mut surprise = 0;
     for k in 0..4 {
-        if changed >> k & 1 == 0 {
-            m[k] = p[k];
+        if let Some(constant) = shape.constant_shares[k] {
+            told[k] = constant;
             continue;
         }
-        if k == 1 {
-            coder.enter(Plane::Marks);
-        }
-        let lo = models.mark[k * 2].code(coder, m[k] as u8, 0);
-        let hi = models.mark[k * 2 + 1].code(coder, (m[k] >> 8) as u8, 0);
-        m[k] = u16::from_le_bytes([lo, hi]);
-    }
-    planes.marks[i] = m;
-    coder.enter(Plane::Shares);
-    let mut s = planes.shares[i];
-    for k in 0..4 {
-        let (mut sum, mut w, mut lo, mut hi) = (0i32, 0, 255, 0);
-        for (j, kk) in near.iter() {
-            let v = planes.shares[j][k];
-            sum += BEFORE[kk].1 * i32::from(v);
-            w += BEFORE[kk].1;
-            lo = lo.min(v);
-            hi = hi.max(v);
-        }
-        let p = if w > 0 {
-            ((sum + w / 2) / w) as u8
-        } else {
-            planes.shares.get(i.wrapping_sub(1)).map_or(255, |s| s[k])
+        let expected = around.mean[SHARES + k] as u8;
+        let context = match around.spread[SHARES + k] {
+            0 if around.count > 0 => 0,
+            0..=8 => 1,
+            _ => 2,
         };
-        let ctx = usize::from(w > 0 && lo == hi);
-        s[k] = models.shares[k * 2 + ctx].code(coder, s[k], p);
+        let context = if surprise > 2 { 3 } else { context };
+        told[k] = models.share[context][k].code(coder, shares[k], expected);
+        surprise = told[k].abs_diff(expected);
     }
-    planes.shares[i] = s;
+    told
+}
+
+fn views<C: Coder>(
+    coder: &mut C,
+    models: &mut Models,
+    views: u16,
+    shape: &Shape,
+    around: &Surroundings,
+) -> u16 {
     coder.enter(Plane::Views);
-    let (mut sum, mut w) = (0u32, 0);
-    for (j, k) in near.iter() {
-        sum += BEFORE[k].1 as u32 * u32::from(planes.views[j]);
-        w += BEFORE[k].1 as u32;
-    }
-    let p = if w > 0 {
-        ((sum + w / 2) / w) as u16
-    } else {
-        planes.views.get(i.wrapping_sub(1)).copied().unwrap_or(1)
+    let context = match around.spread[VIEWS] {
+        0 => 0,
+        1..=3 => 1,
+        _ => 2,
     };
-    let v = planes.views[i].wrapping_sub(p);
-    let lo = models.views[0].code(coder, v as u8, 0);
-    let hi = models.views[1].code(coder, (v >> 8) as u8, if lo >= 128 { 255 } else { 0 });
-    planes.views[i] = u16::from_le_bytes([lo, hi]).wrapping_add(p);
+    let [low, high] = views.to_le_bytes();
+    let [low_model, high_model] = &mut models.views[context];
+    let expected = around.mean[VIEWS].to_le_bytes();
+    let low = low_model.code(coder, low, expected[0]);
+    let high = if shape.few_views {
+        0
+    } else {
+        high_model.code(coder, high, expected[1])
+    };
+    u16::from_le_bytes([low, high])
 }

@@ -18,6 +18,7 @@
 
 mod attributes;
 mod model;
+mod neighbours;
 mod occupancy;
 mod octahedral;
 mod planes;
@@ -25,6 +26,7 @@ mod rans;
 
 use crate::model::{SemanticCloud, SemanticPoint};
 use crate::wire::{ChunkId, ChunkUpdate, WireError};
+use neighbours::Neighbours;
 use planes::{CELLS, Grid, Planes, refuse};
 use rans::{RansDecoder, RansEncoder};
 use xxhash_rust::xxh3::xxh3_64;
@@ -100,6 +102,7 @@ pub fn decode(update: &ChunkUpdate) -> Result<DecodedChunk, WireError> {
 #[derive(Debug, Default)]
 pub struct ChunkEncoder {
     planes: Planes,
+    neighbours: Neighbours,
     stream: RansEncoder,
 }
 
@@ -118,7 +121,7 @@ impl ChunkEncoder {
         self.planes.quantize(chunk)?;
         let hash = self.planes.hash(chunk.id);
         occupancy::code(&mut self.stream, &mut self.planes.cells);
-        attributes::code(&mut self.stream, &mut self.planes);
+        attributes::code(&mut self.stream, &mut self.planes, &mut self.neighbours);
         let mut columns = Vec::with_capacity(HEADER);
         columns.push(FORMAT);
         columns.extend_from_slice(&(hash as u32).to_le_bytes());
@@ -143,6 +146,7 @@ impl ChunkEncoder {
 #[derive(Debug, Default)]
 pub struct ChunkDecoder {
     planes: Planes,
+    neighbours: Neighbours,
 }
 
 impl ChunkDecoder {
@@ -193,9 +197,18 @@ impl ChunkDecoder {
             ));
         }
         self.planes.resize(points);
-        attributes::code(&mut stream, &mut self.planes);
+        attributes::code(&mut stream, &mut self.planes, &mut self.neighbours);
         if !stream.at_end() {
             return Err(refuse("columns", "damaged or truncated"));
+        }
+        if self
+            .planes
+            .inner
+            .as_flattened()
+            .iter()
+            .any(|&q| i32::from(q) >= QUANTA_PER_VOXEL)
+        {
+            return Err(refuse("columns", "a point outside its voxel"));
         }
         let hash = self.planes.hash(id);
         if (hash as u32).to_le_bytes() != *check {
@@ -240,7 +253,7 @@ pub fn plane_sizes(
     planes.quantize(chunk)?;
     let mut meter = model::Meter::new();
     occupancy::code(&mut meter, &mut planes.cells);
-    attributes::code(&mut meter, &mut planes);
+    attributes::code(&mut meter, &mut planes, &mut Neighbours::default());
     Ok(meter
         .bits
         .into_iter()

@@ -28,6 +28,27 @@ pub(super) fn restore(code: [u8; 2]) -> [f32; 3] {
     [x / length, y / length, z / length]
 }
 
+/// A vector along the normal of a code in whole numbers (sum of absolute values 127), zero for [`UNKNOWN`]: what both
+/// sides may predict with, free of rounding.
+pub(super) fn direction(code: [u8; 2]) -> [i32; 3] {
+    if code == UNKNOWN {
+        return [0; 3];
+    }
+    let [u, v] = code.map(|c| i32::from(c.min(254)) - 127);
+    let z = 127 - u.abs() - v.abs();
+    if z >= 0 {
+        return [u, v, z];
+    }
+    let turned = |kept: i32, other: i32| {
+        if kept < 0 {
+            other.abs() - 127
+        } else {
+            127 - other.abs()
+        }
+    };
+    [turned(u, v), turned(v, u), z]
+}
+
 /// Turns the lower half of the octahedron inside out.
 fn fold(u: f32, v: f32) -> (f32, f32) {
     ((1.0 - v.abs()).copysign(u), (1.0 - u.abs()).copysign(v))
@@ -83,6 +104,22 @@ mod tests {
         assert_eq!(quantize([0.0; 3]), UNKNOWN);
         assert_eq!(quantize([f32::NAN, 0.0, 1.0]), UNKNOWN);
         assert_eq!(restore(UNKNOWN), [0.0; 3]);
+    }
+
+    #[test]
+    fn the_whole_numbered_direction_is_the_normal() {
+        for u in 0..=254 {
+            for v in 0..=254 {
+                let d = direction([u, v]).map(|c| c as f32);
+                let length = d.iter().map(|c| c * c).sum::<f32>().sqrt();
+                let n = restore([u, v]);
+                assert!(
+                    n.iter().zip(d).all(|(a, b)| (a - b / length).abs() < 1e-5),
+                    "{u} {v}"
+                );
+            }
+        }
+        assert_eq!(direction(UNKNOWN), [0; 3]);
     }
 
     #[test]

@@ -1,0 +1,25 @@
+//! Which points an export holds: filters mark points, exports choose.
+
+use crate::model::{SemanticCloud, SemanticPoint};
+use std::collections::BTreeSet;
+
+/// Points to leave out. The default leaves out nothing.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct ExportFilter {
+    /// Component classes that are hidden.
+    pub hidden_labels: BTreeSet<u16>,
+    /// Marks (bits of [`PointFlags`](crate::model::PointFlags)), any of which leaves a point out.
+    pub skip_flags: u16,
+}
+
+impl ExportFilter {
+    /// Whether `point` is exported.
+    pub fn keep(&self, point: &SemanticPoint) -> bool {
+        !point.flags.has(self.skip_flags) && !self.hidden_labels.contains(&point.label)
+    }
+
+    /// The exported part of `cloud`, in order.
+    pub fn apply(&self, cloud: &SemanticCloud) -> SemanticCloud {
+        cloud.iter().filter(|p| self.keep(p)).collect()
+    }
+}
