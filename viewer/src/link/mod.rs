@@ -27,3 +27,5 @@ mod worker;
 pub use event::{DecodedChunk, LinkEvent};
 #[cfg(target_arch = "wasm32")]
 pub use page::Link;
+#[cfg(target_arch = "wasm32")]
+pub use worker::worker_start;

@@ -4,10 +4,11 @@
 //! Passing an event to the page cannot fail, so what this side remembers is what the page holds.
 
 use super::LinkEvent;
+use semascan_shared::wire::chunk::ChunkDecoder;
 use semascan_shared::wire::server_message::Body;
 use semascan_shared::wire::{
     ChunkGone, ChunkId, ChunkUpdate, ClientMessage, HeldChunk, Hello, Inspection, Welcome,
-    WireError, chunk, client_message, decode_server,
+    WireError, client_message, decode_server,
 };
 use std::collections::BTreeMap;
 
@@ -15,12 +16,13 @@ use std::collections::BTreeMap;
 const MAX_HELD: usize = 100_000;
 
 /// What is held, of which inspection.
-#[derive(Clone, Debug, Default)]
+#[derive(Debug, Default)]
 pub struct Session {
     inspection_id: String,
     epoch: u32,
     held: BTreeMap<[i32; 3], u32>,
     welcomed: bool,
+    decoder: ChunkDecoder,
 }
 
 impl Session {
@@ -132,7 +134,7 @@ impl Session {
         if update.epoch != self.epoch {
             return Ok(None);
         }
-        let decoded = chunk::decode(update)?;
+        let decoded = self.decoder.decode(update)?;
         if self
             .held
             .get(&decoded.id)
@@ -159,4 +161,207 @@ fn required<T>(field: &'static str, value: Option<T>) -> Result<T, WireError> {
         field,
         reason: "missing".to_owned(),
     })
+}
+
+#[cfg(test)]
+#[allow(clippy::expect_used)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+    use prost::Message;
+    use semascan_shared::model::{PointFlags, SemanticPoint};
+    use semascan_shared::wire::chunk::{VoxelChunk, encode};
+    use semascan_shared::wire::{Clear, Progress, Refused, ServerMessage};
+
+    fn bytes(body: Body) -> Vec<u8> {
+        ServerMessage { body: Some(body) }.encode_to_vec()
+    }
+
+    fn inspection(id: &str, epoch: u32) -> Inspection {
+        Inspection {
+            id: id.to_owned(),
+            epoch,
+            ..Inspection::default()
+        }
+    }
+
+    fn welcome(id: &str, epoch: u32, resumed: bool) -> Vec<u8> {
+        let inspection = Some(inspection(id, epoch));
+        bytes(Body::Welcome(Welcome {
+            inspection,
+            resumed,
+            ..Welcome::default()
+        }))
+    }
+
+    fn chunk(x: i32, epoch: u32, revision: u32) -> Vec<u8> {
+        let voxel = 0.001;
+        let at = |index: i32| (index as f32 + 0.5) * voxel;
+        let point = SemanticPoint {
+            position: [at(x * 32), at(0), at(0)],
+            normal: [0.0, 0.0, 1.0],
+            color: [1, 2, 3],
+            label: 1,
+            confidence: 1.0,
+            defect: 0,
+            defect_confidence: 0.0,
+            sigma: 0.0,
+            defect_sigma: 0.0,
+            instance: 0,
+            views: 1,
+            flags: PointFlags::default(),
+        };
+        let chunk = VoxelChunk {
+            id: [x, 0, 0],
+            voxel,
+            voxels: vec![([0; 3], point)],
+        };
+        bytes(Body::Chunk(
+            encode(&chunk, epoch, revision)
+                .expect("a sound chunk")
+                .update,
+        ))
+    }
+
+    fn gone(x: i32, epoch: u32, revision: u32) -> Vec<u8> {
+        let id = Some(ChunkId::from_array([x, 0, 0]));
+        bytes(Body::Gone(ChunkGone {
+            epoch,
+            id,
+            revision,
+        }))
+    }
+
+    fn held(session: &mut Session) -> (String, u32, Vec<([i32; 3], u32)>) {
+        let Some(client_message::Body::Hello(hello)) = session.hello().body else {
+            panic!("no hello")
+        };
+        let held = hello
+            .held
+            .iter()
+            .map(|h| (h.id.unwrap_or_default().to_array(), h.revision))
+            .collect();
+        (hello.inspection_id, hello.epoch, held)
+    }
+
+    #[test]
+    fn the_next_hello_lists_what_was_passed_on() {
+        let mut session = Session::new();
+        assert_eq!(held(&mut session), (String::new(), 0, vec![]));
+        session.receive(&welcome("a", 1, false));
+        assert!(matches!(
+            session.receive(&chunk(0, 1, 3)),
+            Some(LinkEvent::Chunk(_))
+        ));
+        assert!(matches!(
+            session.receive(&chunk(1, 1, 1)),
+            Some(LinkEvent::Chunk(_))
+        ));
+        assert!(matches!(
+            session.receive(&gone(1, 1, 2)),
+            Some(LinkEvent::ChunkGone { id: [1, 0, 0] })
+        ));
+        assert_eq!(held(&mut session), ("a".to_owned(), 1, vec![([0; 3], 3)]));
+        assert!(!session.is_welcomed(), "a hello opens a new connection");
+        let event = session.receive(&welcome("a", 1, true));
+        assert!(matches!(
+            event,
+            Some(LinkEvent::Connected { resumed: true, .. })
+        ));
+        assert_eq!(held(&mut session).2, [([0; 3], 3)]);
+    }
+
+    #[test]
+    fn out_of_date_chunks_tell_nothing() {
+        let mut session = Session::new();
+        session.receive(&welcome("a", 2, false));
+        session.receive(&chunk(0, 2, 5));
+        assert!(session.receive(&chunk(0, 2, 5)).is_none(), "held already");
+        assert!(session.receive(&chunk(0, 2, 4)).is_none(), "older");
+        assert!(
+            session.receive(&chunk(7, 1, 9)).is_none(),
+            "of an earlier epoch"
+        );
+        assert!(
+            session.receive(&gone(0, 2, 4)).is_none(),
+            "emptied before it was filled again"
+        );
+        assert!(session.receive(&gone(9, 2, 4)).is_none(), "never held");
+        assert!(matches!(
+            session.receive(&chunk(0, 2, 6)),
+            Some(LinkEvent::Chunk(_))
+        ));
+    }
+
+    #[test]
+    fn a_new_inspection_or_epoch_starts_over() {
+        let mut session = Session::new();
+        session.receive(&welcome("a", 1, false));
+        session.receive(&chunk(0, 1, 3));
+        let clear = bytes(Body::Clear(Clear {
+            inspection: Some(inspection("a", 2)),
+        }));
+        assert!(matches!(
+            session.receive(&clear),
+            Some(LinkEvent::Cleared(_))
+        ));
+        assert_eq!(held(&mut session), ("a".to_owned(), 2, vec![]));
+        session.receive(&welcome("a", 2, true));
+        session.receive(&chunk(0, 2, 1));
+        let _ = session.hello();
+        session.receive(&welcome("b", 1, false));
+        assert_eq!(held(&mut session), ("b".to_owned(), 1, vec![]));
+    }
+
+    #[test]
+    fn what_breaks_the_protocol_is_named_and_survived() {
+        let mut session = Session::new();
+        let reason = |event: Option<LinkEvent>| match event {
+            Some(LinkEvent::Malformed { reason }) => reason,
+            other => panic!("{other:?}"),
+        };
+        let early = bytes(Body::Progress(Progress::default()));
+        assert!(reason(session.receive(&early)).contains("before the welcome"));
+        let bare = bytes(Body::Welcome(Welcome::default()));
+        assert!(reason(session.receive(&bare)).contains("welcome.inspection"));
+        assert!(reason(session.receive(&welcome("a", 1, true))).contains("welcome.resumed"));
+        assert!(!session.is_welcomed());
+        session.receive(&welcome("a", 1, false));
+        let empty = bytes(Body::Chunk(ChunkUpdate {
+            epoch: 1,
+            ..ChunkUpdate::default()
+        }));
+        reason(session.receive(&empty));
+        assert!(
+            matches!(session.receive(&early), Some(LinkEvent::Progress(_))),
+            "the link goes on"
+        );
+    }
+
+    #[test]
+    fn a_refusal_may_come_at_any_time() {
+        let refused = bytes(Body::Refused(Refused {
+            reason: "full".to_owned(),
+        }));
+        let mut session = Session::new();
+        assert!(matches!(
+            session.receive(&refused),
+            Some(LinkEvent::Refused { .. })
+        ));
+        session.receive(&welcome("a", 1, false));
+        assert!(matches!(
+            session.receive(&refused),
+            Some(LinkEvent::Refused { .. })
+        ));
+    }
+
+    proptest! {
+        #[test]
+        fn arbitrary_bytes_are_malformed_at_worst(noise in proptest::collection::vec(any::<u8>(), 0..300)) {
+            let mut session = Session::new();
+            session.receive(&welcome("a", 1, false));
+            let _ = session.receive(&noise);
+            prop_assert!(matches!(session.receive(&chunk(0, 1, 1)), Some(LinkEvent::Chunk(_))));
+        }
+    }
 }

@@ -4,6 +4,7 @@ use super::gpu::Gpu;
 use super::pipeline::Uniform;
 use crate::tools::{Bounds, OrbitCamera};
 use bytemuck::{Pod, Zeroable};
+use glam::camera::rh::{proj, view};
 use glam::{Mat4, Vec2, Vec3};
 
 /// The content of bind group 0, see frame.wgsl.

@@ -4,6 +4,7 @@
 //! along -z); clip depth is 0..1 as in WebGPU.
 
 use super::Bounds;
+use glam::camera::rh::{proj, view};
 use glam::{Mat4, Vec2, Vec3};
 use std::f32::consts::{FRAC_PI_2, FRAC_PI_4, PI, TAU};
 
