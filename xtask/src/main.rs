@@ -1,3 +1,58 @@
-//! `cargo xtask demo | test | web | bench`.
+//!
+//! Each command prepares what a fresh machine lacks, says what it does and why, and ends with one of the exit codes
+//! of `semascan` itself: 0 done, 1 the work failed, 2 a person has to do something first (the command to type is
+//! printed).
 
-fn main() {}
+mod browser;
+mod budget;
+mod compress;
+mod demo;
+mod dist;
+mod packages;
+mod process;
+mod report;
+mod test;
+mod wasm_sysroot;
+mod wasm_target;
+mod web;
+mod workspace;
+
+use clap::{Parser, Subcommand};
+use std::process::ExitCode;
+
+/// Build, show, test and measure Semascan.
+#[derive(Parser)]
+#[command(name = "cargo xtask", bin_name = "cargo xtask")]
+struct Cli {
+    #[command(subcommand)]
+    task: Task,
+}
+
+#[derive(Subcommand)]
+enum Task {
+    /// Build everything and run the demo: a virtual cell, watched in the browser
+    Demo(demo::Options),
+    /// Run every test: bundle size, Rust, browsers
+    Test(test::Options),
+    /// Build the viewer into www/dist
+    Web(web::Options),
+}
+
+fn main() -> ExitCode {
+    let outcome = match Cli::parse().task {
+        Task::Demo(options) => demo::run(&options),
+        Task::Test(options) => test::run(&options),
+        Task::Web(options) => web::run(&options).map(drop),
+    };
+    match outcome {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            report::failure(&error);
+            if error.downcast_ref::<packages::NeedsYou>().is_some() {
+                ExitCode::from(2)
+            } else {
+                ExitCode::FAILURE
+            }
+        }
+    }
+}

@@ -1,0 +1,188 @@
+//! What the viewer knows, apart from the points themselves: [`AppState`], changed by nothing but [`AppState::reduce`].
+//!
+//! The state is plain data, free of the browser and of any framework: the panels are a function of it, and everything
+//! that can happen (a message of the agent, a lost graphics device, a click) is an [`Event`]. That is what makes the
+//! viewer's behaviour testable natively, for any order of events.
+//!
+//! | module | what |
+//! |---|---|
+//! | [`connection`] | where the link to the agent stands |
+//! | [`display`] | colour mode, theme, what is shown |
+//! | [`legend`] | component classes: visibility, figures |
+//! | [`notices`] | short messages to the person |
+//! | [`progress`] | where the inspection stands |
+//! | [`timings`] | how long each stage takes |
+//! | [`units`] | lengths, areas, counts and durations as people read them |
+//! | [`views`] | the captured views |
+
+pub mod connection;
+pub mod display;
+mod event;
+pub mod legend;
+pub mod notices;
+pub mod progress;
+#[cfg(test)]
+mod tests;
+pub mod timings;
+pub mod units;
+pub mod views;
+
+pub use event::Event;
+
+use connection::{Connection, Gpu};
+use display::Display;
+use legend::Legend;
+use notices::{Level, Notices};
+use progress::RunProgress;
+use semascan_shared::wire::{Inspection, Phase};
+use timings::Timings;
+use views::Views;
+
+/// Everything the panels show.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct AppState {
+    /// The link to the agent.
+    pub connection: Connection,
+    /// How often a lost connection was resumed by difference.
+    pub resumptions: u32,
+    /// The graphics device.
+    pub gpu: Gpu,
+    /// What is being inspected; the default before the first connection.
+    pub inspection: Inspection,
+    /// Where the inspection stands.
+    pub progress: RunProgress,
+    /// How long the stages take.
+    pub timings: Timings,
+    /// The captured views.
+    pub views: Views,
+    /// The component classes.
+    pub legend: Legend,
+    /// How the model is shown.
+    pub display: Display,
+    /// Whether the table of shortcuts is open.
+    pub help_open: bool,
+    /// Short messages to the person.
+    pub notices: Notices,
+}
+
+impl AppState {
+    /// Brings the state from before `event` to after it. Total: no event, whatever it carries, is refused or panics.
+    pub fn reduce(&mut self, event: Event) {
+        match event {
+            Event::Connecting { attempt } => self.connection.connecting(attempt),
+            Event::Connected {
+                inspection,
+                resumed,
+                agent,
+            } => {
+                self.connection = Connection::Connected { agent };
+                if resumed
+                    && inspection.id == self.inspection.id
+                    && inspection.epoch == self.inspection.epoch
+                {
+                    self.resumptions = self.resumptions.saturating_add(1);
+                    self.legend.set_taxonomy(&inspection);
+                    self.inspection = inspection;
+                } else {
+                    self.begin(inspection);
+                }
+            }
+            Event::Disconnected { reason, retry_ms } => self.connection.lost(reason, retry_ms),
+            Event::Refused { reason } => self.connection = Connection::Refused { reason },
+            Event::Cleared(inspection) => self.begin(inspection),
+            Event::Progress(progress) => {
+                let before = self.progress.phase;
+                self.progress.update(progress);
+                if self.progress.phase != Phase::Running {
+                    self.timings.idle();
+                }
+                self.announce_phase(before);
+            }
+            Event::Stage(stage) => self.timings.stage(&stage),
+            Event::View(report) => {
+                self.timings.report(&report);
+                self.views.report(report);
+            }
+            Event::Malformed { reason } => {
+                self.notices.push(
+                    Level::Warning,
+                    format!("A message of the agent was not understood: {reason}"),
+                );
+            }
+            Event::Figures(figures) => self.legend.set_figures(&figures),
+            Event::Gpu(gpu) => self.gpu = gpu,
+            Event::ColorMode(mode) => self.display.color_mode = mode,
+            Event::Theme(theme) => self.display.theme = theme,
+            Event::SystemDark(dark) => self.display.system_dark = dark,
+            Event::ShowOutliers(on) => self.display.outliers = on,
+            Event::ShowBackground(on) => self.display.background = on,
+            Event::ToggleComponent(class) => self.legend.toggle(class),
+            Event::OnlyComponent(class) => self.legend.only(class),
+            Event::AllComponents => self.legend.show_all(),
+            Event::SelectView(view) => self.views.select(view),
+            Event::StepView(step) => self.views.step(step),
+            Event::Help(open) => self.help_open = open,
+            Event::Notify { level, text } => self.notices.push(level, text),
+            Event::Dismiss(id) => self.notices.dismiss(id),
+            Event::Elapsed { ms } => {
+                self.connection.elapsed(ms);
+                self.notices.elapsed(ms);
+            }
+        }
+    }
+
+    /// Whether something counts down, so that [`Event::Elapsed`] is wanted.
+    pub fn wants_clock(&self) -> bool {
+        matches!(self.connection, Connection::Reconnecting { retry_ms, .. } if retry_ms > 0)
+            || self.notices.fading()
+    }
+
+    /// The one sentence that a screen reader speaks when it changes.
+    pub fn status(&self) -> String {
+        let link = self.connection.sentence();
+        match self.connection {
+            Connection::Connected { .. } => format!("{link} {}", self.progress.sentence()),
+            _ => link,
+        }
+    }
+
+    /// Largest number of the scale of the colour mode "views": absolute, so that a colour means the same number of
+    /// views from the first view of an inspection to the last.
+    pub fn views_scale(&self) -> u32 {
+        let expected = self
+            .inspection
+            .views_expected
+            .max(self.progress.views_expected);
+        let known = if expected > 0 {
+            expected
+        } else {
+            self.progress
+                .views_done
+                .clamp(10, 65_530)
+                .next_multiple_of(10)
+        };
+        known.clamp(2, u32::from(u16::MAX))
+    }
+
+    /// A new inspection, or the same one from an empty map; how the person set up the display stays.
+    fn begin(&mut self, inspection: Inspection) {
+        self.legend.set_taxonomy(&inspection);
+        self.legend.clear_figures();
+        self.progress = RunProgress::default();
+        self.timings = Timings::default();
+        self.views = Views::default();
+        self.inspection = inspection;
+    }
+
+    fn announce_phase(&mut self, before: Phase) {
+        if self.progress.phase == Phase::Failed && before != Phase::Failed {
+            let why = &self.progress.message;
+            let text = if why.is_empty() {
+                "The inspection failed.".into()
+            } else {
+                format!("The inspection failed: {why}")
+            };
+            self.notices.push(Level::Error, text);
+        }
+    }
+}

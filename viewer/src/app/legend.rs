@@ -1,0 +1,127 @@
+//! The component classes: which are shown, and what the model holds of each.
+
+use semascan_shared::model::{ClassDef, Taxonomy};
+use semascan_shared::wire::Inspection;
+
+/// What the model holds of one component class.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ClassFigures {
+    /// Number of points.
+    pub points: u64,
+    /// Surface area in square metres.
+    pub area: f64,
+    /// Mean share of the class at its points, 0..=1.
+    pub confidence: f64,
+}
+
+/// One row of the legend.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Row {
+    /// The class.
+    pub class: ClassDef,
+    /// Whether its points are drawn and exported.
+    pub visible: bool,
+    /// What the model holds of it.
+    pub figures: ClassFigures,
+}
+
+/// The component classes; row `i` is class `i`, class 0 is "none".
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Legend {
+    /// The rows, in the order of the class ids.
+    pub rows: Vec<Row>,
+    /// The defect classes, class 0 = none first.
+    pub defects: Vec<ClassDef>,
+}
+
+impl Legend {
+    /// Takes the classes of an inspection. The same components as before keep their visibility; others start visible.
+    pub(super) fn set_taxonomy(&mut self, inspection: &Inspection) {
+        let Taxonomy {
+            components,
+            defects,
+        } = inspection.taxonomy();
+        let same = components.len() == self.rows.len()
+            && components
+                .iter()
+                .zip(&self.rows)
+                .all(|(c, row)| c.name == row.class.name);
+        let old = std::mem::take(&mut self.rows);
+        let kept = |i: usize| old.get(i).filter(|_| same);
+        self.rows = components
+            .into_iter()
+            .enumerate()
+            .map(|(i, class)| Row {
+                class,
+                visible: kept(i).is_none_or(|row| row.visible),
+                figures: kept(i).map_or_else(ClassFigures::default, |row| row.figures),
+            })
+            .collect();
+        self.defects = defects;
+    }
+
+    /// Takes the model's figures; classes beyond the taxonomy are ignored, missing ones are empty.
+    pub(super) fn set_figures(&mut self, figures: &[ClassFigures]) {
+        for (i, row) in self.rows.iter_mut().enumerate() {
+            row.figures = figures.get(i).copied().unwrap_or_default();
+        }
+    }
+
+    /// The model is empty.
+    pub(super) fn clear_figures(&mut self) {
+        self.set_figures(&[]);
+    }
+
+    /// Shows or hides a class.
+    pub(super) fn toggle(&mut self, class: u16) {
+        if let Some(row) = self.rows.get_mut(usize::from(class)) {
+            row.visible = !row.visible;
+        }
+    }
+
+    /// Shows this class and no other; a class that does not exist changes nothing.
+    pub(super) fn only(&mut self, class: u16) {
+        if usize::from(class) < self.rows.len() {
+            for row in &mut self.rows {
+                row.visible = row.class.id == class;
+            }
+        }
+    }
+
+    /// Shows all classes.
+    pub(super) fn show_all(&mut self) {
+        for row in &mut self.rows {
+            row.visible = true;
+        }
+    }
+
+    /// Whether points of `class` are shown; a class that the taxonomy does not know is.
+    pub fn visible(&self, class: u16) -> bool {
+        self.rows
+            .get(usize::from(class))
+            .is_none_or(|row| row.visible)
+    }
+
+    /// Visibility by class id.
+    pub fn visibility(&self) -> Vec<bool> {
+        self.rows.iter().map(|row| row.visible).collect()
+    }
+
+    /// Whether every class is shown.
+    pub fn all_visible(&self) -> bool {
+        self.rows.iter().all(|row| row.visible)
+    }
+
+    /// The rows as they are listed: components first, "none" last.
+    pub fn listed(&self) -> impl Iterator<Item = &Row> {
+        self.rows.iter().skip(1).chain(self.rows.first())
+    }
+
+    /// Number of points that are shown, marks aside.
+    pub fn visible_points(&self) -> u64 {
+        self.rows
+            .iter()
+            .filter(|row| row.visible)
+            .fold(0, |sum, row| sum.saturating_add(row.figures.points))
+    }
+}

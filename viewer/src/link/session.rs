@@ -1,0 +1,367 @@
+//! What a connection carries on: turns the agent's messages into [`LinkEvent`]s and remembers which chunk revisions have
+//! been passed on, so that the next `Hello` asks only for the difference.
+//!
+//! Passing an event to the page cannot fail, so what this side remembers is what the page holds.
+
+use super::LinkEvent;
+use semascan_shared::wire::chunk::ChunkDecoder;
+use semascan_shared::wire::server_message::Body;
+use semascan_shared::wire::{
+    ChunkGone, ChunkId, ChunkUpdate, ClientMessage, HeldChunk, Hello, Inspection, Welcome,
+    WireError, client_message, decode_server,
+};
+use std::collections::BTreeMap;
+
+/// Most chunks that a `Hello` lists: with more it would outgrow what an agent accepts, and starting over is no dearer.
+const MAX_HELD: usize = 100_000;
+
+/// What is held, of which inspection.
+#[derive(Debug, Default)]
+pub struct Session {
+    inspection_id: String,
+    epoch: u32,
+    held: BTreeMap<[i32; 3], u32>,
+    welcomed: bool,
+    decoder: ChunkDecoder,
+}
+
+impl Session {
+    /// Holds nothing yet.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// The first message of a new connection.
+    pub fn hello(&mut self) -> ClientMessage {
+        self.welcomed = false;
+        let known = self.held.len() <= MAX_HELD;
+        let held_chunk = |(id, revision): (&[i32; 3], &u32)| HeldChunk {
+            id: Some(ChunkId::from_array(*id)),
+            revision: *revision,
+        };
+        let hello = Hello {
+            client: concat!("semascan-viewer ", env!("CARGO_PKG_VERSION")).to_owned(),
+            capabilities: Vec::new(),
+            inspection_id: if known {
+                self.inspection_id.clone()
+            } else {
+                String::new()
+            },
+            epoch: self.epoch,
+            held: if known {
+                self.held.iter().map(held_chunk).collect()
+            } else {
+                Vec::new()
+            },
+        };
+        ClientMessage {
+            body: Some(client_message::Body::Hello(hello)),
+        }
+    }
+
+    /// Whether the agent has answered the present connection.
+    pub fn is_welcomed(&self) -> bool {
+        self.welcomed
+    }
+
+    /// Takes in one binary message; `None` if it is out of date and tells nothing new.
+    pub fn receive(&mut self, bytes: &[u8]) -> Option<LinkEvent> {
+        let event = decode_server(bytes).and_then(|message| match message.body {
+            Some(body) => self.take(body),
+            None => Err(WireError::Empty),
+        });
+        event.unwrap_or_else(|error| {
+            Some(LinkEvent::Malformed {
+                reason: error.to_string(),
+            })
+        })
+    }
+
+    fn take(&mut self, body: Body) -> Result<Option<LinkEvent>, WireError> {
+        let greeting = matches!(body, Body::Welcome(_) | Body::Refused(_));
+        if !self.welcomed && !greeting {
+            return Err(WireError::Field {
+                field: "body",
+                reason: "a message before the welcome".to_owned(),
+            });
+        }
+        Ok(match body {
+            Body::Welcome(welcome) => Some(self.welcome(welcome)?),
+            Body::Refused(refused) => Some(LinkEvent::Refused {
+                reason: refused.reason,
+            }),
+            Body::Clear(clear) => {
+                let inspection = required("clear.inspection", clear.inspection)?;
+                self.start_over(&inspection);
+                Some(LinkEvent::Cleared(inspection))
+            }
+            Body::Progress(progress) => Some(LinkEvent::Progress(progress)),
+            Body::Stage(stage) => Some(LinkEvent::Stage(stage)),
+            Body::View(view) => Some(LinkEvent::View(view)),
+            Body::Chunk(update) => self.chunk(&update)?,
+            Body::Gone(gone) => self.gone(&gone)?,
+        })
+    }
+
+    fn welcome(&mut self, welcome: Welcome) -> Result<LinkEvent, WireError> {
+        let inspection = required("welcome.inspection", welcome.inspection)?;
+        let same = inspection.id == self.inspection_id && inspection.epoch == self.epoch;
+        if welcome.resumed && !same {
+            let reason = "resumed, but another inspection or epoch than was held".to_owned();
+            return Err(WireError::Field {
+                field: "welcome.resumed",
+                reason,
+            });
+        }
+        if !welcome.resumed {
+            self.start_over(&inspection);
+        }
+        self.welcomed = true;
+        Ok(LinkEvent::Connected {
+            inspection,
+            resumed: welcome.resumed,
+            agent: welcome.agent,
+        })
+    }
+
+    fn start_over(&mut self, inspection: &Inspection) {
+        self.inspection_id.clone_from(&inspection.id);
+        self.epoch = inspection.epoch;
+        self.held.clear();
+    }
+
+    fn chunk(&mut self, update: &ChunkUpdate) -> Result<Option<LinkEvent>, WireError> {
+        if update.epoch != self.epoch {
+            return Ok(None);
+        }
+        let decoded = self.decoder.decode(update)?;
+        if self
+            .held
+            .get(&decoded.id)
+            .is_some_and(|held| *held >= decoded.revision)
+        {
+            return Ok(None);
+        }
+        self.held.insert(decoded.id, decoded.revision);
+        Ok(Some(LinkEvent::Chunk(decoded)))
+    }
+
+    fn gone(&mut self, gone: &ChunkGone) -> Result<Option<LinkEvent>, WireError> {
+        let id = required("gone.id", gone.id)?.to_array();
+        if gone.epoch != self.epoch || self.held.get(&id).is_none_or(|held| *held > gone.revision) {
+            return Ok(None);
+        }
+        self.held.remove(&id);
+        Ok(Some(LinkEvent::ChunkGone { id }))
+    }
+}
+
+fn required<T>(field: &'static str, value: Option<T>) -> Result<T, WireError> {
+    value.ok_or_else(|| WireError::Field {
+        field,
+        reason: "missing".to_owned(),
+    })
+}
+
+#[cfg(test)]
+#[allow(clippy::expect_used)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+    use prost::Message;
+    use semascan_shared::model::{PointFlags, SemanticPoint};
+    use semascan_shared::wire::chunk::{VoxelChunk, encode};
+    use semascan_shared::wire::{Clear, Progress, Refused, ServerMessage};
+
+    fn bytes(body: Body) -> Vec<u8> {
+        ServerMessage { body: Some(body) }.encode_to_vec()
+    }
+
+    fn inspection(id: &str, epoch: u32) -> Inspection {
+        Inspection {
+            id: id.to_owned(),
+            epoch,
+            ..Inspection::default()
+        }
+    }
+
+    fn welcome(id: &str, epoch: u32, resumed: bool) -> Vec<u8> {
+        let inspection = Some(inspection(id, epoch));
+        bytes(Body::Welcome(Welcome {
+            inspection,
+            resumed,
+            ..Welcome::default()
+        }))
+    }
+
+    fn chunk(x: i32, epoch: u32, revision: u32) -> Vec<u8> {
+        let voxel = 0.001;
+        let at = |index: i32| (index as f32 + 0.5) * voxel;
+        let point = SemanticPoint {
+            position: [at(x * 32), at(0), at(0)],
+            normal: [0.0, 0.0, 1.0],
+            color: [1, 2, 3],
+            label: 1,
+            confidence: 1.0,
+            defect: 0,
+            defect_confidence: 0.0,
+            sigma: 0.0,
+            defect_sigma: 0.0,
+            instance: 0,
+            views: 1,
+            flags: PointFlags::default(),
+        };
+        let chunk = VoxelChunk {
+            id: [x, 0, 0],
+            voxel,
+            voxels: vec![([0; 3], point)],
+        };
+        bytes(Body::Chunk(
+            encode(&chunk, epoch, revision)
+                .expect("a sound chunk")
+                .update,
+        ))
+    }
+
+    fn gone(x: i32, epoch: u32, revision: u32) -> Vec<u8> {
+        let id = Some(ChunkId::from_array([x, 0, 0]));
+        bytes(Body::Gone(ChunkGone {
+            epoch,
+            id,
+            revision,
+        }))
+    }
+
+    fn held(session: &mut Session) -> (String, u32, Vec<([i32; 3], u32)>) {
+        let Some(client_message::Body::Hello(hello)) = session.hello().body else {
+            panic!("no hello")
+        };
+        let held = hello
+            .held
+            .iter()
+            .map(|h| (h.id.unwrap_or_default().to_array(), h.revision))
+            .collect();
+        (hello.inspection_id, hello.epoch, held)
+    }
+
+    #[test]
+    fn the_next_hello_lists_what_was_passed_on() {
+        let mut session = Session::new();
+        assert_eq!(held(&mut session), (String::new(), 0, vec![]));
+        session.receive(&welcome("a", 1, false));
+        assert!(matches!(
+            session.receive(&chunk(0, 1, 3)),
+            Some(LinkEvent::Chunk(_))
+        ));
+        assert!(matches!(
+            session.receive(&chunk(1, 1, 1)),
+            Some(LinkEvent::Chunk(_))
+        ));
+        assert!(matches!(
+            session.receive(&gone(1, 1, 2)),
+            Some(LinkEvent::ChunkGone { id: [1, 0, 0] })
+        ));
+        assert_eq!(held(&mut session), ("a".to_owned(), 1, vec![([0; 3], 3)]));
+        assert!(!session.is_welcomed(), "a hello opens a new connection");
+        let event = session.receive(&welcome("a", 1, true));
+        assert!(matches!(
+            event,
+            Some(LinkEvent::Connected { resumed: true, .. })
+        ));
+        assert_eq!(held(&mut session).2, [([0; 3], 3)]);
+    }
+
+    #[test]
+    fn out_of_date_chunks_tell_nothing() {
+        let mut session = Session::new();
+        session.receive(&welcome("a", 2, false));
+        session.receive(&chunk(0, 2, 5));
+        assert!(session.receive(&chunk(0, 2, 5)).is_none(), "held already");
+        assert!(session.receive(&chunk(0, 2, 4)).is_none(), "older");
+        assert!(
+            session.receive(&chunk(7, 1, 9)).is_none(),
+            "of an earlier epoch"
+        );
+        assert!(
+            session.receive(&gone(0, 2, 4)).is_none(),
+            "emptied before it was filled again"
+        );
+        assert!(session.receive(&gone(9, 2, 4)).is_none(), "never held");
+        assert!(matches!(
+            session.receive(&chunk(0, 2, 6)),
+            Some(LinkEvent::Chunk(_))
+        ));
+    }
+
+    #[test]
+    fn a_new_inspection_or_epoch_starts_over() {
+        let mut session = Session::new();
+        session.receive(&welcome("a", 1, false));
+        session.receive(&chunk(0, 1, 3));
+        let clear = bytes(Body::Clear(Clear {
+            inspection: Some(inspection("a", 2)),
+        }));
+        assert!(matches!(
+            session.receive(&clear),
+            Some(LinkEvent::Cleared(_))
+        ));
+        assert_eq!(held(&mut session), ("a".to_owned(), 2, vec![]));
+        session.receive(&welcome("a", 2, true));
+        session.receive(&chunk(0, 2, 1));
+        let _ = session.hello();
+        session.receive(&welcome("b", 1, false));
+        assert_eq!(held(&mut session), ("b".to_owned(), 1, vec![]));
+    }
+
+    #[test]
+    fn what_breaks_the_protocol_is_named_and_survived() {
+        let mut session = Session::new();
+        let reason = |event: Option<LinkEvent>| match event {
+            Some(LinkEvent::Malformed { reason }) => reason,
+            other => panic!("{other:?}"),
+        };
+        let early = bytes(Body::Progress(Progress::default()));
+        assert!(reason(session.receive(&early)).contains("before the welcome"));
+        let bare = bytes(Body::Welcome(Welcome::default()));
+        assert!(reason(session.receive(&bare)).contains("welcome.inspection"));
+        assert!(reason(session.receive(&welcome("a", 1, true))).contains("welcome.resumed"));
+        assert!(!session.is_welcomed());
+        session.receive(&welcome("a", 1, false));
+        let empty = bytes(Body::Chunk(ChunkUpdate {
+            epoch: 1,
+            ..ChunkUpdate::default()
+        }));
+        reason(session.receive(&empty));
+        assert!(
+            matches!(session.receive(&early), Some(LinkEvent::Progress(_))),
+            "the link goes on"
+        );
+    }
+
+    #[test]
+    fn a_refusal_may_come_at_any_time() {
+        let refused = bytes(Body::Refused(Refused {
+            reason: "full".to_owned(),
+        }));
+        let mut session = Session::new();
+        assert!(matches!(
+            session.receive(&refused),
+            Some(LinkEvent::Refused { .. })
+        ));
+        session.receive(&welcome("a", 1, false));
+        assert!(matches!(
+            session.receive(&refused),
+            Some(LinkEvent::Refused { .. })
+        ));
+    }
+
+    proptest! {
+        #[test]
+        fn arbitrary_bytes_are_malformed_at_worst(noise in proptest::collection::vec(any::<u8>(), 0..300)) {
+            let mut session = Session::new();
+            session.receive(&welcome("a", 1, false));
+            let _ = session.receive(&noise);
+            prop_assert!(matches!(session.receive(&chunk(0, 1, 1)), Some(LinkEvent::Chunk(_))));
+        }
+    }
+}

@@ -1,0 +1,144 @@
+//! The visible part of the model as the bytes of a file. The writers are those of `semascan inspect`.
+
+use super::scene::Scene;
+use crate::app::{AppState, units};
+use semascan_shared::export::glb::GlbOptions;
+use semascan_shared::export::{ExportError, ExportFilter, glb, ply};
+use semascan_shared::model::SemanticCloud;
+
+/// A file to export the model to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ExportFormat {
+    /// A point cloud.
+    Ply,
+    /// A scene with a node by component.
+    Glb,
+}
+
+impl ExportFormat {
+    /// Ending of the file's name.
+    pub fn extension(self) -> &'static str {
+        match self {
+            Self::Ply => "ply",
+            Self::Glb => "glb",
+        }
+    }
+
+    /// Media type of the file.
+    pub fn mime(self) -> &'static str {
+        match self {
+            Self::Ply => "application/octet-stream",
+            Self::Glb => "model/gltf-binary",
+        }
+    }
+}
+
+/// A file that is ready to be saved.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ExportFile {
+    /// Name of the file, from the part's name.
+    pub name: String,
+    /// Its content.
+    pub bytes: Vec<u8>,
+    /// Number of points in it.
+    pub points: usize,
+}
+
+/// Writes the points of `cloud` (table frame, metres) that `state` shows.
+///
+/// # Errors
+/// [`ExportError`] if the model is too large for the format.
+pub fn export(cloud: &SemanticCloud, state: &AppState, format: ExportFormat) -> Result<ExportFile, ExportError> {
+    let cloud = filter(state).apply(cloud);
+    let taxonomy = state.inspection.taxonomy();
+    let inspection = &state.inspection;
+    let mut bytes = Vec::new();
+    match format {
+        ExportFormat::Ply => {
+            let comments = [
+                ("part".to_owned(), inspection.part.clone()),
+                ("source".to_owned(), inspection.source.clone()),
+                ("inspection".to_owned(), inspection.id.clone()),
+                ("voxel".to_owned(), inspection.voxel.to_string()),
+            ];
+            ply::write_cloud(&mut bytes, &cloud, &taxonomy, &comments)?;
+        }
+        ExportFormat::Glb => {
+            let options = GlbOptions { part: inspection.part.clone(), voxel: inspection.voxel as f32 };
+            glb::write_points(&mut bytes, &cloud, &taxonomy, &options)?;
+        }
+    }
+    let name = format!("{}.{}", units::file_stem(&inspection.part), format.extension());
+    Ok(ExportFile { name, bytes, points: cloud.len() })
+}
+
+/// What is hidden on screen is left out of the file.
+fn filter(state: &AppState) -> ExportFilter {
+    let hidden = state.legend.rows.iter().filter(|row| !row.visible);
+    ExportFilter {
+        hidden_labels: hidden.map(|row| row.class.id).collect(),
+        skip_flags: Scene::of(state).hidden().bits(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::app::Event;
+    use semascan_shared::model::{PointFlags, SemanticPoint, Taxonomy};
+    use semascan_shared::wire::Inspection;
+
+    fn point(label: u16, flags: u16) -> SemanticPoint {
+        SemanticPoint {
+            position: [0.0, 0.0, f32::from(label)],
+            normal: [0.0, 0.0, 1.0],
+            color: [200; 3],
+            label,
+            confidence: 0.9,
+            defect: 0,
+            defect_confidence: 0.0,
+            sigma: 0.1,
+            defect_sigma: 0.0,
+            instance: 0,
+            views: 3,
+            flags: PointFlags(flags),
+        }
+    }
+
+    fn shown() -> AppState {
+        let mut state = AppState::default();
+        let mut inspection = Inspection { part: "Starter motor 7".into(), voxel: 0.001, ..Inspection::default() };
+        inspection.set_taxonomy(&Taxonomy::from_names(&["housing", "pinion gear"], &[]));
+        state.reduce(Event::Cleared(inspection));
+        state
+    }
+
+    #[test]
+    fn a_file_holds_what_is_seen_and_names_the_classes() {
+        let cloud: SemanticCloud =
+            [point(1, 0), point(2, 0), point(2, 0), point(1, PointFlags::RADIUS_OUTLIER)].into_iter().collect();
+        let mut state = shown();
+        let exported = |state: &AppState, format| export(&cloud, state, format).expect("a small model fits");
+        let all = exported(&state, ExportFormat::Ply);
+        assert_eq!((all.name.as_str(), all.points), ("starter-motor-7.ply", 3));
+        state.reduce(Event::OnlyComponent(2));
+        let pinion = exported(&state, ExportFormat::Ply);
+        assert_eq!(pinion.points, 2);
+        let text = String::from_utf8_lossy(&pinion.bytes);
+        assert!(text.contains("element vertex 2") && text.contains("comment label 2 pinion gear #"));
+        state.reduce(Event::AllComponents);
+        state.reduce(Event::ShowOutliers(true));
+        assert_eq!(exported(&state, ExportFormat::Ply).points, 4);
+    }
+
+    #[test]
+    fn a_scene_begins_as_glb_and_has_a_node_by_visible_component() {
+        let cloud: SemanticCloud = [point(1, 0), point(2, 0)].into_iter().collect();
+        let mut state = shown();
+        state.reduce(Event::ToggleComponent(1));
+        let file = export(&cloud, &state, ExportFormat::Glb).expect("a small model fits");
+        assert_eq!(&file.bytes[..4], b"glTF");
+        let text = String::from_utf8_lossy(&file.bytes);
+        assert!(text.contains("pinion gear") && !text.contains("housing"));
+    }
+}

@@ -1,0 +1,52 @@
+//! Export of what is visible of the model.
+
+use super::icons::{DOWNLOAD, Icon};
+use super::{Command, Ui};
+use crate::app::units;
+use crate::page::exports::ExportFormat;
+use leptos::prelude::*;
+
+/// One button a format.
+#[component]
+pub(super) fn ExportPanel(ui: Ui) -> impl IntoView {
+    let points = ui.part(|s| s.legend.visible_points());
+    let shown = ui.part(|s| {
+        let present = || s.legend.rows.iter().filter(|r| r.figures.points > 0);
+        (present().filter(|r| r.visible).count(), present().count())
+    });
+    let what = move || match (points.get(), shown.get()) {
+        (0, (_, 0)) => "There are no points yet.".to_owned(),
+        (0, _) => "All components are hidden.".to_owned(),
+        (_, (n, all)) if n == all => {
+            "Everything that is visible, with class names and colours.".to_owned()
+        }
+        (_, (n, all)) => format!("Visible components only: {n} of {all}."),
+    };
+    let button = move |format: ExportFormat,
+                       id: &'static str,
+                       name: &'static str,
+                       about: &'static str| {
+        view! {
+            <button
+                class="button" type="button" data-testid=id prop:disabled=move || points.get() == 0
+                title=about on:click=move |_| ui.ask.run(Command::Export(format))
+            >
+                <Icon path=DOWNLOAD/>
+                <span>{name} <small>{about}</small></span>
+            </button>
+        }
+    };
+    view! {
+        <section class="panel" aria-labelledby="export-title">
+            <header class="panel-head">
+                <h2 id="export-title">"Export"</h2>
+                <span class="panel-note">{move || format!("{} points", units::count(points.get()))}</span>
+            </header>
+            <div class="buttons">
+                {button(ExportFormat::Ply, "export-ply", "PLY", "point cloud")}
+                {button(ExportFormat::Glb, "export-glb", "GLB", "scene")}
+            </div>
+            <p class="empty">{what}</p>
+        </section>
+    }
+}

@@ -1,0 +1,120 @@
+//! The panels: real DOM, a function of [`AppState`], rendered by Leptos. They know the state, and say what the person
+//! wants through [`Ui::send`] and [`Ui::ask`]; socket, worker and graphics device are not their business, so they stay
+//! usable when any of these is gone.
+//!
+//! The page's skeleton is `www/index.html`; each panel is mounted into one of its elements.
+//!
+//! # Names that tests rely on
+//!
+//! | selector | what |
+//! |---|---|
+//! | `#viewport` | the canvas; `data-backend` (`webgpu`, `webgl2`, `none`), `data-points`, `data-frames`, `data-hash` (16 hex digits), `data-phase`, `data-connection`, `data-inspection`, `data-resumed` (how often a lost connection was resumed by difference) |
+//! | `[data-testid=connection]` | `data-state` = `connecting`, `connected`, `reconnecting`, `refused` |
+//! | `[data-testid=part]` | the part's name |
+//! | `[data-testid=progress]` | `data-phase`, `data-done`, `data-expected`, `data-rejected` |
+//! | `[data-testid=stage-<stage>]` | timing of a stage; `data-last-us`, `data-mean-us` (absent until known) |
+//! | `[data-testid=view-<i>]` | button of a view; `data-accepted` = `true`, `false`; `aria-pressed` |
+//! | `[data-testid=view-detail]` | the selected view at large |
+//! | `[data-testid=legend-row-<class>]` | row of component class number `<class>`; `data-class-name`, `data-points`, `data-area-mm2` |
+//! | `[data-testid=legend-visible-<class>]`, `legend-only-<class>`, `legend-all` | its checkbox, its "only" button, "show all" |
+//! | `[data-testid=color-mode-<mode>]` | radio: `appearance`, `component`, `confidence`, `views`, `defect` |
+//! | `[data-testid=color-scale]` | the scale of the colour ramp, or the defect classes |
+//! | `[data-testid=show-outliers]`, `show-background` | switches |
+//! | `[data-testid=theme-toggle]`, `fit`, `help-open` | buttons |
+//! | `[data-testid=help]` | the dialog of shortcuts |
+//! | `[data-testid=export-ply]`, `export-glb` | buttons |
+//! | `[data-testid=notice]` | a message; `data-level` = `info`, `warning`, `error` |
+//! | `[data-testid=viewport-message]` | what stands in place of the model; `data-state` |
+//! | `#status` | the live region |
+
+mod display;
+mod export;
+mod header;
+mod help;
+mod icons;
+mod legend;
+mod notices;
+mod picture;
+mod progress;
+mod view_detail;
+mod viewport;
+mod views;
+
+use crate::app::{AppState, Event};
+use crate::page::exports::ExportFormat;
+use crate::tools::CameraInput;
+use leptos::mount::mount_to;
+use leptos::prelude::*;
+use wasm_bindgen::{JsCast, JsValue};
+use web_sys::{Document, HtmlElement};
+
+/// Something a person wants done that is no change of the state alone.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Command {
+    /// Move the camera.
+    Camera(CameraInput),
+    /// Download what is visible of the model.
+    Export(ExportFormat),
+    /// Load the page again.
+    Reload,
+}
+
+/// What a panel gets: the state to show, and the two ways to answer.
+#[derive(Clone, Copy)]
+pub struct Ui {
+    /// The state.
+    pub state: RwSignal<AppState>,
+    /// Takes what happened.
+    pub send: Callback<Event>,
+    /// Takes what is wanted.
+    pub ask: UnsyncCallback<Command>,
+}
+
+impl Ui {
+    /// A part of the state that panels follow; they are told only when it really changes.
+    fn part<T: Clone + PartialEq + Send + Sync + 'static>(
+        self,
+        of: impl Fn(&AppState) -> T + Send + Sync + 'static,
+    ) -> Memo<T> {
+        Memo::new(move |_| self.state.with(&of))
+    }
+}
+
+/// Mounts every panel into the page's skeleton.
+///
+/// # Errors
+/// A missing element of the skeleton, by its id.
+pub fn mount(document: &Document, ui: Ui) -> Result<(), JsValue> {
+    let place = |id: &str| -> Result<HtmlElement, JsValue> {
+        let element = document
+            .get_element_by_id(id)
+            .ok_or_else(|| JsValue::from_str(&format!("the page has no #{id}")))?;
+        element.set_text_content(None);
+        Ok(element.unchecked_into())
+    };
+    mount_to(place("header")?, move || view! { <header::Header ui/> }).forget();
+    mount_to(
+        place("overlay")?,
+        move || view! { <viewport::Overlay ui/> <view_detail::ViewDetail ui/> },
+    )
+    .forget();
+    mount_to(place("views")?, move || view! { <views::ViewStrip ui/> }).forget();
+    mount_to(place("panels")?, move || {
+        view! {
+            <progress::ProgressPanel ui/>
+            <legend::LegendPanel ui/>
+            <display::DisplayPanel ui/>
+            <export::ExportPanel ui/>
+        }
+    })
+    .forget();
+    mount_to(place("help")?, move || view! { <help::Help ui/> }).forget();
+    mount_to(
+        place("notices")?,
+        move || view! { <notices::NoticeList ui/> },
+    )
+    .forget();
+    let status = ui.part(AppState::status);
+    mount_to(place("status")?, move || move || status.get()).forget();
+    Ok(())
+}

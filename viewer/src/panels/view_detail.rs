@@ -1,0 +1,73 @@
+//! The selected view at large: its picture with the labels over it, what became of it and how long it took.
+
+use super::Ui;
+use super::icons::{CLOSE, Icon, NEXT, PREVIOUS, WARNING};
+use super::picture::Picture;
+use crate::app::timings::{STAGES, stage_label};
+use crate::app::views::ViewEntry;
+use crate::app::{Event, units};
+use leptos::prelude::*;
+
+/// A card over the viewport while a view is selected.
+#[component]
+pub(super) fn ViewDetail(ui: Ui) -> impl IntoView {
+    let selected = ui.part(|s| s.views.selected().cloned());
+    let labels = RwSignal::new(true);
+    view! {
+        {move || selected.get().map(|view| view! { <Card ui view labels/> })}
+    }
+}
+
+#[component]
+fn Card(ui: Ui, view: ViewEntry, labels: RwSignal<bool>) -> impl IntoView {
+    let index = view.index;
+    let times = ui.part(move |s| s.timings.of_view(index));
+    let step = move |by: i32| move |_| ui.send.run(Event::StepView(by));
+    let has_overlay = !view.overlay_png.is_empty();
+    let (accepted, reason, added) = (view.accepted, view.reason.clone(), view.points_added);
+    view! {
+        <section class="detail" data-testid="view-detail" aria-label=format!("View {}", index + 1)>
+            <header class="detail-head">
+                <h2>{format!("View {}", index + 1)}</h2>
+                <button class="tool" type="button" aria-label="Previous view" title="Previous view (P)" on:click=step(-1)>
+                    <Icon path=PREVIOUS/>
+                </button>
+                <button class="tool" type="button" aria-label="Next view" title="Next view (N)" on:click=step(1)>
+                    <Icon path=NEXT/>
+                </button>
+                <button
+                    class="tool" type="button" aria-label="Close" title="Close (Esc)"
+                    on:click=move |_| ui.send.run(Event::SelectView(None))
+                >
+                    <Icon path=CLOSE/>
+                </button>
+            </header>
+            <div class="detail-picture" class:hides-overlay=move || !labels.get()>
+                <Picture view alt=format!("Picture of view {}", index + 1)/>
+            </div>
+            {has_overlay.then(|| view! {
+                <label class="switch-row">
+                    <span>"Labels over the picture"</span>
+                    <input
+                        class="switch" type="checkbox" role="switch" prop:checked=move || labels.get()
+                        on:change=move |e| labels.set(event_target_checked(&e))
+                    />
+                </label>
+            })}
+            {(!accepted).then(|| view! {
+                <p class="callout callout-warning">
+                    <Icon path=WARNING/> <span>{format!("Rejected: {reason}")}</span>
+                </p>
+            })}
+            <dl class="detail-figures">
+                <div><dt>"Points added"</dt><dd>{units::count(added)}</dd></div>
+                {STAGES.into_iter().enumerate().map(|(i, stage)| view! {
+                    <div>
+                        <dt>{stage_label(stage)}</dt>
+                        <dd>{move || times.get()[i].map_or_else(|| "–".into(), units::duration)}</dd>
+                    </div>
+                }).collect_view()}
+            </dl>
+        </section>
+    }
+}

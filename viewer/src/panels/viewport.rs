@@ -1,0 +1,256 @@
+//! What lies over the 3D view: the colour modes, the scale that says what a colour means, the button that fits the
+//! model into view, and what stands there when there is no model to see.
+
+use super::icons::{FIT, Icon, MODEL, UNLINKED, WARNING};
+use super::legend::css_color;
+use super::{Command, Ui};
+use crate::app::connection::{Connection, Gpu};
+use crate::app::display::ColorMode;
+use crate::app::{AppState, Event};
+use crate::render::colormap::css_gradient;
+use crate::tools::CameraInput;
+use leptos::prelude::*;
+use semascan_shared::wire::Phase;
+
+/// Everything over the canvas.
+#[component]
+pub(super) fn Overlay(ui: Ui) -> impl IntoView {
+    view! {
+        <div class="overlay-top">
+            <ColorModes ui/>
+            <button
+                class="tool is-raised" type="button" data-testid="fit" aria-label="Fit the model into view"
+                title="Fit into view (F)" on:click=move |_| ui.ask.run(Command::Camera(CameraInput::Fit))
+            >
+                <Icon path=FIT/>
+            </button>
+        </div>
+        <LinkBanner ui/>
+        <Message ui/>
+        <ColorScale ui/>
+    }
+}
+
+/// What the colours mean: one of five.
+#[component]
+fn ColorModes(ui: Ui) -> impl IntoView {
+    let mode = ui.part(|s| s.display.color_mode);
+    let choice = move |option: ColorMode| {
+        view! {
+            <label class="segment" title=option.explanation()>
+                <input
+                    type="radio" name="color-mode" value=option.key()
+                    data-testid=format!("color-mode-{}", option.key())
+                    prop:checked=move || mode.get() == option
+                    on:change=move |_| ui.send.run(Event::ColorMode(option))
+                />
+                <span>{option.label()}</span>
+            </label>
+        }
+    };
+    view! {
+        <fieldset class="segments is-raised" data-testid="color-modes">
+            <legend class="visually-hidden">"Colour by"</legend>
+            {ColorMode::ALL.into_iter().map(choice).collect_view()}
+        </fieldset>
+    }
+}
+
+/// The scale of the ramp, absolute, or the defect classes.
+#[component]
+fn ColorScale(ui: Ui) -> impl IntoView {
+    let mode = ui.part(|s| s.display.color_mode);
+    let top = ui.part(AppState::views_scale);
+    let defects = ui.part(|s| s.legend.defects.clone());
+    let ramp = move |title: &'static str, ticks: [String; 3]| {
+        view! {
+            <figure class="scale is-raised" data-testid="color-scale">
+                <figcaption>{title}</figcaption>
+                <div class="scale-ramp" aria-hidden="true" style:background-image=css_gradient()></div>
+                <div class="scale-ticks">{ticks.into_iter().map(|t| view! { <span>{t}</span> }).collect_view()}</div>
+            </figure>
+        }
+    };
+    let classes =
+        move || {
+            let rows = defects.get().into_iter().skip(1).map(|class| view! {
+            <li>
+                <span class="scale-dot" style:background-color=css_color(class.color)></span>
+                {class.name}
+            </li>
+        });
+            let rows = rows.collect::<Vec<_>>();
+            let none = rows
+                .is_empty()
+                .then(|| view! { <li>"This source names no defects."</li> });
+            view! {
+                <figure class="scale is-raised" data-testid="color-scale">
+                    <figcaption>"Defect"</figcaption>
+                    <ul class="scale-classes">{rows} {none}</ul>
+                </figure>
+            }
+        };
+    move || match mode.get() {
+        ColorMode::Confidence => {
+            ramp("Confidence", ["0 %", "50 %", "100 %"].map(String::from)).into_any()
+        }
+        ColorMode::Views => {
+            let top = top.get();
+            let middle = if top % 2 == 0 {
+                (top / 2).to_string()
+            } else {
+                String::new()
+            };
+            ramp(
+                "Views that saw the point",
+                ["0".into(), middle, top.to_string()],
+            )
+            .into_any()
+        }
+        ColorMode::Defect => classes().into_any(),
+        ColorMode::Appearance | ColorMode::Component => ().into_any(),
+    }
+}
+
+/// Says that what is seen is not live, while there is a model to be seen.
+#[component]
+fn LinkBanner(ui: Ui) -> impl IntoView {
+    let text = ui.part(|s| match &s.connection {
+        _ if s.legend.visible_points() == 0 => None,
+        Connection::Reconnecting { reason, .. } => Some(format!(
+            "Connection lost: {reason}. The model may be out of date."
+        )),
+        Connection::Refused { reason } => {
+            Some(format!("The agent closed the connection: {reason}"))
+        }
+        _ => None,
+    });
+    move || {
+        text.get().map(|text| view! {
+            <p class="banner is-raised" data-testid="banner"><Icon path=UNLINKED/> <span>{text}</span></p>
+        })
+    }
+}
+
+/// What stands in the place of the model.
+#[derive(Clone, PartialEq)]
+struct Empty {
+    key: &'static str,
+    icon: &'static str,
+    title: &'static str,
+    text: String,
+    busy: bool,
+    reload: bool,
+}
+
+impl Empty {
+    fn new(
+        key: &'static str,
+        icon: &'static str,
+        title: &'static str,
+        text: impl Into<String>,
+    ) -> Self {
+        Self {
+            key,
+            icon,
+            title,
+            text: text.into(),
+            busy: false,
+            reload: false,
+        }
+    }
+
+    /// The most important thing that keeps the model from being seen, if anything does.
+    fn of(state: &AppState) -> Option<Self> {
+        if let Gpu::Unavailable { reason } = &state.gpu {
+            let text =
+                format!("{reason} The panels, the live figures and the exports keep working.");
+            return Some(Self {
+                reload: true,
+                ..Self::new("gpu", WARNING, "The 3D view is not available", text)
+            });
+        }
+        if state.legend.rows.iter().any(|row| row.figures.points > 0) {
+            return None;
+        }
+        Some(match (&state.connection, state.progress.phase) {
+            (Connection::Connecting { .. }, _) => Self {
+                busy: true,
+                ..Self::new(
+                    "connecting",
+                    UNLINKED,
+                    "Connecting to the agent",
+                    "This takes a moment.",
+                )
+            },
+            (Connection::Reconnecting { reason, .. }, _) => {
+                let text = format!("{reason}. It is tried again by itself.");
+                Self {
+                    busy: true,
+                    ..Self::new(
+                        "reconnecting",
+                        UNLINKED,
+                        "The agent cannot be reached",
+                        text,
+                    )
+                }
+            }
+            (Connection::Refused { reason }, _) => Self {
+                reload: true,
+                ..Self::new(
+                    "refused",
+                    WARNING,
+                    "The agent refused the connection",
+                    reason,
+                )
+            },
+            (_, Phase::Failed) => {
+                let why = Some(state.progress.message.as_str()).filter(|m| !m.is_empty());
+                Self::new(
+                    "failed",
+                    WARNING,
+                    "The inspection failed",
+                    why.unwrap_or("The agent gave no reason."),
+                )
+            }
+            (_, Phase::Finished) => Self::new(
+                "finished",
+                MODEL,
+                "The inspection found no surface",
+                "No view could be added to the model.",
+            ),
+            (_, Phase::Running) => Self {
+                busy: true,
+                ..Self::new(
+                    "running",
+                    MODEL,
+                    "Capturing the first view",
+                    "The model appears here as it grows.",
+                )
+            },
+            (_, Phase::Waiting | Phase::Unspecified) => Self::new(
+                "waiting",
+                MODEL,
+                "Waiting for an inspection",
+                "The model appears here as soon as the agent captures its first view.",
+            ),
+        })
+    }
+}
+
+#[component]
+fn Message(ui: Ui) -> impl IntoView {
+    let empty = ui.part(Empty::of);
+    move || {
+        empty.get().map(|Empty { key, icon, title, text, busy, reload }| view! {
+            <div class="message" data-testid="viewport-message" data-state=key>
+                <span class="message-icon" class:is-busy=busy><Icon path=icon/></span>
+                <h2>{title}</h2>
+                <p>{text}</p>
+                {reload.then(|| view! {
+                    <button class="button" type="button" on:click=move |_| ui.ask.run(Command::Reload)>"Reload"</button>
+                })}
+            </div>
+        })
+    }
+}

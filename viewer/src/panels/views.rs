@@ -1,0 +1,109 @@
+//! The captured views as a strip of pictures; a click shows a view's camera in the model and the view at large.
+
+use super::Ui;
+use super::icons::{CAMERA, Icon, WARNING};
+use super::picture::Picture;
+use crate::app::Event;
+use crate::app::views::ViewEntry;
+use leptos::prelude::*;
+use semascan_shared::wire::Phase;
+
+/// The strip, newest view at its end and kept in sight unless the person has scrolled away or selected one.
+#[component]
+pub(super) fn ViewStrip(ui: Ui) -> impl IntoView {
+    let views = ui.part(|s| s.views.iter().cloned().collect::<Vec<_>>());
+    let count = ui.part(|s| s.views.iter().len());
+    let selected = ui.part(|s| s.views.selected().map(|v| v.index));
+    let pending = ui.part(|s| {
+        let missing = s
+            .progress
+            .views_expected
+            .saturating_sub(s.progress.views_done);
+        // Views that are still to come get a place each, as far as the strip shows them anyway.
+        if s.progress.phase == Phase::Running {
+            missing.min(24)
+        } else {
+            0
+        }
+    });
+    let list = NodeRef::<leptos::html::Ol>::new();
+    Effect::new(move |_| {
+        count.track();
+        if selected.get_untracked().is_none()
+            && let Some(last) = list.get().and_then(|l| {
+                l.query_selector("li.view:last-of-type button")
+                    .ok()
+                    .flatten()
+            })
+        {
+            reveal(&last);
+        }
+    });
+    Effect::new(move |_| {
+        let chosen = selected.get().map(|i| format!("[data-testid=view-{i}]"));
+        let button = chosen.and_then(|s| {
+            list.get_untracked()
+                .and_then(|l| l.query_selector(&s).ok().flatten())
+        });
+        if let Some(button) = button {
+            reveal(&button);
+        }
+    });
+    view! {
+        <h2 class="visually-hidden">"Views"</h2>
+        <Show when=move || count.get() == 0 && pending.get() == 0>
+            <p class="strip-empty"><Icon path=CAMERA/> "Captured views appear here."</p>
+        </Show>
+        <ol class="strip" node_ref=list>
+            <For
+                each=move || views.get()
+                key=|v| (v.index, v.accepted, v.thumbnail_jpeg.len(), v.overlay_png.len())
+                let:view
+            >
+                <ViewCard ui view selected/>
+            </For>
+            {move || (0..pending.get()).map(|_| view! { <li class="view-pending" aria-hidden="true"></li> }).collect_view()}
+        </ol>
+    }
+}
+
+/// One view.
+#[component]
+fn ViewCard(ui: Ui, view: ViewEntry, selected: Memo<Option<u32>>) -> impl IntoView {
+    let index = view.index;
+    let is_selected = move || selected.get() == Some(index);
+    let toggle = move |_| {
+        ui.send
+            .run(Event::SelectView((!is_selected()).then_some(index)))
+    };
+    let (accepted, reason) = (view.accepted, view.reason.clone());
+    let name = if accepted {
+        format!("View {}", index + 1)
+    } else {
+        format!("View {}, rejected: {reason}", index + 1)
+    };
+    view! {
+        <li class="view">
+            <button
+                class="view-button" class:is-rejected=!accepted type="button"
+                data-testid=format!("view-{index}") data-accepted=accepted.to_string()
+                aria-pressed=move || is_selected().to_string() aria-label=name.clone() title=name
+                on:click=toggle
+            >
+                <Picture view alt=String::new()/>
+                <span class="view-number">{index + 1}</span>
+                {(!accepted).then(|| view! {
+                    <span class="view-reason"><Icon path=WARNING/> <span>{reason}</span></span>
+                })}
+            </button>
+        </li>
+    }
+}
+
+/// Scrolls the strip, and nothing else, until the element is in sight.
+fn reveal(element: &web_sys::Element) {
+    let options = web_sys::ScrollIntoViewOptions::new();
+    options.set_block(web_sys::ScrollLogicalPosition::Nearest);
+    options.set_inline(web_sys::ScrollLogicalPosition::Nearest);
+    element.scroll_into_view_with_scroll_into_view_options(&options);
+}

@@ -1,0 +1,75 @@
+//! The 3D picture: one primitive = one `.rs` + one `.wgsl`.
+//!
+//! | module | what |
+//! |---|---|
+//! | [`request`] | what a frame shall show: pure data |
+//! | [`colormap`] | the ramps of confidence and views, shared with the legend |
+//! | [`record`] | a point as the GPU reads it |
+//! | [`pool`], [`thinning`], [`census`] | where a chunk's points lie, in which order, how many of them show |
+//! | [`frustum`], [`axes`] | camera poses and the table frame as line [`segment`]s |
+//! | [`scale`] | round distances of grid lines |
+//! | [`loss`] | losing the device |
+//! | `points`, `background`, `turntable`, `floor`, `lines` | the primitives (browser only) |
+//! | `frame`, `pipeline`, `lookup` | what primitives share (browser only) |
+//! | `gpu`, `self_test`, `renderer` | device and canvas, fallback, the frame (browser only) |
+//!
+//! How a page uses it:
+//!
+//! ```text
+//! let mut renderer = Renderer::new(canvas, BackendChoice::Auto).await?;   // may replace the canvas element:
+//! let pointer = CameraPointer::attach(renderer.canvas(), move |input| ..)?;    // so ask for it afterwards
+//! renderer.on_lost(|reason| ..);                      // then: Renderer::rebuild(renderer, choice).await, set every chunk again
+//! match model.apply(&event) {                         // ModelChange
+//!     Cleared => renderer.clear(),
+//!     Replaced(id) => renderer.set_chunk(id, &chunk.cloud),
+//!     Removed(id) => renderer.remove_chunk(id),
+//!     None => {}
+//! }
+//! renderer.resize(css_width, css_height, device_pixel_ratio);
+//! let stats: FrameStats = renderer.draw(&request)?;   // on demand, at most once per animation frame
+//! ```
+
+pub mod axes;
+pub mod census;
+pub mod colormap;
+pub mod frustum;
+pub mod loss;
+pub mod pool;
+pub mod record;
+pub mod request;
+pub mod scale;
+pub mod segment;
+pub mod thinning;
+
+#[cfg(target_arch = "wasm32")]
+mod background;
+#[cfg(target_arch = "wasm32")]
+mod floor;
+#[cfg(target_arch = "wasm32")]
+mod frame;
+#[cfg(target_arch = "wasm32")]
+mod gpu;
+#[cfg(target_arch = "wasm32")]
+mod lines;
+#[cfg(target_arch = "wasm32")]
+mod lookup;
+#[cfg(target_arch = "wasm32")]
+mod pipeline;
+#[cfg(target_arch = "wasm32")]
+mod points;
+#[cfg(target_arch = "wasm32")]
+mod renderer;
+#[cfg(target_arch = "wasm32")]
+mod self_test;
+#[cfg(target_arch = "wasm32")]
+mod turntable;
+
+pub use request::{
+    BackendChoice, CameraFrustum, ClassMask, ColorMode, DrawRequest, HiddenFlags, Palette, Theme,
+    Turntable,
+};
+
+#[cfg(target_arch = "wasm32")]
+pub use gpu::Backend;
+#[cfg(target_arch = "wasm32")]
+pub use renderer::{FrameStats, RenderError, Renderer};

@@ -1,0 +1,394 @@
+//! The renderer: owns device, canvas and primitives, draws a frame when asked.
+//!
+//! Nothing runs by itself: a still model costs nothing. After each frame the canvas tells what it shows in its data
+//! attributes: `data-backend` (`webgpu`, `webgl2`), `data-points` (points shown), `data-frames` (frames drawn) and
+//! `data-sequence` (changes of the model that the picture has taken in).
+
+use super::axes;
+use super::background::Background;
+use super::floor::{Floor, FloorPlace};
+use super::frame::{self, Frame, FrameUniform};
+use super::frustum;
+use super::gpu::{Backend, Gpu, replace_canvas};
+use super::lines::{LineBuffer, Lines};
+use super::pipeline::DEPTH_FORMAT;
+use super::points::Points;
+use super::request::{BackendChoice, DrawRequest};
+use super::self_test;
+use super::turntable::Turntable;
+use crate::tools::Bounds;
+use glam::{Vec2, Vec3};
+use semascan_shared::model::SemanticCloud;
+use web_sys::HtmlCanvasElement;
+use wgpu::{
+    Color, CommandEncoderDescriptor, CurrentSurfaceTexture, Extent3d, LoadOp, Operations,
+    RenderPassColorAttachment, RenderPassDepthStencilAttachment, RenderPassDescriptor, StoreOp,
+    SurfaceTexture, TextureDescriptor, TextureDimension, TextureUsages, TextureView,
+    TextureViewDescriptor,
+};
+
+/// Why there is no picture.
+#[derive(Debug, thiserror::Error)]
+pub enum RenderError {
+    /// A graphics interface is missing or refuses.
+    #[error("{backend} is not available: {reason}")]
+    Backend {
+        /// `webgpu` or `webgl2`.
+        backend: &'static str,
+        /// What failed and why.
+        reason: String,
+    },
+    /// A graphics interface is there but does not draw.
+    #[error("{backend} failed its self-test: {reason}")]
+    SelfTest {
+        /// `webgpu` or `webgl2`.
+        backend: &'static str,
+        /// What the test saw.
+        reason: String,
+    },
+    /// Every interface failed.
+    #[error("no 3D graphics in this browser: {webgpu}; {webgl2}")]
+    Nothing {
+        /// How WebGPU failed.
+        webgpu: String,
+        /// How WebGL2 failed.
+        webgl2: String,
+    },
+    /// The device is gone; see [`Renderer::rebuild`].
+    #[error("the graphics device was lost: {0}")]
+    Lost(String),
+    /// The page does not let itself be changed.
+    #[error("the canvas cannot be replaced: {0}")]
+    Page(String),
+}
+
+/// What a frame showed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct FrameStats {
+    /// Points shown: of visible classes, not hidden, after thinning.
+    pub points: usize,
+    /// Frames drawn by this renderer, this one included.
+    pub frames: u64,
+}
+
+/// Draws the model on a canvas.
+pub struct Renderer {
+    gpu: Gpu,
+    frame: FrameUniform,
+    axes_frame: FrameUniform,
+    background: Background,
+    points: Points,
+    turntable: Turntable,
+    floor: Floor,
+    lines: Lines,
+    frusta: LineBuffer,
+    axes: LineBuffer,
+    depth: TextureView,
+    scale: f32,
+    frames: u64,
+    sequence: u64,
+}
+
+/// Side of the square that holds the axes, and its distance from the corner, CSS pixels.
+const AXES_SIDE: f32 = 84.0;
+const AXES_MARGIN: f32 = 8.0;
+
+impl Renderer {
+    /// Starts to draw on `canvas`. A graphics interface counts only if it passes the self-test; before another one is
+    /// tried the canvas element is replaced by a fresh one with the same attributes, so ask for [`Renderer::canvas`]
+    /// before adding listeners.
+    ///
+    /// # Errors
+    /// [`RenderError`] if no interface, or not the one chosen, draws.
+    pub async fn new(
+        canvas: HtmlCanvasElement,
+        choice: BackendChoice,
+    ) -> Result<Self, RenderError> {
+        let first = match choice {
+            BackendChoice::Auto => Backend::WebGpu,
+            BackendChoice::WebGpu => return Self::open(canvas, Backend::WebGpu).await,
+            BackendChoice::WebGl2 => return Self::open(canvas, Backend::WebGl2).await,
+        };
+        let webgpu = match Self::open(canvas.clone(), first).await {
+            Ok(renderer) => return Ok(renderer),
+            Err(error) => error.to_string(),
+        };
+        web_sys::console::warn_1(&format!("semascan: {webgpu}; trying webgl2").into());
+        let fresh = replace_canvas(&canvas)?;
+        let nothing = |error: RenderError| RenderError::Nothing {
+            webgpu,
+            webgl2: error.to_string(),
+        };
+        Self::open(fresh, Backend::WebGl2).await.map_err(nothing)
+    }
+
+    /// A new renderer on a fresh canvas in the place of one whose device was lost. With [`BackendChoice::Auto`] a lost
+    /// WebGPU device is followed by WebGL2: what was lost once is lost again soon. Set every chunk again.
+    ///
+    /// # Errors
+    /// As [`Renderer::new`].
+    pub async fn rebuild(self, choice: BackendChoice) -> Result<Self, RenderError> {
+        let fresh = replace_canvas(self.canvas())?;
+        let choice = match (choice, self.backend()) {
+            (BackendChoice::Auto, Backend::WebGpu) => BackendChoice::WebGl2,
+            (choice, _) => choice,
+        };
+        drop(self);
+        Self::new(fresh, choice).await
+    }
+
+    async fn open(canvas: HtmlCanvasElement, backend: Backend) -> Result<Self, RenderError> {
+        let gpu = Gpu::open(canvas, backend).await?;
+        let frame = frame::uniform(&gpu);
+        let mut renderer = Self {
+            axes_frame: frame::uniform(&gpu),
+            background: Background::new(&gpu, &frame),
+            points: Points::new(&gpu, &frame),
+            turntable: Turntable::new(&gpu, &frame),
+            floor: Floor::new(&gpu, &frame),
+            lines: Lines::new(&gpu, &frame),
+            frusta: LineBuffer::default(),
+            axes: LineBuffer::default(),
+            depth: depth_buffer(&gpu),
+            scale: 1.0,
+            frames: 0,
+            sequence: 0,
+            frame,
+            gpu,
+        };
+        self_test::run(&mut renderer).await?;
+        renderer.frames = 0;
+        renderer.sequence = 0;
+        Ok(renderer)
+    }
+
+    /// The canvas element that is drawn on.
+    pub fn canvas(&self) -> &HtmlCanvasElement {
+        &self.gpu.canvas
+    }
+
+    /// The graphics interface in use.
+    pub fn backend(&self) -> Backend {
+        self.gpu.backend
+    }
+
+    /// Why the device was lost, if it was.
+    pub fn loss(&self) -> Option<String> {
+        self.gpu.loss.reason()
+    }
+
+    /// Calls `on_lost` with the reason when the device is lost, from the page's event loop.
+    pub fn on_lost(&self, on_lost: impl FnOnce(String) + 'static) {
+        let loss = self.gpu.loss.clone();
+        wasm_bindgen_futures::spawn_local(async move { on_lost(loss.wait().await) });
+    }
+
+    /// Sets the size of the picture in CSS pixels and how many device pixels one of them has.
+    pub fn resize(&mut self, width: f32, height: f32, device_pixel_ratio: f32) {
+        let scale = if device_pixel_ratio.is_finite() {
+            device_pixel_ratio.clamp(0.25, 8.0)
+        } else {
+            1.0
+        };
+        let before = (self.gpu.config.width, self.gpu.config.height);
+        self.scale = scale;
+        self.gpu.resize(
+            (width * scale).round() as u32,
+            (height * scale).round() as u32,
+        );
+        if before != (self.gpu.config.width, self.gpu.config.height) {
+            self.depth = depth_buffer(&self.gpu);
+        }
+    }
+
+    /// Puts `cloud` (table frame, metres) in the place of whatever chunk `id` held.
+    pub fn set_chunk(&mut self, id: [i32; 3], cloud: &SemanticCloud) {
+        self.points.set_chunk(&self.gpu, id, cloud);
+        self.sequence += 1;
+    }
+
+    /// Takes chunk `id` out.
+    pub fn remove_chunk(&mut self, id: [i32; 3]) {
+        self.points.remove_chunk(&self.gpu, id);
+        self.sequence += 1;
+    }
+
+    /// Takes everything out.
+    pub fn clear(&mut self) {
+        self.points.clear();
+        self.sequence += 1;
+    }
+
+    /// Draws one frame.
+    ///
+    /// # Errors
+    /// [`RenderError::Lost`] when the device or the surface is gone.
+    pub fn draw(&mut self, request: &DrawRequest) -> Result<FrameStats, RenderError> {
+        if let Some(reason) = self.loss() {
+            return Err(RenderError::Lost(reason));
+        }
+        self.prepare(request);
+        let texture = self.acquire()?;
+        let view = texture
+            .texture
+            .create_view(&TextureViewDescriptor::default());
+        let mut encoder = self
+            .gpu
+            .device
+            .create_command_encoder(&CommandEncoderDescriptor {
+                label: Some("frame"),
+            });
+        {
+            let mut pass = encoder.begin_render_pass(&RenderPassDescriptor {
+                label: Some("frame"),
+                color_attachments: &[Some(RenderPassColorAttachment {
+                    view: &view,
+                    depth_slice: None,
+                    resolve_target: None,
+                    ops: Operations {
+                        load: LoadOp::Clear(Color::BLACK),
+                        store: StoreOp::Store,
+                    },
+                })],
+                depth_stencil_attachment: Some(RenderPassDepthStencilAttachment {
+                    view: &self.depth,
+                    depth_ops: Some(Operations {
+                        load: LoadOp::Clear(1.0),
+                        store: StoreOp::Discard,
+                    }),
+                    stencil_ops: None,
+                }),
+                timestamp_writes: None,
+                occlusion_query_set: None,
+                multiview_mask: None,
+            });
+            pass.set_bind_group(0, &self.frame.group, &[]);
+            self.background.draw(&mut pass);
+            self.points.draw(&mut pass);
+            match request.turntable {
+                Some(_) => self.turntable.draw(&mut pass),
+                None => self.floor.draw(&mut pass),
+            }
+            self.lines.draw(&mut pass, &self.frusta);
+            if let Some(side) = self.axes_side() {
+                let y = self.gpu.config.height as f32 - side - AXES_MARGIN * self.scale;
+                // Depth range of zero width: nothing is in front of the axes.
+                pass.set_viewport(AXES_MARGIN * self.scale, y, side, side, 0.0, 0.0);
+                pass.set_bind_group(0, &self.axes_frame.group, &[]);
+                self.lines.draw(&mut pass, &self.axes);
+            }
+        }
+        self.gpu.queue.submit([encoder.finish()]);
+        self.gpu.queue.present(texture);
+        self.frames += 1;
+        let stats = FrameStats {
+            points: self.points.shown(request),
+            frames: self.frames,
+        };
+        self.tell(stats);
+        Ok(stats)
+    }
+
+    fn prepare(&mut self, request: &DrawRequest) {
+        let gpu = &self.gpu;
+        let pixels = Vec2::new(gpu.config.width as f32, gpu.config.height as f32);
+        let model = request.bounds.filter(|b| !b.is_empty());
+        let mut scene = model.unwrap_or(Bounds::EMPTY);
+        match &request.turntable {
+            Some(disc) => {
+                self.turntable.prepare(gpu, disc, request.theme);
+                let corner = Vec3::new(disc.radius, disc.radius, 0.0);
+                let height = Vec3::Z * disc.height;
+                scene = scene.union(Bounds::from_corners(height - corner, height + corner));
+            }
+            None => {
+                let place = FloorPlace::under(model);
+                self.floor.prepare(gpu, place, request.theme);
+                scene = scene.union(place.bounds());
+            }
+        }
+        let depth = model.map_or(0.08, |b| b.radius() * 0.6).clamp(0.03, 0.3);
+        let segments: Vec<_> = request
+            .frusta
+            .iter()
+            .flat_map(|f| frustum::segments(f, depth, request.theme))
+            .collect();
+        for segment in &segments {
+            scene.include(segment.from);
+            scene.include(segment.to);
+        }
+        self.frusta.write(gpu, &segments);
+        let forward = request.camera.forward();
+        let right = forward.cross(Vec3::Z).normalize_or(Vec3::X);
+        self.axes
+            .write(gpu, &axes::segments(right, right.cross(forward)));
+        if let Some(side) = self.axes_side() {
+            self.axes_frame
+                .write(gpu, &Frame::axes(&request.camera, side, self.scale));
+        }
+        self.frame.write(
+            gpu,
+            &Frame::scene(&request.camera, pixels, self.scale, scene),
+        );
+        self.background.prepare(gpu, request.theme);
+        self.points.prepare(gpu, request);
+    }
+
+    /// Side of the axes' square in device pixels; none on a picture too small for it.
+    fn axes_side(&self) -> Option<f32> {
+        let side = AXES_SIDE * self.scale;
+        let room = self.gpu.config.width.min(self.gpu.config.height) as f32;
+        (side * 3.0 < room).then_some(side)
+    }
+
+    fn acquire(&self) -> Result<SurfaceTexture, RenderError> {
+        let gone = |what: &str| RenderError::Lost(format!("the surface is {what}"));
+        match self.gpu.surface.get_current_texture() {
+            CurrentSurfaceTexture::Success(texture)
+            | CurrentSurfaceTexture::Suboptimal(texture) => Ok(texture),
+            // Once more with a fresh configuration, then give up.
+            _ => {
+                self.gpu
+                    .surface
+                    .configure(&self.gpu.device, &self.gpu.config);
+                match self.gpu.surface.get_current_texture() {
+                    CurrentSurfaceTexture::Success(texture)
+                    | CurrentSurfaceTexture::Suboptimal(texture) => Ok(texture),
+                    other => Err(gone(&format!("{other:?}"))),
+                }
+            }
+        }
+    }
+
+    fn tell(&self, stats: FrameStats) {
+        let data = self.gpu.canvas.dataset();
+        let entries = [
+            ("backend", self.backend().name().to_owned()),
+            ("points", stats.points.to_string()),
+            ("frames", stats.frames.to_string()),
+            ("sequence", self.sequence.to_string()),
+        ];
+        for (name, value) in entries {
+            // Fails only for names that are no identifiers.
+            let _ = data.set(name, &value);
+        }
+    }
+}
+
+fn depth_buffer(gpu: &Gpu) -> TextureView {
+    let texture = gpu.device.create_texture(&TextureDescriptor {
+        label: Some("depth"),
+        size: Extent3d {
+            width: gpu.config.width,
+            height: gpu.config.height,
+            depth_or_array_layers: 1,
+        },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: TextureDimension::D2,
+        format: DEPTH_FORMAT,
+        usage: TextureUsages::RENDER_ATTACHMENT,
+        view_formats: &[],
+    });
+    texture.create_view(&TextureViewDescriptor::default())
+}

@@ -1,0 +1,183 @@
+//! From pointers going down, moving and going up to what is asked of the camera.
+//!
+//! | pointers | camera |
+//! |---|---|
+//! | left button, one finger | orbit |
+//! | right or middle button, or left with Shift | pan |
+//! | two fingers | pan by their middle, zoom by their distance about it |
+//! | wheel | zoom about the pointer |
+
+use super::CameraInput;
+use glam::Vec2;
+
+/// What went down.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Button {
+    /// Left mouse button, a finger or the tip of a pen.
+    Primary,
+    /// Any other button, or the primary one with Shift held.
+    Secondary,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Pointer {
+    id: i32,
+    at: Vec2,
+    button: Button,
+}
+
+/// The pointers that are down. Positions are CSS pixels from the viewport's top left corner.
+#[derive(Clone, Debug, Default)]
+pub struct Gesture {
+    pointers: Vec<Pointer>,
+}
+
+/// Pointers past the second are ignored; fingers closer than this do not pinch (CSS pixels).
+const MIN_PINCH: f32 = 8.0;
+
+/// How far one wheel pixel zooms: a notch of 100 px is a factor of 1.16.
+const ZOOM_PER_WHEEL_PIXEL: f32 = 0.0015;
+
+/// The largest zoom that one wheel event may ask for, in wheel pixels.
+const MAX_WHEEL: f32 = 400.0;
+
+impl Gesture {
+    /// A pointer went down.
+    pub fn down(&mut self, id: i32, button: Button, at: Vec2) {
+        self.up(id);
+        if self.pointers.len() < 2 && at.is_finite() {
+            self.pointers.push(Pointer { id, at, button });
+        }
+    }
+
+    /// A pointer moved; what that asks of the camera, in order.
+    pub fn moved(&mut self, id: i32, at: Vec2) -> Vec<CameraInput> {
+        let Some(index) = self
+            .pointers
+            .iter()
+            .position(|p| p.id == id)
+            .filter(|_| at.is_finite())
+        else {
+            return Vec::new();
+        };
+        let before = self.pointers[index].at;
+        let (middle, span) = self.middle_and_span();
+        self.pointers[index].at = at;
+        if self.pointers.len() == 1 {
+            let pixels = at - before;
+            return vec![match self.pointers[0].button {
+                Button::Primary => CameraInput::Orbit { pixels },
+                Button::Secondary => CameraInput::Pan { pixels },
+            }];
+        }
+        let (new_middle, new_span) = self.middle_and_span();
+        let mut inputs = vec![CameraInput::Pan {
+            pixels: new_middle - middle,
+        }];
+        if span > MIN_PINCH && new_span > MIN_PINCH {
+            inputs.push(CameraInput::Zoom {
+                factor: span / new_span,
+                at: Some(new_middle),
+            });
+        }
+        inputs
+    }
+
+    /// A pointer went up or was cancelled.
+    pub fn up(&mut self, id: i32) {
+        self.pointers.retain(|p| p.id != id);
+    }
+
+    /// Whether anything is down.
+    pub fn is_active(&self) -> bool {
+        !self.pointers.is_empty()
+    }
+
+    /// The wheel turned by so many pixels (down is positive: away) with the pointer at `at`.
+    pub fn wheel(pixels: f32, at: Vec2) -> CameraInput {
+        let pixels = if pixels.is_finite() {
+            pixels.clamp(-MAX_WHEEL, MAX_WHEEL)
+        } else {
+            0.0
+        };
+        CameraInput::Zoom {
+            factor: (pixels * ZOOM_PER_WHEEL_PIXEL).exp(),
+            at: Some(at),
+        }
+    }
+
+    fn middle_and_span(&self) -> (Vec2, f32) {
+        match self.pointers.as_slice() {
+            [a, b] => ((a.at + b.at) / 2.0, a.at.distance(b.at)),
+            [a] => (a.at, 0.0),
+            _ => (Vec2::ZERO, 0.0),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_pointer_orbits_or_pans_by_its_button() {
+        let step = Vec2::new(3.0, -2.0);
+        let mut gesture = Gesture::default();
+        gesture.down(1, Button::Primary, Vec2::ZERO);
+        assert_eq!(
+            gesture.moved(1, step),
+            [CameraInput::Orbit { pixels: step }]
+        );
+        gesture.up(1);
+        assert!(gesture.moved(1, step).is_empty() && !gesture.is_active());
+        gesture.down(1, Button::Secondary, Vec2::ZERO);
+        assert_eq!(gesture.moved(1, step), [CameraInput::Pan { pixels: step }]);
+    }
+
+    #[test]
+    fn spreading_two_fingers_zooms_in_about_their_middle() {
+        let mut gesture = Gesture::default();
+        gesture.down(1, Button::Primary, Vec2::new(100.0, 100.0));
+        gesture.down(2, Button::Primary, Vec2::new(200.0, 100.0));
+        let inputs = gesture.moved(2, Vec2::new(300.0, 100.0));
+        let middle = Vec2::new(200.0, 100.0);
+        assert_eq!(
+            inputs,
+            [
+                CameraInput::Pan {
+                    pixels: Vec2::new(50.0, 0.0)
+                },
+                CameraInput::Zoom {
+                    factor: 0.5,
+                    at: Some(middle)
+                }
+            ]
+        );
+    }
+
+    #[test]
+    fn lifting_one_of_two_fingers_goes_on_orbiting_without_a_jump() {
+        let mut gesture = Gesture::default();
+        gesture.down(1, Button::Primary, Vec2::new(100.0, 100.0));
+        gesture.down(2, Button::Primary, Vec2::new(200.0, 100.0));
+        gesture.up(1);
+        let inputs = gesture.moved(2, Vec2::new(201.0, 100.0));
+        assert_eq!(inputs, [CameraInput::Orbit { pixels: Vec2::X }]);
+    }
+
+    #[test]
+    fn a_third_finger_and_wild_numbers_are_ignored() {
+        let mut gesture = Gesture::default();
+        for id in 0..3 {
+            gesture.down(id, Button::Primary, Vec2::splat(id as f32 * 50.0));
+        }
+        assert!(gesture.moved(2, Vec2::ONE).is_empty());
+        assert!(gesture.moved(0, Vec2::NAN).is_empty());
+        for wheel in [f32::NAN, f32::INFINITY, 1e30] {
+            let CameraInput::Zoom { factor, .. } = Gesture::wheel(wheel, Vec2::ZERO) else {
+                panic!("not a zoom")
+            };
+            assert!(factor.is_finite() && factor > 0.0 && factor < 2.0);
+        }
+    }
+}

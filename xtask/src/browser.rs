@@ -1,0 +1,91 @@
+//! The browser tests of `tests/browser`: brings in what they need (Chromium, Node, npm packages) and runs them
+//! against a built agent.
+
+use crate::packages;
+use crate::process::{exists, run};
+use crate::report::note;
+use crate::workspace::Workspace;
+use anyhow::{Context, Result};
+use std::ffi::OsStr;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// Names Chromium goes by; `SEMASCAN_CHROMIUM` names another.
+const CHROMIUM: [&str; 4] = [
+    "chromium",
+    "chromium-browser",
+    "google-chrome-stable",
+    "google-chrome",
+];
+
+/// Runs every `*.test.mjs`, or those whose name contains `filter`, with `agent` as the binary under test.
+pub(crate) fn run_tests(workspace: &Workspace, agent: &Path, filter: Option<&str>) -> Result<()> {
+    let chromium = chromium()?;
+    if !exists("node") || !exists("npm") {
+        packages::install("the browser tests are written for Node", &["nodejs", "npm"])?;
+    }
+    let folder = workspace.root.join("tests/browser");
+    install_npm_packages(&folder)?;
+    let tests = tests(&folder, filter)?;
+    // One file at a time: each one draws with a software rasterizer that takes every core.
+    run(Command::new("node")
+        .current_dir(&folder)
+        .env("SEMASCAN_AGENT", agent)
+        .env("SEMASCAN_CHROMIUM", chromium)
+        .args(["--test", "--test-concurrency=1", "--test-reporter=spec"])
+        .args(tests))
+}
+
+fn chromium() -> Result<PathBuf> {
+    if let Some(path) = std::env::var_os("SEMASCAN_CHROMIUM") {
+        return Ok(path.into());
+    }
+    let find = || CHROMIUM.iter().find_map(|name| in_path(name));
+    if let Some(path) = find() {
+        return Ok(path);
+    }
+    packages::install("the browser tests drive Chromium", &["chromium"])?;
+    find().context("chromium was installed but is not in PATH; set SEMASCAN_CHROMIUM")
+}
+
+fn in_path(program: &str) -> Option<PathBuf> {
+    std::env::split_paths(&std::env::var_os("PATH")?)
+        .map(|folder| folder.join(program))
+        .find(|path| path.is_file())
+}
+
+/// `npm ci`, unless it ran since the lock file last changed.
+fn install_npm_packages(folder: &Path) -> Result<()> {
+    let changed = |path: &str| fs::metadata(folder.join(path)).and_then(|file| file.modified());
+    let wanted = changed("package-lock.json").context("tests/browser/package-lock.json")?;
+    if changed("node_modules/.package-lock.json").is_ok_and(|installed| installed >= wanted) {
+        return Ok(());
+    }
+    note("installing the npm packages of the browser tests");
+    run(Command::new("npm").current_dir(folder).args([
+        "ci",
+        "--no-audit",
+        "--no-fund",
+        "--ignore-scripts",
+    ]))
+}
+
+fn tests(folder: &Path, filter: Option<&str>) -> Result<Vec<String>> {
+    let mut names = Vec::new();
+    for entry in fs::read_dir(folder)? {
+        let path = entry?.path();
+        let name = path.file_name().and_then(OsStr::to_str).unwrap_or_default();
+        if name.ends_with(".test.mjs") && filter.is_none_or(|part| name.contains(part)) {
+            names.push(name.to_owned());
+        }
+    }
+    names.sort();
+    anyhow::ensure!(
+        !names.is_empty(),
+        "no browser test matches {:?} in {}",
+        filter.unwrap_or(""),
+        folder.display()
+    );
+    Ok(names)
+}

@@ -1,0 +1,60 @@
+//! `cargo xtask demo`: from a fresh clone to a running inspection in the browser.
+
+use crate::process::line;
+use crate::report::heading;
+use crate::web;
+use crate::workspace::cargo;
+use anyhow::Result;
+use clap::Args;
+use std::ffi::OsString;
+use std::process::Command;
+
+/// What the demo is built and called with.
+#[derive(Args)]
+pub(crate) struct Options {
+    /// Build quickly; serve the web files from disk, so that `cargo xtask web --dev` and a reload show a change
+    #[arg(long)]
+    dev: bool,
+    /// Passed on to `semascan demo` (after `--`), as in `-- --port 9000`
+    #[arg(last = true)]
+    arguments: Vec<OsString>,
+}
+
+/// Builds the web files, then builds and becomes the agent.
+pub(crate) fn run(options: &Options) -> Result<()> {
+    let workspace = web::run(&web::Options { dev: options.dev })?;
+    heading("Agent");
+    let mut agent = cargo();
+    agent.current_dir(&workspace.root).args([
+        "run",
+        "--package",
+        "semascan-agent",
+        "--bin",
+        "semascan",
+    ]);
+    if !options.dev {
+        agent.arg("--release");
+    }
+    agent.args(["--", "demo"]);
+    if options.dev {
+        agent.arg("--web-dir").arg(workspace.dist());
+    }
+    agent.args(&options.arguments);
+    become_command(&mut agent)
+}
+
+/// Hands this process over, so that Ctrl-C reaches the agent alone and the shell waits for its orderly end.
+#[cfg(unix)]
+fn become_command(command: &mut Command) -> Result<()> {
+    use std::os::unix::process::CommandExt;
+    eprintln!("   $ {}", line(command));
+    Err(command.exec().into())
+}
+
+#[cfg(not(unix))]
+fn become_command(command: &mut Command) -> Result<()> {
+    eprintln!("   $ {}", line(command));
+    let status = command.status()?;
+    anyhow::ensure!(status.success(), "the demo ended with {status}");
+    Ok(())
+}
