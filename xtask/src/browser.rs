@@ -1,8 +1,8 @@
 //! The browser tests of `tests/browser`: brings in what they need (Chromium, Node, npm packages) and runs them
 //! against a built agent.
 
-use crate::packages;
-use crate::process::{exists, run};
+use crate::packages::{self, NeedsYou};
+use crate::process::{capture, exists, run};
 use crate::report::note;
 use crate::workspace::Workspace;
 use anyhow::{Context, Result};
@@ -19,21 +19,29 @@ const CHROMIUM: [&str; 4] = [
     "google-chrome",
 ];
 
+/// Oldest Node that the browser tests' packages run on.
+const OLDEST_NODE: u32 = 20;
+
 /// Runs every `*.test.mjs`, or those whose name contains `filter`, with `agent` as the binary under test.
 pub(crate) fn run_tests(workspace: &Workspace, agent: &Path, filter: Option<&str>) -> Result<()> {
     let chromium = chromium()?;
-    if !exists("node") || !exists("npm") {
-        packages::install("the browser tests are written for Node", &["nodejs", "npm"])?;
-    }
+    prepare_node()?;
     let folder = workspace.root.join("tests/browser");
     install_npm_packages(&folder)?;
     let tests = tests(&folder, filter)?;
-    // One file at a time: each one draws with a software rasterizer that takes every core.
+    // One file at a time: each one draws with a software rasterizer that takes every core. A test that never comes
+    // back is a failed test.
     run(Command::new("node")
         .current_dir(&folder)
         .env("SEMASCAN_AGENT", agent)
         .env("SEMASCAN_CHROMIUM", chromium)
-        .args(["--test", "--test-concurrency=1", "--test-reporter=spec"])
+        .args([
+            "--test",
+            "--test-concurrency=1",
+            "--test-reporter=spec",
+            "--test-timeout=600000",
+            "--test-force-exit",
+        ])
         .args(tests))
 }
 
@@ -53,6 +61,29 @@ fn in_path(program: &str) -> Option<PathBuf> {
     std::env::split_paths(&std::env::var_os("PATH")?)
         .map(|folder| folder.join(program))
         .find(|path| path.is_file())
+}
+
+/// Node from the distribution where there is none; one that is too old only a person can replace.
+fn prepare_node() -> Result<()> {
+    if !exists("node") || !exists("npm") {
+        packages::install("the browser tests are written for Node", &["nodejs", "npm"])?;
+    }
+    let version = capture(Command::new("node").arg("--version"))?;
+    let major = version
+        .trim_start_matches('v')
+        .split('.')
+        .next()
+        .and_then(|text| text.parse::<u32>().ok());
+    if major.is_none_or(|major| major < OLDEST_NODE) {
+        let why =
+            format!("the browser tests need Node {OLDEST_NODE} or newer and this is {version}");
+        return Err(NeedsYou::new(
+            why,
+            format!("# install Node {OLDEST_NODE} (https://nodejs.org)"),
+        )
+        .into());
+    }
+    Ok(())
 }
 
 /// `npm ci`, unless it ran since the lock file last changed.
