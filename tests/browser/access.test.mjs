@@ -14,7 +14,7 @@ describe('access', () => {
 
   before(async () => {
     agent = await Agent.start();
-    browser = await launch('webgl');
+    browser = await launch('webgl2');
     viewer = await Viewer.open(browser, agent.url);
     await viewer.finished();
   }, LIMIT);
@@ -35,7 +35,7 @@ describe('access', () => {
   });
 
   it('the help is a button, too', LIMIT, async () => {
-    await viewer.page.getByTestId('help').click();
+    await viewer.page.getByTestId('help-open').click();
     await viewer.page.getByRole('dialog').waitFor({ state: 'visible', timeout: 5000 });
     await viewer.page.keyboard.press('Escape');
   });
@@ -57,7 +57,7 @@ describe('access', () => {
       const id = await page.evaluate(() => document.activeElement?.dataset?.testid ?? document.activeElement?.id ?? '');
       if (id) reached.add(id);
     }
-    for (const id of ['viewport', 'export-ply', 'export-glb', 'help']) {
+    for (const id of ['viewport', 'export-ply', 'export-glb', 'help-open']) {
       assert.ok(reached.has(id), `${id} is not among ${[...reached].join(', ')}`);
     }
   });

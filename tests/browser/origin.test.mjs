@@ -16,7 +16,7 @@ describe('the origin of a page', () => {
 
   before(async () => {
     agent = await Agent.start();
-    browser = await launch('webgl');
+    browser = await launch('webgl2');
     stranger = createServer((_, answer) => answer.setHeader('content-type', 'text/html').end('<!doctype html>'));
     stranger.listen(0, '127.0.0.1');
     await once(stranger, 'listening');

@@ -19,7 +19,7 @@ const COMMON = [
  * device at the first frame.
  */
 const FLAGS = {
-  webgl: ['--use-angle=swiftshader', '--enable-unsafe-swiftshader'],
+  webgl2: ['--use-angle=swiftshader', '--enable-unsafe-swiftshader'],
   webgpu: [
     '--enable-unsafe-webgpu',
     '--use-vulkan=swiftshader',

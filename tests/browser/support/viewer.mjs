@@ -8,8 +8,11 @@ import { Picture } from './pixels.mjs';
 /** Longest wait for the end of an inspection that is drawn by the processor. */
 const FINISH_LIMIT_MS = 150_000;
 
-/** Everything but the canvas is made invisible for a picture: panels may lie over it. */
+/** Everything but the canvas is made invisible for a picture: panels lie over it. */
 const CANVAS_ONLY = 'body *:not(#viewport):not(:has(#viewport)) { visibility: hidden !important; }';
+
+/** Screenshot options that add no style to the page: its content policy forbids that. */
+const AS_IT_IS = { caret: 'initial', animations: 'allow' };
 
 /** One page with the viewer. */
 export class Viewer {
@@ -75,24 +78,30 @@ export class Viewer {
 
   /** A picture of the 3D view alone, once it no longer changes. */
   async picture() {
-    let previous = null;
-    for (let attempt = 0; attempt < 40; attempt++) {
-      const picture = new Picture(await this.canvas.screenshot({ style: CANVAS_ONLY, animations: 'disabled' }));
-      if (previous && picture.equals(previous)) return picture;
-      previous = picture;
-      await this.page.waitForTimeout(150);
+    await this.#style(CANVAS_ONLY);
+    try {
+      let previous = null;
+      for (let attempt = 0; attempt < 40; attempt++) {
+        const picture = new Picture(await this.canvas.screenshot(AS_IT_IS));
+        if (previous && picture.equals(previous)) return picture;
+        previous = picture;
+        await this.page.waitForTimeout(150);
+      }
+      throw new Error('the picture does not come to rest');
+    } finally {
+      await this.#style('');
     }
-    throw new Error('the picture does not come to rest');
   }
 
   /** Chooses what colours mean: `appearance`, `component`, `confidence`, `views`, `defect`. */
   async colorMode(mode) {
-    await this.page.getByTestId(`color-mode-${mode}`).click();
+    // A person clicks the label; the radio button itself is for the keyboard.
+    await this.page.locator('label').filter({ has: this.page.getByTestId(`color-mode-${mode}`) }).click();
   }
 
   /** Shows or hides a component by its class. */
   async toggle(classId) {
-    await this.page.getByTestId(`legend-row-${classId}`).getByRole('checkbox').first().click();
+    await this.page.getByTestId(`legend-visible-${classId}`).click();
   }
 
   /** Clicks an export and gives back the file: its name and its bytes. */
@@ -101,6 +110,15 @@ export class Viewer {
     await this.page.getByTestId(`export-${kind}`).click();
     const download = await started;
     return { name: download.suggestedFilename(), bytes: await readFile(await download.path()) };
+  }
+
+  /** Puts one style sheet on top of the page's own, in the way that its content policy lets a script do. */
+  #style(text) {
+    return this.page.evaluate((text) => {
+      const sheet = new CSSStyleSheet();
+      sheet.replaceSync(text);
+      document.adoptedStyleSheets = text ? [sheet] : [];
+    }, text);
   }
 
   /** Fails if the page logged an error that is not one of `expected` (patterns). */
