@@ -26,11 +26,7 @@ const STREAM: &str = "stream";
 const RIVALS: [&str; 2] = ["numpy==2.4.6", "DracoPy==2.2.0"];
 
 /// A 2 M voxel motor: high resolution and small voxels, so that the stream is measured at the size it must stand.
-const MOTOR: [&str; 3] = [
-    "virtual:starter-motor?seed=7&views=12&size=1920x1200",
-    "--voxel",
-    "0.15",
-];
+const MOTOR: [&str; 3] = ["virtual:starter-motor?seed=7&views=12&size=1920x1200", "--voxel", "0.15"];
 
 /// What is measured.
 #[derive(Args)]
@@ -49,11 +45,7 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     fs::create_dir_all(&folder)?;
     let mut rows = Vec::new();
     for (package, bench) in benches()? {
-        if options
-            .name
-            .as_deref()
-            .is_some_and(|part| !bench.contains(part))
-        {
+        if options.name.as_deref().is_some_and(|part| !bench.contains(part)) {
             continue;
         }
         heading(&format!("{package}: {bench}"));
@@ -63,14 +55,7 @@ pub(crate) fn run(options: &Options) -> Result<()> {
         }
         for cloud in clouds(&workspace, &folder)? {
             let name = format!("{bench}-{}", stem(&cloud));
-            rows.extend(measure(
-                &workspace,
-                &folder,
-                &package,
-                &bench,
-                &name,
-                &[&cloud],
-            )?);
+            rows.extend(measure(&workspace, &folder, &package, &bench, &name, &[&cloud])?);
             rows.extend(draco(&workspace, &folder, &cloud)?);
         }
     }
@@ -89,23 +74,15 @@ fn benches() -> Result<Vec<(String, String)>> {
     for package in metadata["packages"].as_array().into_iter().flatten() {
         let name = package["name"].as_str().unwrap_or_default();
         let targets = package["targets"].as_array().into_iter().flatten();
-        let is_bench = |target: &&Value| {
-            target["kind"]
-                .as_array()
-                .is_some_and(|kinds| kinds.iter().any(|k| k == "bench"))
-        };
+        let is_bench =
+            |target: &&Value| target["kind"].as_array().is_some_and(|kinds| kinds.iter().any(|k| k == "bench"));
         if PACKAGES.contains(&name) {
             found.extend(
-                targets
-                    .filter(is_bench)
-                    .filter_map(|t| Some((name.to_owned(), t["name"].as_str()?.to_owned()))),
+                targets.filter(is_bench).filter_map(|t| Some((name.to_owned(), t["name"].as_str()?.to_owned()))),
             );
         }
     }
-    anyhow::ensure!(
-        !found.is_empty(),
-        "no package of {PACKAGES:?} has a bench target"
-    );
+    anyhow::ensure!(!found.is_empty(), "no package of {PACKAGES:?} has a bench target");
     Ok(found)
 }
 
@@ -119,37 +96,20 @@ fn measure(
     arguments: &[&Path],
 ) -> Result<Vec<Row>> {
     let mut command = cargo();
-    command.current_dir(&workspace.root).args([
-        "bench",
-        "--package",
-        package,
-        "--bench",
-        bench,
-        "--",
-    ]);
+    command.current_dir(&workspace.root).args(["bench", "--package", package, "--bench", bench, "--"]);
     keep(command.args(arguments), folder, name)
 }
 
 /// Runs a program that may print a JSON object, and keeps that as `target/bench/NAME.json`.
 fn keep(command: &mut Command, folder: &Path, name: &str) -> Result<Vec<Row>> {
     eprintln!("   $ {}", line(command));
-    let output = command
-        .stderr(Stdio::inherit())
-        .output()
-        .with_context(|| format!("cannot start `{}`", line(command)))?;
-    anyhow::ensure!(
-        output.status.success(),
-        "`{}` ended with {}",
-        line(command),
-        output.status
-    );
+    let output =
+        command.stderr(Stdio::inherit()).output().with_context(|| format!("cannot start `{}`", line(command)))?;
+    anyhow::ensure!(output.status.success(), "`{}` ended with {}", line(command), output.status);
     let text = String::from_utf8_lossy(&output.stdout);
     match serde_json::from_str::<Value>(&text) {
         Ok(figures) if figures.is_object() => {
-            fs::write(
-                folder.join(format!("{name}.json")),
-                serde_json::to_string_pretty(&figures)?,
-            )?;
+            fs::write(folder.join(format!("{name}.json")), serde_json::to_string_pretty(&figures)?)?;
             Ok(bench_table::flatten(name, &figures))
         }
         _ => {
@@ -181,15 +141,10 @@ fn clouds(workspace: &Workspace, folder: &Path) -> Result<Vec<PathBuf>> {
             "--bin",
             "semascan",
         ]);
-        agent
-            .args(["--", "inspect"])
-            .args(arguments)
-            .args(["--labels", "source", "--out"])
-            .arg(&out);
+        agent.args(["--", "inspect"]).args(arguments).args(["--labels", "source", "--out"]).arg(&out);
         run_command(&mut agent)?;
         let cloud = folder.join(format!("{name}.ply"));
-        fs::copy(out.join("cloud.ply"), &cloud)
-            .with_context(|| format!("{} has no cloud.ply", out.display()))?;
+        fs::copy(out.join("cloud.ply"), &cloud).with_context(|| format!("{} has no cloud.ply", out.display()))?;
         clouds.push(cloud);
     }
     Ok(clouds)
@@ -199,11 +154,7 @@ fn clouds(workspace: &Workspace, folder: &Path) -> Result<Vec<PathBuf>> {
 fn draco(workspace: &Workspace, folder: &Path, cloud: &Path) -> Result<Vec<Row>> {
     let script = workspace.root.join("shared/benches/draco_compare.py");
     let python = rivals_python(&workspace.target.join("bench-venv"))?;
-    keep(
-        Command::new(python).arg(script).arg(cloud),
-        folder,
-        &format!("draco-{}", stem(cloud)),
-    )
+    keep(Command::new(python).arg(script).arg(cloud), folder, &format!("draco-{}", stem(cloud)))
 }
 
 /// A Python with the rivals installed, in a virtual environment of its own, made anew when the pins change.
@@ -213,32 +164,15 @@ fn rivals_python(venv: &Path) -> Result<PathBuf> {
         return Ok(python);
     }
     if !exists("python3") {
-        packages::install(
-            "the rivals of the stream are Python packages",
-            &["python3", "python3-venv"],
-        )?;
+        packages::install("the rivals of the stream are Python packages", &["python3", "python3-venv"])?;
     }
-    note(format!(
-        "making a virtual environment with {}",
-        RIVALS.join(", ")
-    ));
-    run_command(
-        Command::new("python3")
-            .args(["-m", "venv", "--clear"])
-            .arg(venv),
-    )?;
-    run_command(
-        Command::new(&python)
-            .args(["-m", "pip", "install", "--quiet"])
-            .args(RIVALS),
-    )?;
+    note(format!("making a virtual environment with {}", RIVALS.join(", ")));
+    run_command(Command::new("python3").args(["-m", "venv", "--clear"]).arg(venv))?;
+    run_command(Command::new(&python).args(["-m", "pip", "install", "--quiet"]).args(RIVALS))?;
     fs::write(pins, RIVALS.join("\n"))?;
     Ok(python)
 }
 
 fn stem(path: &Path) -> String {
-    path.file_stem()
-        .unwrap_or_default()
-        .to_string_lossy()
-        .into_owned()
+    path.file_stem().unwrap_or_default().to_string_lossy().into_owned()
 }

@@ -16,11 +16,7 @@ pub(crate) struct Row {
 
 impl Row {
     fn new(bench: &str, figure: &str, value: String) -> Self {
-        Self {
-            bench: bench.to_owned(),
-            figure: figure.to_owned(),
-            value,
-        }
+        Self { bench: bench.to_owned(), figure: figure.to_owned(), value }
     }
 }
 
@@ -33,27 +29,14 @@ pub(crate) fn flatten(bench: &str, report: &Value) -> Vec<Row> {
 
 fn visit(bench: &str, name: &str, value: &Value, rows: &mut Vec<Row>) {
     let join = |part: &str| {
-        if name.is_empty() {
-            part.to_owned()
-        } else {
-            format!("{name}.{part}")
-        }
+        if name.is_empty() { part.to_owned() } else { format!("{name}.{part}") }
     };
     match value {
-        Value::Object(fields) => fields
-            .iter()
-            .for_each(|(key, value)| visit(bench, &join(key), value, rows)),
+        Value::Object(fields) => fields.iter().for_each(|(key, value)| visit(bench, &join(key), value, rows)),
         Value::Array(items) => {
-            items
-                .iter()
-                .enumerate()
-                .for_each(|(i, value)| visit(bench, &join(&i.to_string()), value, rows));
+            items.iter().enumerate().for_each(|(i, value)| visit(bench, &join(&i.to_string()), value, rows));
         }
-        Value::Number(number) => rows.push(Row::new(
-            bench,
-            name,
-            readable(number.as_f64().unwrap_or(f64::NAN)),
-        )),
+        Value::Number(number) => rows.push(Row::new(bench, name, readable(number.as_f64().unwrap_or(f64::NAN)))),
         Value::String(text) => rows.push(Row::new(bench, name, text.clone())),
         Value::Bool(yes) => rows.push(Row::new(bench, name, yes.to_string())),
         Value::Null => {}
@@ -83,10 +66,7 @@ pub(crate) fn criterion(folder: &Path) -> Result<Vec<Row>> {
 }
 
 fn search(folder: &Path, rows: &mut Vec<Row>) -> Result<()> {
-    let (estimates, about) = (
-        folder.join("new/estimates.json"),
-        folder.join("new/benchmark.json"),
-    );
+    let (estimates, about) = (folder.join("new/estimates.json"), folder.join("new/benchmark.json"));
     if estimates.exists() && about.exists() {
         rows.extend(estimate(&read(&about)?, &read(&estimates)?));
         return Ok(());
@@ -116,35 +96,21 @@ fn estimate(about: &Value, estimates: &Value) -> Vec<Row> {
 }
 
 fn read(path: &Path) -> Result<Value> {
-    let text =
-        fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()))?;
+    let text = fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()))?;
     serde_json::from_str(&text).with_context(|| format!("{} is not JSON", path.display()))
 }
 
 /// Columns wide enough for their content; the name of a benchmark stands at its first figure only.
 pub(crate) fn render(rows: &[Row]) -> String {
-    let width = |column: fn(&Row) -> &str| {
-        rows.iter()
-            .map(|row| column(row).chars().count())
-            .max()
-            .unwrap_or(0)
-    };
+    let width = |column: fn(&Row) -> &str| rows.iter().map(|row| column(row).chars().count()).max().unwrap_or(0);
     let (first, second) = (width(|row| &row.bench), width(|row| &row.figure));
     let mut text = String::new();
     let mut previous = "";
     for row in rows {
-        let bench = if row.bench == previous {
-            ""
-        } else {
-            row.bench.as_str()
-        };
+        let bench = if row.bench == previous { "" } else { row.bench.as_str() };
         previous = &row.bench;
         // Writing to a string cannot fail.
-        let _ = writeln!(
-            text,
-            "   {bench:<first$}  {:<second$}  {:>12}",
-            row.figure, row.value
-        );
+        let _ = writeln!(text, "   {bench:<first$}  {:<second$}  {:>12}", row.figure, row.value);
     }
     text
 }
@@ -156,14 +122,8 @@ mod tests {
 
     #[test]
     fn nested_figures_get_joined_names() {
-        let rows = flatten(
-            "stream",
-            &json!({ "points": 3, "encode": { "mpoints_s": 4.25 }, "lost": null }),
-        );
-        let figures: Vec<_> = rows
-            .iter()
-            .map(|row| (row.figure.as_str(), row.value.as_str()))
-            .collect();
+        let rows = flatten("stream", &json!({ "points": 3, "encode": { "mpoints_s": 4.25 }, "lost": null }));
+        let figures: Vec<_> = rows.iter().map(|row| (row.figure.as_str(), row.value.as_str())).collect();
         assert_eq!(figures, [("encode.mpoints_s", "4.250"), ("points", "3")]);
     }
 

@@ -53,11 +53,7 @@ fn main() -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             report::failure(&error);
-            if error.downcast_ref::<packages::NeedsYou>().is_some() {
-                ExitCode::from(2)
-            } else {
-                ExitCode::FAILURE
-            }
+            if error.downcast_ref::<packages::NeedsYou>().is_some() { ExitCode::from(2) } else { ExitCode::FAILURE }
         }
     }
 }
