@@ -29,8 +29,8 @@ impl Models {
     fn new() -> Self {
         let residual = ResidualModel::new;
         Self {
-            tangential: repeat(|| repeat(|| Model::uniform(QUANTA_PER_VOXEL as usize))),
-            along_normal: repeat(|| Model::uniform(QUANTA_PER_VOXEL as usize)),
+            tangential: repeat(|| repeat(|| Model::flat(QUANTA_PER_VOXEL as usize))),
+            along_normal: repeat(|| Model::flat(QUANTA_PER_VOXEL as usize)),
             normal_known: repeat(|| Model::uniform(2)),
             normal: repeat(|| repeat(residual)),
             color: repeat(|| repeat(residual)),

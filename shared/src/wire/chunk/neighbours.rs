@@ -160,8 +160,8 @@ impl Neighbours {
         if count > 0 {
             let reciprocal = RECIPROCALS[usize::from(weight.unsigned_abs())];
             for lane in 0..LANES {
-                mean[lane] =
-                    ((i32::from(sum[lane]) + i32::from(weight >> 1)) * reciprocal >> 16) as i16;
+                let rounded = i32::from(sum[lane]) + i32::from(weight / 2);
+                mean[lane] = ((rounded * reciprocal) >> 16) as i16;
                 spread[lane] = high[lane] - low[lane];
             }
         }

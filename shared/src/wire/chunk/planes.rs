@@ -204,9 +204,9 @@ impl Grid {
                 );
                 return Err(refuse("position", reason));
             }
-            inner[a] = (fraction * f64::from(QUANTA_PER_VOXEL))
-                .floor()
-                .clamp(0.0, f64::from(QUANTA_PER_VOXEL - 1)) as u8;
+            // `as` truncates, and saturates below zero.
+            inner[a] =
+                ((fraction * f64::from(QUANTA_PER_VOXEL)) as u8).min(QUANTA_PER_VOXEL as u8 - 1);
         }
         Ok(inner)
     }
