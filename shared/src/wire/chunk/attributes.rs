@@ -29,8 +29,8 @@ impl Models {
     fn new() -> Self {
         let residual = ResidualModel::new;
         Self {
-            tangential: repeat(|| repeat(|| Model::uniform(QUANTA_PER_VOXEL as usize))),
-            along_normal: repeat(|| Model::uniform(QUANTA_PER_VOXEL as usize)),
+            tangential: repeat(|| repeat(|| Model::flat(QUANTA_PER_VOXEL as usize))),
+            along_normal: repeat(|| Model::flat(QUANTA_PER_VOXEL as usize)),
             normal_known: repeat(|| Model::uniform(2)),
             normal: repeat(|| repeat(residual)),
             color: repeat(|| repeat(residual)),
@@ -50,8 +50,10 @@ fn repeat<T, const N: usize>(mut make: impl FnMut() -> T) -> [T; N] {
 struct Shape {
     /// Shares that are the same everywhere, and their value.
     constant_shares: [Option<u8>; 4],
-    /// Every normal is known.
-    normals_known: bool,
+    /// Whether the normals are known, if that is the same everywhere.
+    normals_known: Option<bool>,
+    /// The number of views, if it is the same everywhere.
+    constant_views: Option<u16>,
     /// No number of views is over 255.
     few_views: bool,
 }
@@ -67,12 +69,31 @@ impl Shape {
                 *constant = Some(coder.bits(first[k], 8));
             }
         }
-        let known = planes.normals.iter().all(|&n| n != octahedral::UNKNOWN);
-        let normals_known = coder.bits(known.into(), 1) == 1;
+        coder.enter(Plane::Normal);
+        let known = |n: &[u8; 2]| *n != octahedral::UNKNOWN;
+        let normals_known = match (
+            planes.normals.iter().any(known),
+            planes.normals.iter().all(known),
+        ) {
+            (_, true) => 0,
+            (false, _) => 1,
+            _ => 2,
+        };
+        let normals_known = match coder.bits(normals_known, 2) {
+            0 => Some(true),
+            1 => Some(false),
+            _ => None,
+        };
+        coder.enter(Plane::Views);
+        let first = planes.views.first().copied().unwrap_or_default();
+        let constant = planes.views.iter().all(|&v| v == first);
+        let constant_views = (coder.bits(constant.into(), 1) == 1)
+            .then(|| u16::from_le_bytes(first.to_le_bytes().map(|byte| coder.bits(byte, 8))));
         let few_views = coder.bits(planes.views.iter().all(|&v| v < 256).into(), 1) == 1;
         Self {
             constant_shares,
             normals_known,
+            constant_views,
             few_views,
         }
     }
@@ -85,7 +106,9 @@ pub(super) fn code<C: Coder>(coder: &mut C, planes: &mut Planes, neighbours: &mu
     neighbours.begin(&planes.cells);
     for i in 0..planes.len() {
         let around = neighbours.around(planes, i);
-        let known = shape.normals_known || normal_known(coder, &mut models, planes, i, &around);
+        let known = shape
+            .normals_known
+            .unwrap_or_else(|| normal_known(coder, &mut models, planes, i, &around));
         planes.normals[i] = match known {
             true => normal(coder, &mut models, planes.normals[i], &around),
             false => octahedral::UNKNOWN,
@@ -271,6 +294,9 @@ fn views<C: Coder>(
     shape: &Shape,
     around: &Surroundings,
 ) -> u16 {
+    if let Some(constant) = shape.constant_views {
+        return constant;
+    }
     coder.enter(Plane::Views);
     let context = match around.spread[VIEWS] {
         0 => 0,

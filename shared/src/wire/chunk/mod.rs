@@ -27,6 +27,7 @@ mod rans;
 use crate::model::{SemanticCloud, SemanticPoint};
 use crate::wire::{ChunkId, ChunkUpdate, WireError};
 use neighbours::Neighbours;
+use occupancy::Octree;
 use planes::{CELLS, Grid, Planes, refuse};
 use rans::{RansDecoder, RansEncoder};
 use xxhash_rust::xxh3::xxh3_64;
@@ -102,6 +103,7 @@ pub fn decode(update: &ChunkUpdate) -> Result<DecodedChunk, WireError> {
 #[derive(Debug, Default)]
 pub struct ChunkEncoder {
     planes: Planes,
+    octree: Octree,
     neighbours: Neighbours,
     stream: RansEncoder,
 }
@@ -120,7 +122,7 @@ impl ChunkEncoder {
         let grid = Grid::new(chunk.id, chunk.voxel)?;
         self.planes.quantize(chunk)?;
         let hash = self.planes.hash(chunk.id);
-        occupancy::code(&mut self.stream, &mut self.planes.cells);
+        self.octree.code(&mut self.stream, &mut self.planes.cells);
         attributes::code(&mut self.stream, &mut self.planes, &mut self.neighbours);
         let mut columns = Vec::with_capacity(HEADER);
         columns.push(FORMAT);
@@ -146,6 +148,7 @@ impl ChunkEncoder {
 #[derive(Debug, Default)]
 pub struct ChunkDecoder {
     planes: Planes,
+    octree: Octree,
     neighbours: Neighbours,
 }
 
@@ -189,7 +192,7 @@ impl ChunkDecoder {
         let mut stream =
             RansDecoder::new(stream).ok_or_else(|| refuse("columns", "no entropy-coded stream"))?;
         self.planes.resize(0);
-        occupancy::code(&mut stream, &mut self.planes.cells);
+        self.octree.code(&mut stream, &mut self.planes.cells);
         if self.planes.len() != points {
             return Err(refuse(
                 "columns",
@@ -252,7 +255,7 @@ pub fn plane_sizes(
     let mut planes = Planes::default();
     planes.quantize(chunk)?;
     let mut meter = model::Meter::new();
-    occupancy::code(&mut meter, &mut planes.cells);
+    Octree::default().code(&mut meter, &mut planes.cells);
     attributes::code(&mut meter, &mut planes, &mut Neighbours::default());
     Ok(meter
         .bits

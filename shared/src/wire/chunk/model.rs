@@ -39,12 +39,18 @@ const TARGETS: [[i16; 16]; 16] = {
 
 impl Model {
     /// Adaptation shifts of the first symbols; the last one stays.
-    const RATES: [u8; 64] = {
-        let mut rates = [6; 64];
-        let mut i = 0;
-        while i < 32 {
-            rates[i] = if i < 6 { 4 } else { 5 };
-            i += 1;
+    const RATES: [u8; 255] = {
+        let mut rates = [0; 255];
+        let mut seen = 0;
+        while seen < rates.len() {
+            rates[seen] = match seen {
+                0..3 => 3,
+                3..12 => 4,
+                12..40 => 5,
+                40..150 => 6,
+                _ => 7,
+            };
+            seen += 1;
         }
         rates
     };
@@ -66,6 +72,14 @@ impl Model {
         Self {
             cumulative,
             seen: 0,
+        }
+    }
+
+    /// All of the first `symbols` about equally likely, and not to be talked out of it by the first few.
+    pub(super) const fn flat(symbols: usize) -> Self {
+        Self {
+            seen: 40,
+            ..Self::uniform(symbols)
         }
     }
 
@@ -217,6 +231,21 @@ const BUCKETS: [(u8, u32); 8] = [
     (136, 7),
 ];
 
+/// The symbol of each value: itself below 8, else 8 more than its bucket.
+const SYMBOLS: [u8; 256] = {
+    let mut symbols = [0; 256];
+    let mut value = 0;
+    while value < 256 {
+        let mut symbol = if value < 8 { value as u8 } else { 15 };
+        while symbol > 8 && BUCKETS[symbol as usize - 8].0 as usize > value {
+            symbol -= 1;
+        }
+        symbols[value] = symbol;
+        value += 1;
+    }
+    symbols
+};
+
 impl ResidualModel {
     /// Nothing known yet.
     pub(super) const fn new() -> Self {
@@ -233,8 +262,7 @@ impl ResidualModel {
     }
 
     fn code_magnitude<C: Coder>(&mut self, coder: &mut C, value: u8) -> u8 {
-        let bucket = BUCKETS.iter().rposition(|&(first, _)| first <= value);
-        let symbol = coder.symbol(&mut self.0, bucket.map_or(value, |b| 8 + b as u8));
+        let symbol = coder.symbol(&mut self.0, SYMBOLS[usize::from(value)]);
         if symbol < 8 {
             symbol
         } else {
@@ -245,5 +273,67 @@ impl ResidualModel {
     fn extra<C: Coder>(coder: &mut C, symbol: u8, value: u8) -> u8 {
         let (first, count) = BUCKETS[usize::from(symbol & 7)];
         first.wrapping_add(coder.bits(value.wrapping_sub(first), count))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[test]
+    fn every_residual_comes_back() {
+        let pairs = || (0..=255_u8).flat_map(|v| (0..=255_u8).map(move |p| (v, p)));
+        let (mut encoder, mut model) = (RansEncoder::default(), ResidualModel::new());
+        for (value, prediction) in pairs() {
+            model.code(&mut encoder, value, prediction);
+        }
+        let mut bytes = Vec::new();
+        encoder.finish(&mut bytes);
+        let mut decoder = RansDecoder::new(&bytes).expect("a stream");
+        let mut model = ResidualModel::new();
+        for (value, prediction) in pairs() {
+            assert_eq!(model.code(&mut decoder, 0, prediction), value);
+        }
+        assert!(decoder.at_end());
+    }
+
+    proptest! {
+        #[test]
+        fn symbols_and_bits_come_back(told in prop::collection::vec((0..16_u8, any::<u8>(), 1..=8_u32), 0..500)) {
+            let (mut encoder, mut model) = (RansEncoder::default(), Model::uniform(14));
+            for &(symbol, bits, count) in &told {
+                encoder.symbol(&mut model, symbol);
+                encoder.bits(bits >> (8 - count), count);
+            }
+            let mut bytes = Vec::new();
+            encoder.finish(&mut bytes);
+            let mut decoder = RansDecoder::new(&bytes).expect("a stream");
+            let mut model = Model::uniform(14);
+            for &(symbol, bits, count) in &told {
+                prop_assert_eq!(decoder.symbol(&mut model, 0), symbol);
+                prop_assert_eq!(decoder.bits(0, count), bits >> (8 - count));
+            }
+            prop_assert!(decoder.at_end());
+        }
+
+        #[test]
+        fn no_symbol_becomes_impossible(seen in prop::collection::vec(0..16_usize, 0..2000)) {
+            let mut model = Model::uniform(16);
+            for symbol in seen {
+                model.learn(symbol);
+            }
+            prop_assert_eq!((0..16).map(|s| u32::from(model.interval(s).1)).sum::<u32>(), 1 << PROBABILITY_BITS);
+            prop_assert!((0..16).all(|s| model.interval(s).1 > 0));
+        }
+    }
+
+    #[test]
+    fn a_steady_symbol_costs_next_to_nothing() {
+        let (mut meter, mut model) = (Meter::new(), Model::uniform(16));
+        for _ in 0..1000 {
+            meter.symbol(&mut model, 5);
+        }
+        assert!(meter.bits[&Plane::Occupancy] < 60.0, "{:?}", meter.bits);
     }
 }

@@ -137,13 +137,15 @@ impl Neighbours {
         let (mut sum, mut low, mut high) = ([0_i16; LANES], [i16::MAX; LANES], [i16::MIN; LANES]);
         let (mut count, mut weight, mut uniform) = (0, 0, true);
         let mut nearest = None;
-        for earlier in &EARLIER {
-            let Some(j) = self.index[here - earlier.back]
-                .checked_sub(1)
-                .map(usize::from)
-            else {
-                continue;
-            };
+        // Which are occupied is as good as random: one pass without a branch, then only those that are.
+        let mut found = 0_u32;
+        for (k, earlier) in EARLIER.iter().enumerate() {
+            found |= u32::from(self.index[here - earlier.back] != 0) << k;
+        }
+        while found != 0 {
+            let earlier = &EARLIER[found.trailing_zeros() as usize];
+            found &= found - 1;
+            let j = usize::from(self.index[here - earlier.back]) - 1;
             let record = &self.records[j];
             for lane in 0..LANES {
                 let value = record[lane] + earlier.shift[lane];
@@ -160,8 +162,8 @@ impl Neighbours {
         if count > 0 {
             let reciprocal = RECIPROCALS[usize::from(weight.unsigned_abs())];
             for lane in 0..LANES {
-                mean[lane] =
-                    ((i32::from(sum[lane]) + i32::from(weight >> 1)) * reciprocal >> 16) as i16;
+                let rounded = i32::from(sum[lane]) + i32::from(weight / 2);
+                mean[lane] = ((rounded * reciprocal) >> 16) as i16;
                 spread[lane] = high[lane] - low[lane];
             }
         }

@@ -161,6 +161,7 @@ impl Planes {
 pub(super) struct Grid {
     id: [i32; 3],
     voxel: f64,
+    voxels_per_metre: f64,
 }
 
 impl Grid {
@@ -168,10 +169,14 @@ impl Grid {
     /// [`WireError::Field`] if `voxel` is not a positive, finite length.
     pub(super) fn new(id: [i32; 3], voxel: f32) -> Result<Self, WireError> {
         if voxel.is_finite() && voxel > 0.0 {
-            Ok(Self {
-                id,
-                voxel: voxel.into(),
-            })
+            {
+                let voxel = f64::from(voxel);
+                Ok(Self {
+                    id,
+                    voxel,
+                    voxels_per_metre: voxel.recip(),
+                })
+            }
         } else {
             Err(refuse(
                 "voxel",
@@ -196,7 +201,7 @@ impl Grid {
         let mut inner = [0; 3];
         for a in 0..3 {
             let corner = f64::from(self.id[a]) * f64::from(CHUNK_EDGE) + f64::from(index[a]);
-            let fraction = f64::from(position[a]) / self.voxel - corner;
+            let fraction = f64::from(position[a]) * self.voxels_per_metre - corner;
             if !(-TOLERANCE..=1.0 + TOLERANCE).contains(&fraction) {
                 let reason = format!(
                     "{position:?} is outside voxel {index:?} of chunk {:?}",
@@ -204,9 +209,9 @@ impl Grid {
                 );
                 return Err(refuse("position", reason));
             }
-            inner[a] = (fraction * f64::from(QUANTA_PER_VOXEL))
-                .floor()
-                .clamp(0.0, f64::from(QUANTA_PER_VOXEL - 1)) as u8;
+            // `as` truncates, and saturates below zero.
+            inner[a] =
+                ((fraction * f64::from(QUANTA_PER_VOXEL)) as u8).min(QUANTA_PER_VOXEL as u8 - 1);
         }
         Ok(inner)
     }
