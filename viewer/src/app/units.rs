@@ -75,6 +75,15 @@ pub fn bytes(n: u64) -> String {
     }
 }
 
+/// A reason as it came, made a sentence: a capital in front, a full stop at the end.
+pub fn sentence(reason: &str) -> String {
+    let reason = reason.trim();
+    let mut letters = reason.chars();
+    let Some(first) = letters.next() else { return String::new() };
+    let stop = if reason.ends_with(['.', '!', '?', '…']) { "" } else { "." };
+    format!("{}{}{stop}", first.to_uppercase(), letters.as_str())
+}
+
 /// A file name made of a part's name: lower case, words joined by hyphens, never empty.
 pub fn file_stem(part: &str) -> String {
     let mut stem = String::new();
@@ -125,6 +134,13 @@ mod tests {
         assert_eq!(percent(0.997), "99\u{a0}%");
         assert_eq!(percent(1.0), "100\u{a0}%");
         assert_eq!(percent(f64::NAN), "–");
+    }
+
+    #[test]
+    fn a_reason_becomes_a_sentence() {
+        assert_eq!(sentence("the socket closed"), "The socket closed.");
+        assert_eq!(sentence(" Reload the page. "), "Reload the page.");
+        assert_eq!(sentence(""), "");
     }
 
     #[test]

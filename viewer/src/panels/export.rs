@@ -18,7 +18,7 @@ pub(super) fn ExportPanel(ui: Ui) -> impl IntoView {
         (0, (_, 0)) => "There are no points yet.".to_owned(),
         (0, _) => "All components are hidden.".to_owned(),
         (_, (n, all)) if n == all => {
-            "Everything that is visible, with class names and colours.".to_owned()
+            "All that is visible, with class names.".to_owned()
         }
         (_, (n, all)) => format!("Visible components only: {n} of {all}."),
     };

@@ -73,7 +73,7 @@ fn LegendRow(ui: Ui, class: u16) -> impl IntoView {
                         style:--swatch=move || of(|r| css_color(r.class.color))
                         prop:checked=visible on:change=move |_| ui.send.run(Event::ToggleComponent(class))
                     />
-                    <span>{name}</span>
+                    <span title=name>{name}</span>
                 </label>
                 <button
                     class="text-button legend-only" type="button" data-testid=format!("legend-only-{class}")

@@ -27,6 +27,8 @@
 //! | `[data-testid=viewport-message]` | what stands in place of the model; `data-state` |
 //! | `#status` | the live region |
 
+#![allow(unreachable_pub)] // The component macro makes a public structure of each panel's properties.
+
 mod display;
 mod export;
 mod header;

@@ -27,26 +27,23 @@ pub(super) fn ViewStrip(ui: Ui) -> impl IntoView {
         }
     });
     let list = NodeRef::<leptos::html::Ol>::new();
+    // The buttons are in the page one frame after the state knows of them.
+    let reveal_soon = move |selector: String| {
+        request_animation_frame(move || {
+            let button = list.get_untracked().and_then(|l| l.query_selector(&selector).ok().flatten());
+            if let Some(button) = button {
+                reveal(&button);
+            }
+        });
+    };
     Effect::new(move |_| {
-        count.track();
-        if selected.get_untracked().is_none()
-            && let Some(last) = list.get().and_then(|l| {
-                l.query_selector("li.view:last-of-type button")
-                    .ok()
-                    .flatten()
-            })
-        {
-            reveal(&last);
+        if count.get() > 0 && selected.get_untracked().is_none() {
+            reveal_soon("li:nth-last-child(1 of .view) button".into());
         }
     });
     Effect::new(move |_| {
-        let chosen = selected.get().map(|i| format!("[data-testid=view-{i}]"));
-        let button = chosen.and_then(|s| {
-            list.get_untracked()
-                .and_then(|l| l.query_selector(&s).ok().flatten())
-        });
-        if let Some(button) = button {
-            reveal(&button);
+        if let Some(index) = selected.get() {
+            reveal_soon(format!("[data-testid=view-{index}]"));
         }
     });
     view! {
