@@ -59,7 +59,7 @@ pub fn export(cloud: &SemanticCloud, state: &AppState, format: ExportFormat) -> 
                 ("part".to_owned(), inspection.part.clone()),
                 ("source".to_owned(), inspection.source.clone()),
                 ("inspection".to_owned(), inspection.id.clone()),
-                ("voxel_m".to_owned(), inspection.voxel.to_string()),
+                ("voxel".to_owned(), inspection.voxel.to_string()),
             ];
             ply::write_cloud(&mut bytes, &cloud, &taxonomy, &comments)?;
         }

@@ -8,6 +8,7 @@ use crate::app::connection::Gpu;
 use crate::model::{LiveModel, ModelChange};
 use crate::render::{BackendChoice, DrawRequest, RenderError, Renderer};
 use crate::tools::CameraPointer;
+use leptos::prelude::Callable;
 use std::cell::{Cell, RefCell};
 use std::rc::Rc;
 use wasm_bindgen::prelude::*;
@@ -50,7 +51,7 @@ impl Graphics {
             return;
         }
         web_sys::console::warn_1(&format!("semascan: graphics device lost: {reason}; opening another").into());
-        stage.ui.send.run(Event::Gpu(Gpu::Starting));
+        stage.send.run(Event::Gpu(Gpu::Starting));
         let stage = stage.clone();
         spawn_local(async move {
             let made = renderer.rebuild(stage.graphics.choice).await;
@@ -110,13 +111,13 @@ impl Graphics {
         });
         let backend = renderer.backend().name().to_owned();
         stage.graphics.renderer.borrow_mut().replace(renderer);
-        stage.ui.send.run(Event::Gpu(Gpu::Ready { backend }));
+        stage.send.run(Event::Gpu(Gpu::Ready { backend }));
         stage.fill_renderer();
     }
 
     fn unavailable(stage: &Rc<Stage>, reason: String) {
         web_sys::console::error_1(&JsValue::from_str(&format!("semascan: {reason}")));
         hooks::tell_no_backend(&stage.document);
-        stage.ui.send.run(Event::Gpu(Gpu::Unavailable { reason }));
+        stage.send.run(Event::Gpu(Gpu::Unavailable { reason }));
     }
 }

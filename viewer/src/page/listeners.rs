@@ -27,11 +27,11 @@ pub(super) fn keyboard(window: &Window, stage: &Rc<Stage>) -> Result<(), JsValue
         let command = event.ctrl_key() || event.alt_key() || event.meta_key();
         let modifiers = Modifiers { shift: event.shift_key(), command };
         let focus = focus(&stage.document);
-        let found = stage.ui.state.with_untracked(|s| action(&event.key(), modifiers, focus, s));
+        let found = stage.state.with_untracked(|s| action(&event.key(), modifiers, focus, s));
         if let Some(found) = found {
             event.prevent_default();
             match found {
-                Action::State(event) => stage.ui.send.run(event),
+                Action::State(event) => stage.send.run(event),
                 Action::Camera(input) => stage.steer(input),
             }
         }

@@ -6,17 +6,16 @@ use super::hooks;
 use super::pace::Pace;
 use super::scene::Scene;
 use super::ticker::Ticker;
-use crate::app::Event;
+use crate::app::{AppState, Event};
 use crate::link::LinkEvent;
 use crate::model::{LiveModel, ModelChange};
-use crate::panels::Ui;
 use crate::render::{BackendChoice, DrawRequest};
 use crate::tools::{Bounds, CameraInput, OrbitCamera};
 use leptos::prelude::*;
 use semascan_shared::model::SemanticCloud;
 use std::cell::{Cell, RefCell};
 use std::rc::Rc;
-use web_sys::Document;
+use web_sys::{Document, Window};
 
 /// Least time between two counts of the model's figures while it grows, milliseconds.
 const FIGURES_MS: f64 = 200.0;
@@ -33,7 +32,8 @@ pub(super) struct Size {
 
 /// What is seen and from where.
 pub(super) struct Stage {
-    pub(super) ui: Ui,
+    pub(super) state: RwSignal<AppState>,
+    pub(super) send: Callback<Event>,
     pub(super) document: Document,
     pub(super) graphics: Graphics,
     model: RefCell<LiveModel>,
@@ -53,17 +53,18 @@ pub(super) struct Stage {
 }
 
 impl Stage {
-    pub(super) fn new(ui: Ui, window: web_sys::Window, document: Document, choice: BackendChoice) -> Rc<Self> {
+    pub(super) fn new(state: RwSignal<AppState>, window: &Window, document: &Document, choice: BackendChoice) -> Rc<Self> {
         Rc::new_cyclic(|weak: &std::rc::Weak<Self>| {
             let this = weak.clone();
-            let ticker = Ticker::new(window, move |now| {
+            let ticker = Ticker::new(window.clone(), move |now| {
                 if let Some(stage) = this.upgrade() {
                     stage.frame(now);
                 }
             });
             Self {
-                ui,
-                document,
+                state,
+                send: Callback::new(move |event: Event| state.update(|s| s.reduce(event))),
+                document: document.clone(),
                 graphics: Graphics::new(choice),
                 model: RefCell::default(),
                 camera: Cell::default(),
@@ -90,14 +91,14 @@ impl Stage {
             self.redraw();
         }
         if let LinkEvent::Connected { inspection, .. } | LinkEvent::Cleared(inspection) = &event
-            && self.ui.state.with_untracked(|s| s.inspection.id != inspection.id)
+            && self.state.with_untracked(|s| s.inspection.id != inspection.id)
         {
             self.follows.set(true);
         }
         // Every chunk of a final model is sent before the word that it is final: that word finds the figures counted.
         let settles = matches!(event, LinkEvent::Progress(_) | LinkEvent::Connected { .. } | LinkEvent::Cleared(_));
         if let Some(event) = app_event(event) {
-            self.ui.send.run(event);
+            self.send.run(event);
         }
         if settles {
             self.count();
@@ -162,13 +163,13 @@ impl Stage {
         if !moving {
             pace.still();
         }
-        let thinned = self.pace.replace(pace) != pace && budget.is_some() || budget.is_some();
+        self.pace.set(pace);
         if self.draw_due.replace(false) {
             self.draw(budget);
         }
         if moving {
             // Once it stands still the picture is drawn with every point.
-            self.draw_due.set(self.draw_due.get() || thinned);
+            self.draw_due.set(self.draw_due.get() || budget.is_some());
             self.ticker.request();
         }
     }
@@ -194,7 +195,7 @@ impl Stage {
             point_budget: budget,
             ..DrawRequest::default()
         };
-        self.ui.state.with_untracked(|s| Scene::of(s).fill(&mut request));
+        self.state.with_untracked(|s| Scene::of(s).fill(&mut request));
         if let Some(reason) = self.graphics.draw(&request, size) {
             Graphics::lost(self, reason);
         }
@@ -209,7 +210,7 @@ impl Stage {
                 (class_figures(&model), model.hash())
             };
             hooks::tell_hash(&self.document, hash);
-            self.ui.send.run(Event::Figures(figures));
+            self.send.run(Event::Figures(figures));
         }
     }
 }

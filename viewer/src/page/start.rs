@@ -53,26 +53,20 @@ fn run(window: &Window, document: &Document) -> Result<Option<Link>, JsValue> {
     let query = UrlSearchParams::new_with_str(&location.search()?)?;
     let options = Options::read(location.protocol()? == "https:", &location.host()?, |name| query.get(name));
 
-    let state = RwSignal::new(AppState::default());
-    let send = Callback::new(move |event: Event| state.update(|s| s.reduce(event)));
-    // Commands come through the state's thread of events; the stage that carries them out is made right below.
-    let asked = RwSignal::new(None::<(u64, Command)>);
-    let ask = Callback::new(move |command| {
-        asked.update(|last| *last = Some((last.map_or(0, |(n, _)| n + 1), command)));
-    });
-    let ui = Ui { state, send, ask };
-
-    let stage = Stage::new(ui, window.clone(), document.clone(), options.backend);
+    let stage = Stage::new(RwSignal::new(AppState::default()), window, document, options.backend);
+    let carries_out = stage.clone();
+    let ask = UnsyncCallback::new(move |command| carry_out(&carries_out, command));
+    let ui = Ui { state: stage.state, send: stage.send, ask };
     listeners::system_theme(window, ui)?;
     listeners::initial_theme(window, ui, options.theme);
     for text in options.complaints {
-        send.run(Event::Notify { level: Level::Warning, text });
+        ui.send.run(Event::Notify { level: Level::Warning, text });
     }
     panels::mount(document, ui)?;
     listeners::frame_of_page(window, document, ui);
     listeners::clock(ui);
     listeners::keyboard(window, &stage)?;
-    follow_state(&stage, asked);
+    follow_state(&stage);
 
     let place = document.query_selector(".viewport")?.ok_or("the page has no .viewport")?;
     listeners::size(window, &stage, place)?;
@@ -81,12 +75,12 @@ fn run(window: &Window, document: &Document) -> Result<Option<Link>, JsValue> {
 
     let hears = stage.clone();
     let link = Link::start(&options.stream, move |event| hears.hear(event));
-    Ok(link.map_err(|error| send.run(Event::Refused { reason: format!("The decoding worker cannot start: {error:?}") })).ok())
+    Ok(link.map_err(|error| ui.send.run(Event::Refused { reason: format!("The decoding worker cannot start: {error:?}") })).ok())
 }
 
-/// The picture, the test hooks and the commands follow the state.
-fn follow_state(stage: &Rc<Stage>, asked: RwSignal<Option<(u64, Command)>>) {
-    let state = stage.ui.state;
+/// The picture and the test hooks follow the state.
+fn follow_state(stage: &Rc<Stage>) {
+    let state = stage.state;
     let scene = Memo::new(move |_| state.with(Scene::of));
     let drawn = stage.clone();
     Effect::new(move |_| {
@@ -95,12 +89,6 @@ fn follow_state(stage: &Rc<Stage>, asked: RwSignal<Option<(u64, Command)>>) {
     });
     let told = stage.clone();
     Effect::new(move |_| state.with(|s| hooks::tell_state(&told.document, s)));
-    let done = stage.clone();
-    Effect::new(move |_| {
-        if let Some((_, command)) = asked.get() {
-            carry_out(&done, command);
-        }
-    });
 }
 
 fn carry_out(stage: &Rc<Stage>, command: Command) {
@@ -117,7 +105,7 @@ fn carry_out(stage: &Rc<Stage>, command: Command) {
 }
 
 fn save(stage: &Rc<Stage>, format: ExportFormat) {
-    let file = stage.ui.state.with_untracked(|s| export(&stage.cloud(), s, format));
+    let file = stage.state.with_untracked(|s| export(&stage.cloud(), s, format));
     let saved = file.map_err(|e| e.to_string()).and_then(|file| {
         download(&stage.document, &file, format.mime()).map_err(|e| format!("{e:?}")).map(|()| file)
     });
@@ -128,5 +116,5 @@ fn save(stage: &Rc<Stage>, format: ExportFormat) {
         }
         Err(why) => (Level::Error, format!("The export failed: {why}")),
     };
-    stage.ui.send.run(Event::Notify { level, text });
+    stage.send.run(Event::Notify { level, text });
 }

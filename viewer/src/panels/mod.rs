@@ -67,7 +67,7 @@ pub struct Ui {
     /// Takes what happened.
     pub send: Callback<Event>,
     /// Takes what is wanted.
-    pub ask: Callback<Command>,
+    pub ask: UnsyncCallback<Command>,
 }
 
 impl Ui {
