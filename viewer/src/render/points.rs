@@ -20,8 +20,12 @@ use wgpu::{
     TextureSampleType, TextureUsages, TextureViewDescriptor, TextureViewDimension,
 };
 
-/// Radius of a splat in voxels: neighbours on a tilted surface are up to sqrt(3) apart, half of that closes it.
-const RADIUS_VOXELS: f32 = 0.87;
+/// Radius of a splat in voxels: neighbours on a tilted surface are up to sqrt(3) apart and half of that would just close
+/// it; the rest is for points that do not lie in the middle of their voxels.
+const RADIUS_VOXELS: f32 = 0.95;
+
+/// How much larger splats grow than their thinned number asks for: the sample is even, but no grid.
+const THINNED_GROWTH: f32 = 1.15;
 
 /// Splats are never smaller than this, in device pixels across.
 const MIN_PIXELS: f32 = 1.5;
@@ -109,7 +113,7 @@ impl Points {
     /// Puts `cloud` in the place of whatever chunk `id` held.
     pub(super) fn set_chunk(&mut self, gpu: &Gpu, id: [i32; 3], cloud: &SemanticCloud) {
         let placement = self.pool.place(id, cloud.len());
-        for (block, slots) in placement.blocks.iter().zip(deal(cloud.len())) {
+        for (block, slots) in placement.blocks.iter().zip(deal(&cloud.positions)) {
             let mut records = [EMPTY; BLOCK_POINTS];
             for (record, point) in records.iter_mut().zip(slots) {
                 *record = cloud.get(point).map_or(EMPTY, |p| pack(&p));
@@ -153,6 +157,11 @@ impl Points {
         self.lookup.prepare(gpu, request);
         self.slots = slots_within(request.point_budget, self.pool.used_blocks().sum());
         let thinned = BLOCK_POINTS as f32 / self.slots as f32;
+        let growth = if thinned > 1.0 {
+            thinned.sqrt() * THINNED_GROWTH
+        } else {
+            1.0
+        };
         let voxel = if request.voxel.is_finite() && request.voxel > 0.0 {
             request.voxel
         } else {
@@ -169,7 +178,7 @@ impl Points {
         let views_scale = 1.0 / f32::from(request.views_top.max(1));
         let content = Content {
             size: [
-                voxel * RADIUS_VOXELS * thinned.sqrt(),
+                voxel * RADIUS_VOXELS * growth,
                 MIN_PIXELS / 2.0,
                 views_scale,
                 shading,

@@ -1,23 +1,25 @@
-//! Drawing fewer points without holes or clusters: the order in which a chunk's points fill its blocks.
+//! Drawing fewer points without clusters or stripes: the order in which a chunk's points fill its blocks.
 //!
-//! Points arrive in raster order. They are dealt to the chunk's blocks in turn, and inside a block they lie in
-//! bit-reversed order (van der Corput), so the first k slots of every block are an even sample of the chunk for every k.
-//! A thinner picture is then the same draw call with a smaller k.
+//! Points are put in the order of a space-filling curve (Morton 1966), cut into one run a block, and inside a run they
+//! lie in bit-reversed order (van der Corput 1935). So the first k slots of every block are an even sample of the
+//! chunk's surface for every k, and a thinner picture is the same draw call with a smaller k.
 
 use super::pool::BLOCK_POINTS;
+use crate::tools::Bounds;
+use glam::Vec3;
 
 /// The slots of each block in order: index of the point that lies there. Slots past the end are empty.
-pub fn deal(points: usize) -> Vec<Vec<usize>> {
+pub fn deal(positions: &[[f32; 3]]) -> Vec<Vec<usize>> {
+    let points = positions.len();
     let blocks = points.div_ceil(BLOCK_POINTS);
+    let order = along_curve(positions);
     let bits = BLOCK_POINTS.trailing_zeros();
+    let reversed = |i: usize| i.reverse_bits() >> (usize::BITS - bits);
     (0..blocks)
         .map(|block| {
-            let held = (points - block).div_ceil(blocks);
-            let reversed = |i: usize| i.reverse_bits() >> (usize::BITS - bits);
+            let run = &order[block * points / blocks..(block + 1) * points / blocks];
             (0..BLOCK_POINTS)
-                .map(reversed)
-                .filter(|i| *i < held)
-                .map(|i| block + i * blocks)
+                .filter_map(|i| run.get(reversed(i)).copied())
                 .collect()
         })
         .collect()
@@ -29,14 +31,52 @@ pub fn slots_within(budget: Option<usize>, blocks: usize) -> u32 {
     slots.clamp(1, BLOCK_POINTS) as u32
 }
 
+/// Indices of the points along a Morton curve through the box around them.
+fn along_curve(positions: &[[f32; 3]]) -> Vec<usize> {
+    let mut bounds = Bounds::EMPTY;
+    for p in positions {
+        bounds.include(Vec3::from(*p));
+    }
+    let edge = (bounds.max - bounds.min)
+        .max_element()
+        .max(f32::MIN_POSITIVE);
+    let key = |i: usize| {
+        // What is not finite lands at either end.
+        let cell = ((Vec3::from(positions[i]) - bounds.min) / edge * 1023.0)
+            .to_array()
+            .map(|c| c as u32);
+        spread(cell[0]) | spread(cell[1]) << 1 | spread(cell[2]) << 2
+    };
+    let mut order: Vec<(u32, usize)> = (0..positions.len()).map(|i| (key(i), i)).collect();
+    order.sort_unstable();
+    order.into_iter().map(|(_, i)| i).collect()
+}
+
+/// Ten bits with two zeros between each.
+fn spread(bits: u32) -> u32 {
+    let mut x = bits.min(1023);
+    x = (x | x << 16) & 0x0300_00ff;
+    x = (x | x << 8) & 0x0300_f00f;
+    x = (x | x << 4) & 0x030c_30c3;
+    (x | x << 2) & 0x0924_9249
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    /// A square of `side * side` points in raster order.
+    fn square(side: usize) -> Vec<[f32; 3]> {
+        (0..side * side)
+            .map(|i| [(i % side) as f32, (i / side) as f32, 0.0])
+            .collect()
+    }
+
     #[test]
     fn every_point_lies_in_exactly_one_slot() {
         for n in [0, 1, 255, 256, 257, 1000, 32_768] {
-            let blocks = deal(n);
+            let positions: Vec<_> = square(200).into_iter().take(n).collect();
+            let blocks = deal(&positions);
             assert!(
                 blocks
                     .iter()
@@ -49,18 +89,31 @@ mod tests {
     }
 
     #[test]
-    fn any_prefix_is_spread_evenly() {
-        let n = 2000;
-        for slots in [8, 32, 100] {
-            let mut kept: Vec<usize> = deal(n)
+    fn any_prefix_covers_the_surface_evenly() {
+        let side = 64;
+        let positions = square(side);
+        for slots in [16, 40, 100] {
+            let kept: Vec<usize> = deal(&positions)
                 .into_iter()
                 .flat_map(|b| b.into_iter().take(slots))
                 .collect();
-            kept.sort_unstable();
-            let widest = kept.windows(2).map(|w| w[1] - w[0]).max().unwrap_or(n);
-            let mean = n / kept.len();
-            assert!(widest <= 4 * mean + 8, "{slots}: {widest} against {mean}");
+            let spacing = ((side * side) as f32 / kept.len() as f32).sqrt();
+            let distance = |p: &[f32; 3]| {
+                let to = |i: &usize| Vec3::from(*p).distance(Vec3::from(positions[*i]));
+                kept.iter().map(to).fold(f32::MAX, f32::min)
+            };
+            let worst = positions.iter().map(distance).fold(0.0, f32::max);
+            assert!(
+                worst <= 2.0 * spacing,
+                "{slots}: a hole of {worst} at a spacing of {spacing}"
+            );
         }
+    }
+
+    #[test]
+    fn broken_positions_are_dealt_all_the_same() {
+        let positions = [[f32::NAN; 3], [f32::INFINITY, 0.0, 0.0], [1.0; 3]];
+        assert_eq!(deal(&positions).concat().len(), 3);
     }
 
     #[test]
