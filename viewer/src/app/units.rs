@@ -47,11 +47,7 @@ pub fn percent(share: f64) -> String {
         return "–".into();
     }
     let whole = (share.clamp(0.0, 1.0) * 100.0).round();
-    let shown = if whole >= 100.0 && share < 0.9995 {
-        99.0
-    } else {
-        whole
-    };
+    let shown = if whole >= 100.0 && share < 0.9995 { 99.0 } else { whole };
     format!("{shown:.0}{UNIT}%")
 }
 
@@ -95,11 +91,7 @@ pub fn file_stem(part: &str) -> String {
         }
     }
     let stem = stem.trim_end_matches('-');
-    if stem.is_empty() {
-        "semascan-model".into()
-    } else {
-        stem.into()
-    }
+    if stem.is_empty() { "semascan-model".into() } else { stem.into() }
 }
 
 #[cfg(test)]

@@ -88,18 +88,13 @@ impl Ui {
 /// A missing element of the skeleton, by its id.
 pub fn mount(document: &Document, ui: Ui) -> Result<(), JsValue> {
     let place = |id: &str| -> Result<HtmlElement, JsValue> {
-        let element = document
-            .get_element_by_id(id)
-            .ok_or_else(|| JsValue::from_str(&format!("the page has no #{id}")))?;
+        let element =
+            document.get_element_by_id(id).ok_or_else(|| JsValue::from_str(&format!("the page has no #{id}")))?;
         element.set_text_content(None);
         Ok(element.unchecked_into())
     };
     mount_to(place("header")?, move || view! { <header::Header ui/> }).forget();
-    mount_to(
-        place("overlay")?,
-        move || view! { <viewport::Overlay ui/> <view_detail::ViewDetail ui/> },
-    )
-    .forget();
+    mount_to(place("overlay")?, move || view! { <viewport::Overlay ui/> <view_detail::ViewDetail ui/> }).forget();
     mount_to(place("views")?, move || view! { <views::ViewStrip ui/> }).forget();
     mount_to(place("panels")?, move || {
         view! {
@@ -111,11 +106,7 @@ pub fn mount(document: &Document, ui: Ui) -> Result<(), JsValue> {
     })
     .forget();
     mount_to(place("help")?, move || view! { <help::Help ui/> }).forget();
-    mount_to(
-        place("notices")?,
-        move || view! { <notices::NoticeList ui/> },
-    )
-    .forget();
+    mount_to(place("notices")?, move || view! { <notices::NoticeList ui/> }).forget();
     let status = ui.part(AppState::status);
     mount_to(place("status")?, move || move || status.get()).forget();
     Ok(())

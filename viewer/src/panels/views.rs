@@ -15,16 +15,9 @@ pub(super) fn ViewStrip(ui: Ui) -> impl IntoView {
     let count = ui.part(|s| s.views.iter().len());
     let selected = ui.part(|s| s.views.selected().map(|v| v.index));
     let pending = ui.part(|s| {
-        let missing = s
-            .progress
-            .views_expected
-            .saturating_sub(s.progress.views_done);
+        let missing = s.progress.views_expected.saturating_sub(s.progress.views_done);
         // Views that are still to come get a place each, as far as the strip shows them anyway.
-        if s.progress.phase == Phase::Running {
-            missing.min(24)
-        } else {
-            0
-        }
+        if s.progress.phase == Phase::Running { missing.min(24) } else { 0 }
     });
     let list = NodeRef::<leptos::html::Ol>::new();
     // The buttons are in the page one frame after the state knows of them.
@@ -69,16 +62,9 @@ pub(super) fn ViewStrip(ui: Ui) -> impl IntoView {
 fn ViewCard(ui: Ui, view: ViewEntry, selected: Memo<Option<u32>>) -> impl IntoView {
     let index = view.index;
     let is_selected = move || selected.get() == Some(index);
-    let toggle = move |_| {
-        ui.send
-            .run(Event::SelectView((!is_selected()).then_some(index)))
-    };
+    let toggle = move |_| ui.send.run(Event::SelectView((!is_selected()).then_some(index)));
     let (accepted, reason) = (view.accepted, view.reason.clone());
-    let name = if accepted {
-        format!("View {}", index + 1)
-    } else {
-        format!("View {}, rejected: {reason}", index + 1)
-    };
+    let name = if accepted { format!("View {}", index + 1) } else { format!("View {}, rejected: {reason}", index + 1) };
     view! {
         <li class="view">
             <button
