@@ -1,6 +1,6 @@
 //! The visible part of the model as the bytes of a file. The writers are those of `semascan inspect`.
 
-use super::scene::Scene;
+use super::scene::hidden_flags;
 use crate::app::{AppState, units};
 use semascan_shared::export::glb::GlbOptions;
 use semascan_shared::export::{ExportError, ExportFilter, glb, ply};
@@ -75,10 +75,7 @@ pub fn export(cloud: &SemanticCloud, state: &AppState, format: ExportFormat) -> 
 /// What is hidden on screen is left out of the file.
 fn filter(state: &AppState) -> ExportFilter {
     let hidden = state.legend.rows.iter().filter(|row| !row.visible);
-    ExportFilter {
-        hidden_labels: hidden.map(|row| row.class.id).collect(),
-        skip_flags: Scene::of(state).hidden().bits(),
-    }
+    ExportFilter { hidden_labels: hidden.map(|row| row.class.id).collect(), skip_flags: hidden_flags(state).bits() }
 }
 
 #[cfg(test)]

@@ -4,6 +4,7 @@ use crate::app::Event;
 use crate::app::legend::ClassFigures;
 use crate::link::LinkEvent;
 use crate::model::LiveModel;
+use crate::render::HiddenFlags;
 
 /// What an event of the link means to the state; `None` for the bulk lane, which only the model follows.
 pub fn app_event(event: LinkEvent) -> Option<Event> {
@@ -21,10 +22,11 @@ pub fn app_event(event: LinkEvent) -> Option<Event> {
     })
 }
 
-/// The figures of the model by component class; the place in the list is the class.
-pub fn class_figures(model: &LiveModel) -> Vec<ClassFigures> {
+/// The figures of the model by component class, over the points that `hidden` leaves in the picture; the place in the
+/// list is the class.
+pub fn class_figures(model: &LiveModel, hidden: HiddenFlags) -> Vec<ClassFigures> {
     let mut list = Vec::new();
-    for (class, stats) in model.class_stats() {
+    for (class, stats) in model.class_stats(hidden) {
         let place = usize::from(class);
         if list.len() <= place {
             list.resize(place + 1, ClassFigures::default());

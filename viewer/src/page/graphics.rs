@@ -43,11 +43,13 @@ impl Graphics {
     /// The device is gone: its renderer is replaced, as long as that makes sense.
     pub(super) fn lost(stage: &Rc<Stage>, reason: String) {
         let graphics = &stage.graphics;
-        let Some(renderer) = graphics.renderer.borrow_mut().take() else { return };
+        let Some(renderer) = graphics.renderer.borrow_mut().take() else {
+            return;
+        };
         graphics.pointer.borrow_mut().take();
         graphics.losses.set(graphics.losses.get() + 1);
         if graphics.losses.get() > MOST_LOSSES {
-            Self::unavailable(stage, format!("The graphics device was lost again and again: {reason}."));
+            Self::unavailable(stage, format!("The graphics device was lost again and again: {reason}"));
             return;
         }
         web_sys::console::warn_1(&format!("semascan: graphics device lost: {reason}; opening another").into());
@@ -62,7 +64,9 @@ impl Graphics {
     /// Brings the renderer level with a change of the model.
     pub(super) fn follow(&self, change: ModelChange, model: &LiveModel) {
         let mut renderer = self.renderer.borrow_mut();
-        let Some(renderer) = renderer.as_mut() else { return };
+        let Some(renderer) = renderer.as_mut() else {
+            return;
+        };
         match change {
             ModelChange::None => {}
             ModelChange::Cleared => renderer.clear(),
@@ -96,7 +100,7 @@ impl Graphics {
     fn ready(stage: &Rc<Stage>, made: Result<Renderer, RenderError>) {
         let renderer = match made {
             Ok(renderer) => renderer,
-            Err(error) => return Self::unavailable(stage, format!("{error}.")),
+            Err(error) => return Self::unavailable(stage, error.to_string()),
         };
         let steer = stage.clone();
         match CameraPointer::attach(renderer.canvas(), move |input| steer.steer(input)) {

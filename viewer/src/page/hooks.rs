@@ -2,8 +2,8 @@
 //! frames): the link, the inspection and the hash of the model.
 
 use crate::app::AppState;
-use web_sys::{Document, HtmlElement};
 use wasm_bindgen::JsCast;
+use web_sys::{Document, HtmlElement};
 
 /// Where the inspection and the link stand, and whether the 3D view works.
 pub(super) fn tell_state(document: &Document, state: &AppState) {

@@ -64,7 +64,9 @@ pub(super) fn size(window: &Window, stage: &Rc<Stage>, place: Element) -> Result
 
 /// The system's preference for dark pages, now and when it changes.
 pub(super) fn system_theme(window: &Window, ui: Ui) -> Result<(), JsValue> {
-    let Some(query) = window.match_media("(prefers-color-scheme: dark)")? else { return Ok(()) };
+    let Some(query) = window.match_media("(prefers-color-scheme: dark)")? else {
+        return Ok(());
+    };
     ui.send.run(Event::SystemDark(query.matches()));
     let on_change = Closure::<dyn FnMut(MediaQueryListEvent)>::new(move |e: MediaQueryListEvent| {
         ui.send.run(Event::SystemDark(e.matches()));

@@ -4,7 +4,7 @@ use super::figures::{app_event, class_figures};
 use super::graphics::Graphics;
 use super::hooks;
 use super::pace::Pace;
-use super::scene::Scene;
+use super::scene::{Scene, hidden_flags};
 use super::ticker::Ticker;
 use crate::app::{AppState, Event};
 use crate::link::LinkEvent;
@@ -43,7 +43,9 @@ pub(super) struct Stage {
     follows: Cell<bool>,
     size: Cell<Size>,
     pace: Cell<Pace>,
-    /// Time of the last frame and of the last input, in the clock of animation frames.
+    /// The person moved the camera since the last frame.
+    steered: Cell<bool>,
+    /// Time of the last frame, and of the last one that followed an input, in the clock of animation frames.
     now: Cell<f64>,
     moved_at: Cell<f64>,
     draw_due: Cell<bool>,
@@ -53,7 +55,12 @@ pub(super) struct Stage {
 }
 
 impl Stage {
-    pub(super) fn new(state: RwSignal<AppState>, window: &Window, document: &Document, choice: BackendChoice) -> Rc<Self> {
+    pub(super) fn new(
+        state: RwSignal<AppState>,
+        window: &Window,
+        document: &Document,
+        choice: BackendChoice,
+    ) -> Rc<Self> {
         Rc::new_cyclic(|weak: &std::rc::Weak<Self>| {
             let this = weak.clone();
             let ticker = Ticker::new(window.clone(), move |now| {
@@ -72,6 +79,7 @@ impl Stage {
                 follows: Cell::new(true),
                 size: Cell::default(),
                 pace: Cell::default(),
+                steered: Cell::default(),
                 now: Cell::default(),
                 moved_at: Cell::new(f64::NEG_INFINITY),
                 draw_due: Cell::new(true),
@@ -111,6 +119,12 @@ impl Stage {
         self.ticker.request();
     }
 
+    /// The model's figures are due.
+    pub(super) fn recount(&self) {
+        self.figures_due.set(true);
+        self.ticker.request();
+    }
+
     /// Follows the person's hand.
     pub(super) fn steer(&self, input: CameraInput) {
         self.follows.set(matches!(input, CameraInput::Fit | CameraInput::View(_)));
@@ -118,7 +132,7 @@ impl Stage {
         let mut camera = self.camera.get();
         camera.apply(input, self.bounds.get());
         self.camera.set(camera);
-        self.moved_at.set(self.now.get());
+        self.steered.set(true);
         self.redraw();
     }
 
@@ -144,8 +158,7 @@ impl Stage {
     }
 
     fn frame(self: &Rc<Self>, now: f64) {
-        // The clock stands while no frame is wanted; input that woke it counts from here.
-        if self.moved_at.get() == self.now.get() {
+        if self.steered.take() {
             self.moved_at.set(now);
         }
         self.now.set(now);
@@ -205,9 +218,10 @@ impl Stage {
     fn count(&self) {
         if self.figures_due.replace(false) {
             self.figures_at.set(self.now.get());
+            let hidden = self.state.with_untracked(hidden_flags);
             let (figures, hash) = {
                 let model = self.model.borrow();
-                (class_figures(&model), model.hash())
+                (class_figures(&model, hidden), model.hash())
             };
             hooks::tell_hash(&self.document, hash);
             self.send.run(Event::Figures(figures));

@@ -4,7 +4,7 @@ use super::download::download;
 use super::exports::{ExportFormat, export};
 use super::graphics::Graphics;
 use super::options::Options;
-use super::scene::Scene;
+use super::scene::{Scene, hidden_flags};
 use super::stage::Stage;
 use super::{hooks, listeners};
 use crate::app::notices::Level;
@@ -75,18 +75,23 @@ fn run(window: &Window, document: &Document) -> Result<Option<Link>, JsValue> {
 
     let hears = stage.clone();
     let link = Link::start(&options.stream, move |event| hears.hear(event));
-    Ok(link.map_err(|error| ui.send.run(Event::Refused { reason: format!("The decoding worker cannot start: {error:?}") })).ok())
+    Ok(link
+        .map_err(|error| ui.send.run(Event::Refused { reason: format!("The decoding worker cannot start: {error:?}") }))
+        .ok())
 }
 
-/// The picture and the test hooks follow the state.
+/// The picture, the figures and the test hooks follow the state.
 fn follow_state(stage: &Rc<Stage>) {
     let state = stage.state;
     let scene = Memo::new(move |_| state.with(Scene::of));
     let drawn = stage.clone();
     Effect::new(move |_| {
-        scene.track();
-        drawn.redraw();
+        // Read, not only tracked: a memo that nobody reads never learns what it depends on.
+        scene.with(|_| drawn.redraw());
     });
+    let hidden = Memo::new(move |_| state.with(hidden_flags));
+    let counted = stage.clone();
+    Effect::new(move |_| hidden.with(|_| counted.recount()));
     let told = stage.clone();
     Effect::new(move |_| state.with(|s| hooks::tell_state(&told.document, s)));
 }
@@ -106,9 +111,9 @@ fn carry_out(stage: &Rc<Stage>, command: Command) {
 
 fn save(stage: &Rc<Stage>, format: ExportFormat) {
     let file = stage.state.with_untracked(|s| export(&stage.cloud(), s, format));
-    let saved = file.map_err(|e| e.to_string()).and_then(|file| {
-        download(&stage.document, &file, format.mime()).map_err(|e| format!("{e:?}")).map(|()| file)
-    });
+    let saved = file
+        .map_err(|e| e.to_string())
+        .and_then(|file| download(&stage.document, &file, format.mime()).map_err(|e| format!("{e:?}")).map(|()| file));
     let (level, text) = match saved {
         Ok(file) => {
             let (points, size) = (units::count(file.points as u64), units::bytes(file.bytes.len() as u64));

@@ -18,9 +18,7 @@ pub fn deal(positions: &[[f32; 3]]) -> Vec<Vec<usize>> {
     (0..blocks)
         .map(|block| {
             let run = &order[block * points / blocks..(block + 1) * points / blocks];
-            (0..BLOCK_POINTS)
-                .filter_map(|i| run.get(reversed(i)).copied())
-                .collect()
+            (0..BLOCK_POINTS).filter_map(|i| run.get(reversed(i)).copied()).collect()
         })
         .collect()
 }
@@ -37,14 +35,10 @@ fn along_curve(positions: &[[f32; 3]]) -> Vec<usize> {
     for p in positions {
         bounds.include(Vec3::from(*p));
     }
-    let edge = (bounds.max - bounds.min)
-        .max_element()
-        .max(f32::MIN_POSITIVE);
+    let edge = (bounds.max - bounds.min).max_element().max(f32::MIN_POSITIVE);
     let key = |i: usize| {
         // What is not finite lands at either end.
-        let cell = ((Vec3::from(positions[i]) - bounds.min) / edge * 1023.0)
-            .to_array()
-            .map(|c| c as u32);
+        let cell = ((Vec3::from(positions[i]) - bounds.min) / edge * 1023.0).to_array().map(|c| c as u32);
         spread(cell[0]) | spread(cell[1]) << 1 | spread(cell[2]) << 2
     };
     let mut order: Vec<(u32, usize)> = (0..positions.len()).map(|i| (key(i), i)).collect();
@@ -67,9 +61,7 @@ mod tests {
 
     /// A square of `side * side` points in raster order.
     fn square(side: usize) -> Vec<[f32; 3]> {
-        (0..side * side)
-            .map(|i| [(i % side) as f32, (i / side) as f32, 0.0])
-            .collect()
+        (0..side * side).map(|i| [(i % side) as f32, (i / side) as f32, 0.0]).collect()
     }
 
     #[test]
@@ -77,11 +69,7 @@ mod tests {
         for n in [0, 1, 255, 256, 257, 1000, 32_768] {
             let positions: Vec<_> = square(200).into_iter().take(n).collect();
             let blocks = deal(&positions);
-            assert!(
-                blocks
-                    .iter()
-                    .all(|b| b.len() <= BLOCK_POINTS && !b.is_empty())
-            );
+            assert!(blocks.iter().all(|b| b.len() <= BLOCK_POINTS && !b.is_empty()));
             let mut all: Vec<usize> = blocks.into_iter().flatten().collect();
             all.sort_unstable();
             assert_eq!(all, (0..n).collect::<Vec<_>>());
@@ -93,20 +81,14 @@ mod tests {
         let side = 64;
         let positions = square(side);
         for slots in [16, 40, 100] {
-            let kept: Vec<usize> = deal(&positions)
-                .into_iter()
-                .flat_map(|b| b.into_iter().take(slots))
-                .collect();
+            let kept: Vec<usize> = deal(&positions).into_iter().flat_map(|b| b.into_iter().take(slots)).collect();
             let spacing = ((side * side) as f32 / kept.len() as f32).sqrt();
             let distance = |p: &[f32; 3]| {
                 let to = |i: &usize| Vec3::from(*p).distance(Vec3::from(positions[*i]));
                 kept.iter().map(to).fold(f32::MAX, f32::min)
             };
             let worst = positions.iter().map(distance).fold(0.0, f32::max);
-            assert!(
-                worst <= 2.0 * spacing,
-                "{slots}: a hole of {worst} at a spacing of {spacing}"
-            );
+            assert!(worst <= 2.0 * spacing, "{slots}: a hole of {worst} at a spacing of {spacing}");
         }
     }
 
