@@ -28,7 +28,12 @@ pub(super) struct Graphics {
 
 impl Graphics {
     pub(super) fn new(choice: BackendChoice) -> Self {
-        Self { choice, renderer: RefCell::default(), pointer: RefCell::default(), losses: Cell::default() }
+        Self {
+            choice,
+            renderer: RefCell::default(),
+            pointer: RefCell::default(),
+            losses: Cell::default(),
+        }
     }
 
     /// Starts to draw on the page's canvas.
@@ -43,14 +48,21 @@ impl Graphics {
     /// The device is gone: its renderer is replaced, as long as that makes sense.
     pub(super) fn lost(stage: &Rc<Stage>, reason: String) {
         let graphics = &stage.graphics;
-        let Some(renderer) = graphics.renderer.borrow_mut().take() else { return };
+        let Some(renderer) = graphics.renderer.borrow_mut().take() else {
+            return;
+        };
         graphics.pointer.borrow_mut().take();
         graphics.losses.set(graphics.losses.get() + 1);
         if graphics.losses.get() > MOST_LOSSES {
-            Self::unavailable(stage, format!("The graphics device was lost again and again: {reason}."));
+            Self::unavailable(
+                stage,
+                format!("The graphics device was lost again and again: {reason}."),
+            );
             return;
         }
-        web_sys::console::warn_1(&format!("semascan: graphics device lost: {reason}; opening another").into());
+        web_sys::console::warn_1(
+            &format!("semascan: graphics device lost: {reason}; opening another").into(),
+        );
         stage.send.run(Event::Gpu(Gpu::Starting));
         let stage = stage.clone();
         spawn_local(async move {
@@ -62,7 +74,9 @@ impl Graphics {
     /// Brings the renderer level with a change of the model.
     pub(super) fn follow(&self, change: ModelChange, model: &LiveModel) {
         let mut renderer = self.renderer.borrow_mut();
-        let Some(renderer) = renderer.as_mut() else { return };
+        let Some(renderer) = renderer.as_mut() else {
+            return;
+        };
         match change {
             ModelChange::None => {}
             ModelChange::Cleared => renderer.clear(),

@@ -53,6 +53,8 @@ pub(super) struct Points {
     pool: Pool,
     census: BTreeMap<[i32; 3], Census>,
     lookup: Lookup,
+    /// Points held, shown or not.
+    held: usize,
     slots: u32,
 }
 
@@ -106,6 +108,7 @@ impl Points {
             pool: Pool::default(),
             census: BTreeMap::new(),
             lookup,
+            held: 0,
             slots: BLOCK_POINTS as u32,
         }
     }
@@ -116,7 +119,7 @@ impl Points {
         for (block, slots) in placement.blocks.iter().zip(deal(&cloud.positions)) {
             let mut records = [EMPTY; BLOCK_POINTS];
             for (record, point) in records.iter_mut().zip(slots) {
-                *record = cloud.get(point).map_or(EMPTY, |p| pack(&p));
+                *record = point.and_then(|i| cloud.get(i)).map_or(EMPTY, |p| pack(&p));
             }
             self.write(gpu, *block, &records);
         }
@@ -124,7 +127,8 @@ impl Points {
             self.write(gpu, block, &[EMPTY; BLOCK_POINTS]);
         }
         self.pages.truncate(self.pool.trim());
-        self.census.insert(id, Census::of(cloud));
+        let before = self.census.insert(id, Census::of(cloud));
+        self.held = self.held + cloud.len() - before.map_or(0, |census| census.points());
     }
 
     /// Takes chunk `id` out.
@@ -133,7 +137,7 @@ impl Points {
             self.write(gpu, block, &[EMPTY; BLOCK_POINTS]);
         }
         self.pages.truncate(self.pool.trim());
-        self.census.remove(&id);
+        self.held -= self.census.remove(&id).map_or(0, |census| census.points());
     }
 
     /// Takes everything out and gives the memory back.
@@ -141,6 +145,7 @@ impl Points {
         self.pool.clear();
         self.pages.clear();
         self.census.clear();
+        self.held = 0;
     }
 
     /// How many points the frame shows.
@@ -155,7 +160,7 @@ impl Points {
 
     pub(super) fn prepare(&mut self, gpu: &Gpu, request: &DrawRequest) {
         self.lookup.prepare(gpu, request);
-        self.slots = slots_within(request.point_budget, self.pool.used_blocks().sum());
+        self.slots = slots_within(request.point_budget, self.held);
         let thinned = BLOCK_POINTS as f32 / self.slots as f32;
         let growth = if thinned > 1.0 {
             thinned.sqrt() * THINNED_GROWTH
