@@ -5,7 +5,9 @@
 //! told to an [`InspectionSink`]: the live stream, a progress bar, a record on disk.
 
 use crate::acquire::{Source, SourceInfo, View};
-use crate::fuse::{FuseError, Integration, LabelledView, MapConfig, OutlierFilter, SemanticMap, TouchedChunk, voxel_for};
+use crate::fuse::{
+    FuseError, Integration, LabelledView, MapConfig, OutlierFilter, SemanticMap, TouchedChunk, voxel_for,
+};
 use crate::register::{OrganizedCloud, Registrar, Registration};
 use crate::segment::{Segmentation, Segmenter};
 use image::RgbImage;

@@ -66,8 +66,7 @@ fn one_and_two_threads_write_the_same_cloud() {
     let dir = tempfile::tempdir().expect("temporary folder");
     let cloud = |threads: &str| {
         let out = dir.path().join(threads);
-        let output =
-            semascan(&["inspect", MOTOR, "--out", out.to_str().expect("UTF-8"), "--threads", threads]);
+        let output = semascan(&["inspect", MOTOR, "--out", out.to_str().expect("UTF-8"), "--threads", threads]);
         assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
         std::fs::read(out.join("cloud.ply")).expect("reads")
     };

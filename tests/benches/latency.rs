@@ -5,16 +5,16 @@
 //! Prints one JSON object on stdout.
 
 use anyhow::{Context, Result};
+use futures_util::SinkExt;
+use prost::Message as _;
 use semascan_agent::acquire::bop::CameraMask;
 use semascan_agent::acquire::{AcquireError, Source, SourceInfo, View, open};
 use semascan_agent::fuse::{SemanticMap, TouchedChunk};
 use semascan_agent::pipeline::{InspectionSink, PipelineConfig, Stage, StageStatus, ViewOutcome};
 use semascan_agent::serve::{LiveModel, LiveSink};
+use semascan_shared::wire::{ClientMessage, Hello, Phase, SUBPROTOCOL, client_message};
 use semascan_tests::client::{Client, Holdings, open_socket};
 use semascan_tests::served::{Served, run};
-use futures_util::SinkExt;
-use prost::Message as _;
-use semascan_shared::wire::{ClientMessage, Hello, Phase, SUBPROTOCOL, client_message};
 use serde_json::json;
 use std::io::Write as _;
 use std::net::SocketAddr;

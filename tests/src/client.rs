@@ -59,8 +59,10 @@ impl Holdings {
     }
 
     fn hello(&self) -> Hello {
-        let held =
-            |(id, c): (&[i32; 3], &DecodedChunk)| HeldChunk { id: Some(ChunkId::from_array(*id)), revision: c.revision };
+        let held = |(id, c): (&[i32; 3], &DecodedChunk)| HeldChunk {
+            id: Some(ChunkId::from_array(*id)),
+            revision: c.revision,
+        };
         Hello {
             client: "test".into(),
             capabilities: Vec::new(),

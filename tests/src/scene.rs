@@ -20,7 +20,8 @@ pub fn write(folder: &Path, views: u32) -> Result<()> {
     let (mut cameras, mut truth) = (Map::new(), Map::new());
     for view in 0..views {
         let name = format!("{view:06}.png");
-        RgbImage::from_fn(width, height, |x, y| Rgb([x as u8 * 3, y as u8 * 4, 90])).save(folder.join("rgb").join(&name))?;
+        RgbImage::from_fn(width, height, |x, y| Rgb([x as u8 * 3, y as u8 * 4, 90]))
+            .save(folder.join("rgb").join(&name))?;
         let depth: ImageBuffer<Luma<u16>, Vec<u16>> = ImageBuffer::from_fn(width, height, |_, _| Luma([5000]));
         depth.save(folder.join("depth").join(&name))?;
         let mask = ImageBuffer::from_fn(width, height, |x, _| Luma([if x < width / 2 { 255_u8 } else { 0 }]));

@@ -2,8 +2,8 @@
 
 use semascan_agent::acquire::bop::CameraMask;
 use semascan_agent::acquire::open;
-use semascan_agent::store::Recorder;
 use semascan_agent::pipeline::PipelineConfig;
+use semascan_agent::store::Recorder;
 use semascan_tests::{scene, served};
 use std::path::Path;
 

@@ -85,8 +85,7 @@ async fn other_versions_and_foreign_pages_cannot_open_the_stream() {
     let served = Served::start().expect("serves");
     let error = open_socket(served.address, "semascan.v9", None).await.expect_err("other version");
     assert!(error.to_string().contains("400"), "{error}");
-    let error =
-        open_socket(served.address, SUBPROTOCOL, Some("http://evil.example")).await.expect_err("foreign page");
+    let error = open_socket(served.address, SUBPROTOCOL, Some("http://evil.example")).await.expect_err("foreign page");
     assert!(error.to_string().contains("403"), "{error}");
     let own = format!("http://{}", served.address);
     assert!(open_socket(served.address, SUBPROTOCOL, Some(&own)).await.is_ok());

@@ -12,7 +12,10 @@ pub mod virtual_cell;
 
 pub use error::AcquireError;
 pub use open::open;
-pub use view::{Chain, DepthImage, Intrinsics, PoseEvidence, RecordedLabels, SourceInfo, Turntable, View, ViewTruth, covariance_of_prior};
+pub use view::{
+    Chain, DepthImage, Intrinsics, PoseEvidence, RecordedLabels, SourceInfo, Turntable, View, ViewTruth,
+    covariance_of_prior,
+};
 
 use semascan_shared::model::Taxonomy;
 

@@ -9,7 +9,13 @@ pub(crate) fn print(record: &InspectionRecord, folder: &Path) -> io::Result<()> 
     let mut out = io::stderr().lock();
     let rejected = record.views.iter().filter(|v| !v.accepted).count();
     let voxel = record.voxel.map_or_else(|| "none".into(), |v| format!("{:.3} mm", v * 1e3));
-    writeln!(out, "{}: {} views ({rejected} left out), {} points, voxel {voxel}", record.part, record.views.len(), record.points)?;
+    writeln!(
+        out,
+        "{}: {} views ({rejected} left out), {} points, voxel {voxel}",
+        record.part,
+        record.views.len(),
+        record.points
+    )?;
     for (key, value) in &record.settings {
         writeln!(out, "  {key} = {value}")?;
     }
@@ -24,7 +30,11 @@ pub(crate) fn print(record: &InspectionRecord, folder: &Path) -> io::Result<()> 
 }
 
 fn print_truth(out: &mut impl Write, truth: &TruthRecord) -> io::Result<()> {
-    writeln!(out, "{:<28} {:>9} {:>12} {:>13} {:>7}", "against truth", "points", "accuracy %", "completeness %", "IoU")?;
+    writeln!(
+        out,
+        "{:<28} {:>9} {:>12} {:>13} {:>7}",
+        "against truth", "points", "accuracy %", "completeness %", "IoU"
+    )?;
     for c in truth.components.iter().chain(&truth.defects) {
         let (accuracy, completeness) = (c.accuracy * 100.0, c.completeness * 100.0);
         writeln!(out, "{:<28} {:>9} {accuracy:>12.2} {completeness:>14.2} {:>7.3}", c.name, c.points, c.iou)?;

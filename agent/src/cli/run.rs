@@ -61,8 +61,8 @@ impl InspectionArgs {
             }
             mm => mm.map(|mm| mm * 1e-3),
         };
-        let pace = Duration::try_from_secs_f64(self.pace)
-            .map_err(|e| Failure::Call(anyhow!("--pace {}: {e}", self.pace)))?;
+        let pace =
+            Duration::try_from_secs_f64(self.pace).map_err(|e| Failure::Call(anyhow!("--pace {}: {e}", self.pace)))?;
         Ok(PipelineConfig { voxel, pace, ..PipelineConfig::default() })
     }
 
@@ -96,8 +96,7 @@ pub(crate) fn run(
     let mut segmenter = args.segmenter()?;
     let recorder = Recorder::default();
     let sink = Both(watcher, &recorder);
-    let mut inspected =
-        pipeline::run(source, &mut segmenter, &mut KinematicRegistrar, &config, &sink, stop)?;
+    let mut inspected = pipeline::run(source, &mut segmenter, &mut KinematicRegistrar, &config, &sink, stop)?;
     if inspected.map.is_none() {
         let reasons = recorder.rejections();
         return Err(Failure::Work(anyhow!("no view could be used: {}", reasons.join("; "))));

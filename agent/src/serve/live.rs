@@ -3,11 +3,12 @@
 //! Chunks stand in the order of their last change. A client remembers how far along that order it is, one number; a
 //! chunk that changes again moves to the end, so an unsent older revision is replaced by the newer one by itself.
 
-use semascan_shared::wire::{
-    self, ChunkGone, ChunkId, Clear, HeldChunk, Inspection, Progress, ServerMessage, chunk::model_hash, server_message::Body,
-};
 use axum::body::Bytes;
 use prost::Message;
+use semascan_shared::wire::{
+    self, ChunkGone, ChunkId, Clear, HeldChunk, Inspection, Progress, ServerMessage, chunk::model_hash,
+    server_message::Body,
+};
 use std::collections::{BTreeMap, HashMap};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use tokio::sync::watch;
@@ -210,9 +211,8 @@ impl LiveModel {
     /// A client arrives with what it holds: its cursor and the Welcome it is due.
     pub(super) fn welcome(&self, inspection_id: &str, epoch: u32, held: &[HeldChunk]) -> (Cursor, Bytes) {
         let state = self.lock();
-        let resumed = !inspection_id.is_empty()
-            && inspection_id == state.inspection.id
-            && epoch == state.inspection.epoch;
+        let resumed =
+            !inspection_id.is_empty() && inspection_id == state.inspection.id && epoch == state.inspection.epoch;
         let held = if resumed {
             held.iter().filter_map(|h| Some((h.id?.to_array(), h.revision))).collect()
         } else {
@@ -232,13 +232,8 @@ impl LiveModel {
     pub(super) fn next(&self, cursor: &mut Cursor) -> Option<Bytes> {
         let state = self.lock();
         if cursor.generation != state.generation {
-            *cursor = Cursor {
-                generation: state.generation,
-                change: 0,
-                control: 0,
-                progress: None,
-                held: HashMap::new(),
-            };
+            *cursor =
+                Cursor { generation: state.generation, change: 0, control: 0, progress: None, held: HashMap::new() };
             return Some(pack(Body::Clear(Clear { inspection: Some(state.inspection.clone()) })));
         }
         if let Some(message) = state.control.get(cursor.control) {

@@ -69,9 +69,7 @@ impl LiveSink {
             entry.changed += t.made + t.relabelled;
             entry.dirty = true;
         }
-        let is_due = |b: &Backlog| {
-            b.dirty && (last || f64::from(b.changed) > WORTH_SENDING * f64::from(b.sent_points))
-        };
+        let is_due = |b: &Backlog| b.dirty && (last || f64::from(b.changed) > WORTH_SENDING * f64::from(b.sent_points));
         backlog.iter().filter(|(_, b)| is_due(b)).map(|(id, _)| *id).collect()
     }
 
@@ -102,8 +100,7 @@ impl InspectionSink for LiveSink {
                 }
             }
         };
-        let published: Vec<Published> =
-            due.par_iter().map_init(ChunkEncoder::default, encode).flatten_iter().collect();
+        let published: Vec<Published> = due.par_iter().map_init(ChunkEncoder::default, encode).flatten_iter().collect();
         for p in &published {
             self.sent(p.id, p.encoded.as_ref().map_or(0, |e| e.update.points));
         }

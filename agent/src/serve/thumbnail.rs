@@ -3,7 +3,7 @@
 use crate::acquire::View;
 use crate::segment::Segmentation;
 use image::codecs::jpeg::JpegEncoder;
-use image::{ImageFormat, Rgba, RgbImage, RgbaImage, imageops};
+use image::{ImageFormat, RgbImage, Rgba, RgbaImage, imageops};
 use semascan_shared::model::Taxonomy;
 use std::io::Cursor;
 

@@ -51,9 +51,10 @@ impl InspectionSink for Recorder {
                 .collect(),
         };
         let truth = outcome.view.as_ref().and_then(|v| v.truth.as_ref());
-        let truth = registration.zip(truth).filter(|_| outcome.result.is_ok()).map(|(r, t)| {
-            (t.table_from_camera, pose_error(&r.table_from_camera, &t.table_from_camera))
-        });
+        let truth = registration
+            .zip(truth)
+            .filter(|_| outcome.result.is_ok())
+            .map(|(r, t)| (t.table_from_camera, pose_error(&r.table_from_camera, &t.table_from_camera)));
         let mut views = self.views.lock().unwrap_or_else(PoisonError::into_inner);
         views.push(Heard { record, truth });
     }

@@ -8,9 +8,7 @@
 mod cloud;
 
 use semascan_shared::wire::ChunkUpdate;
-use semascan_shared::wire::chunk::{
-    ChunkDecoder, ChunkEncoder, Plane, VoxelChunk, decode, plane_sizes,
-};
+use semascan_shared::wire::chunk::{ChunkDecoder, ChunkEncoder, Plane, VoxelChunk, decode, plane_sizes};
 use std::collections::BTreeMap;
 use std::time::Instant;
 
@@ -19,29 +17,14 @@ fn main() {
     let (name, voxel, points) = match args.next() {
         Some(path) => {
             let (noted, points) = cloud::read_ply(&path);
-            let voxel = args
-                .next()
-                .map(|v| v.parse().expect("voxel edge in metres"))
-                .or(noted);
-            (
-                path,
-                voxel.expect("the cloud has no `comment voxel METRES`: name the voxel edge"),
-                points,
-            )
+            let voxel = args.next().map(|v| v.parse().expect("voxel edge in metres")).or(noted);
+            (path, voxel.expect("the cloud has no `comment voxel METRES`: name the voxel edge"), points)
         }
-        None => (
-            "synthetic part, seed 7".into(),
-            cloud::SYNTHETIC_VOXEL,
-            cloud::synthetic(7),
-        ),
+        None => ("synthetic part, seed 7".into(), cloud::SYNTHETIC_VOXEL, cloud::synthetic(7)),
     };
     let chunks = cloud::chunks(&points, voxel);
     let count: usize = chunks.iter().map(|c| c.voxels.len()).sum();
-    eprintln!(
-        "{name}: {count} points at {} mm in {} chunks",
-        voxel * 1e3,
-        chunks.len()
-    );
+    eprintln!("{name}: {count} points at {} mm in {} chunks", voxel * 1e3, chunks.len());
 
     let planes = by_plane(&chunks, count);
     for (plane, bytes) in &planes {
@@ -88,24 +71,14 @@ impl Figures {
             encode_mpoints_per_s: count as f64 / encode_s / 1e6,
             decode_mpoints_per_s: Some(count as f64 / decode_s / 1e6),
             worst_position_error_voxels: Some(
-                updates
-                    .iter()
-                    .zip(chunks)
-                    .map(|(u, c)| worst_error(c, u))
-                    .fold(0.0, f64::max),
+                updates.iter().zip(chunks).map(|(u, c)| worst_error(c, u)).fold(0.0, f64::max),
             ),
         }
     }
 
     fn print(&self, what: &str) {
-        let decode = self
-            .decode_mpoints_per_s
-            .map(|d| format!(", decode {d:.2}"))
-            .unwrap_or_default();
-        let worst = self
-            .worst_position_error_voxels
-            .map(|e| format!(", worst error {e:.4} voxel"))
-            .unwrap_or_default();
+        let decode = self.decode_mpoints_per_s.map(|d| format!(", decode {d:.2}")).unwrap_or_default();
+        let worst = self.worst_position_error_voxels.map(|e| format!(", worst error {e:.4} voxel")).unwrap_or_default();
         eprintln!(
             "{what}: {:.3} bytes/point, encode {:.2} M points/s{decode}{worst}",
             self.bytes_per_point, self.encode_mpoints_per_s
@@ -121,10 +94,7 @@ fn by_plane(chunks: &[VoxelChunk], count: usize) -> BTreeMap<String, f64> {
             *planes.entry(plane).or_default() += bytes;
         }
     }
-    planes
-        .into_iter()
-        .map(|(plane, bytes)| (format!("{plane:?}").to_lowercase(), bytes / count as f64))
-        .collect()
+    planes.into_iter().map(|(plane, bytes)| (format!("{plane:?}").to_lowercase(), bytes / count as f64)).collect()
 }
 
 /// CPU seconds of the cheapest of five runs, and the last result.
@@ -135,11 +105,7 @@ fn cheapest<T>(mut run: impl FnMut() -> T) -> (f64, T) {
         let (start, clock) = (cpu_seconds(), Instant::now());
         result = Some(run());
         let wall = clock.elapsed().as_secs_f64();
-        best = best.min(
-            start
-                .zip(cpu_seconds())
-                .map_or(wall, |(start, end)| end - start),
-        );
+        best = best.min(start.zip(cpu_seconds()).map_or(wall, |(start, end)| end - start));
     }
     (best, result.expect("ran"))
 }
@@ -157,14 +123,9 @@ fn worst_error(chunk: &VoxelChunk, update: &ChunkUpdate) -> f64 {
     let cloud = decode(update).expect("own bytes").cloud;
     let mut worst = 0.0_f64;
     for ((_, a), b) in sent.iter().zip(cloud.iter()) {
-        assert_eq!(
-            (a.label, a.color, a.defect, a.flags, a.views),
-            (b.label, b.color, b.defect, b.flags, b.views)
-        );
-        let distance = (0..3)
-            .map(|k| (f64::from(a.position[k]) - f64::from(b.position[k])).powi(2))
-            .sum::<f64>()
-            .sqrt();
+        assert_eq!((a.label, a.color, a.defect, a.flags, a.views), (b.label, b.color, b.defect, b.flags, b.views));
+        let distance =
+            (0..3).map(|k| (f64::from(a.position[k]) - f64::from(b.position[k])).powi(2)).sum::<f64>().sqrt();
         worst = worst.max(distance / f64::from(chunk.voxel));
     }
     worst

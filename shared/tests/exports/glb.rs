@@ -7,10 +7,7 @@ use semascan_shared::model::{PointFlags, SemanticCloud, SemanticPoint};
 
 fn scene(cloud: &SemanticCloud) -> gltf::Gltf {
     let mut bytes = Vec::new();
-    let options = GlbOptions {
-        part: "motor".into(),
-        voxel: 0.001,
-    };
+    let options = GlbOptions { part: "motor".into(), voxel: 0.001 };
     write_points(&mut bytes, cloud, &taxonomy(), &options).expect("a Vec takes everything");
     gltf::Gltf::from_slice(&bytes).expect("a valid GLB")
 }
@@ -33,15 +30,9 @@ fn vertices(scene: &gltf::Gltf, node: &gltf::Node<'_>) -> Vec<Vertex> {
         let bounds = primitive.bounding_box();
         for position in reader.read_positions().expect("positions") {
             assert!((0..3).all(|a| (bounds.min[a]..=bounds.max[a]).contains(&position[a])));
-            let normal = normals
-                .as_mut()
-                .map(|n| n.next().expect("a normal a point"));
+            let normal = normals.as_mut().map(|n| n.next().expect("a normal a point"));
             let color = colors.as_mut().map(|c| c.next().expect("a colour a point"));
-            all.push(Vertex {
-                position,
-                normal,
-                color,
-            });
+            all.push(Vertex { position, normal, color });
         }
     }
     all
@@ -99,36 +90,22 @@ fn the_scene_stands_upright_and_names_its_components() {
         views: 1,
         flags: PointFlags::default(),
     };
-    let gltf = scene(
-        &[point(0.1, 2), point(0.2, 1), point(0.3, 2)]
-            .into_iter()
-            .collect(),
-    );
-    let root = gltf
-        .default_scene()
-        .and_then(|s| s.nodes().next())
-        .expect("a root");
+    let gltf = scene(&[point(0.1, 2), point(0.2, 1), point(0.3, 2)].into_iter().collect());
+    let root = gltf.default_scene().and_then(|s| s.nodes().next()).expect("a root");
     let matrix = root.transform().matrix();
     // Column-major: table z maps to glTF y.
     let up: Vec<i32> = matrix[2].iter().map(|c| c.round() as i32).collect();
     assert_eq!(up, [0, 1, 0, 0]);
-    let names: Vec<_> = root
-        .children()
-        .map(|n| n.name().unwrap_or_default().to_owned())
-        .collect();
+    let names: Vec<_> = root.children().map(|n| n.name().unwrap_or_default().to_owned()).collect();
     assert_eq!(names, ["housing", "electrical connection"]);
     let last = root.children().last().expect("two");
-    let extras: serde_json::Value =
-        serde_json::from_str(last.extras().as_ref().expect("extras").get()).expect("JSON");
+    let extras: serde_json::Value = serde_json::from_str(last.extras().as_ref().expect("extras").get()).expect("JSON");
     // Two voxel faces of 1 mm.
     assert!((extras["area"].as_f64().expect("an area") - 2e-6).abs() < 1e-9);
     assert_eq!(extras["confidence"].as_f64(), Some(0.5));
     let color = vertices(&gltf, &last)[0].color.expect("a colour");
     // sRGB 188 is half the light.
-    assert!(
-        color[0].abs_diff(32_768) < 300 && color[1] == 0 && color[2] == u16::MAX,
-        "{color:?}"
-    );
+    assert!(color[0].abs_diff(32_768) < 300 && color[1] == 0 && color[2] == u16::MAX, "{color:?}");
 }
 
 #[test]
@@ -153,10 +130,7 @@ fn what_gltf_cannot_hold_is_left_out() {
     .collect();
     cloud.positions[0] = [f32::NAN, 0.0, 0.0];
     let gltf = scene(&cloud);
-    let node = gltf
-        .nodes()
-        .find(|n| n.mesh().is_some())
-        .expect("a component");
+    let node = gltf.nodes().find(|n| n.mesh().is_some()).expect("a component");
     assert_eq!(node.name(), Some("class 9"));
     assert_eq!(vertices(&gltf, &node).len(), 1);
 }
@@ -164,8 +138,5 @@ fn what_gltf_cannot_hold_is_left_out() {
 #[test]
 fn an_empty_cloud_is_a_valid_file() {
     let gltf = scene(&SemanticCloud::default());
-    assert_eq!(
-        (gltf.scenes().len(), gltf.meshes().len(), gltf.blob),
-        (2, 0, None)
-    );
+    assert_eq!((gltf.scenes().len(), gltf.meshes().len(), gltf.blob), (2, 0, None));
 }

@@ -14,49 +14,26 @@ fn taxonomy() -> Taxonomy {
 fn any_point() -> impl Strategy<Value = SemanticPoint> {
     let normal = (-1.0_f32..1.0, 0.0_f32..6.3, any::<bool>());
     let shares = [0.0_f32..1.0, 0.0_f32..1.0, 0.0_f32..1.0, 0.0_f32..1.0];
-    let numbers = (
-        0_u16..4,
-        any::<u16>(),
-        any::<u16>(),
-        any::<u16>(),
-        any::<u16>(),
-    );
-    (
-        [-9.0_f32..9.0, -9.0_f32..9.0, -9.0_f32..9.0],
-        normal,
-        any::<[u8; 3]>(),
-        shares,
-        numbers,
-    )
-        .prop_map(
-            |(
+    let numbers = (0_u16..4, any::<u16>(), any::<u16>(), any::<u16>(), any::<u16>());
+    ([-9.0_f32..9.0, -9.0_f32..9.0, -9.0_f32..9.0], normal, any::<[u8; 3]>(), shares, numbers).prop_map(
+        |(position, (z, angle, known), color, shares, (label, defect, instance, views, flags))| {
+            let r = (1.0 - z * z).sqrt();
+            SemanticPoint {
                 position,
-                (z, angle, known),
+                normal: if known { [r * angle.cos(), r * angle.sin(), z] } else { [0.0; 3] },
                 color,
-                shares,
-                (label, defect, instance, views, flags),
-            )| {
-                let r = (1.0 - z * z).sqrt();
-                SemanticPoint {
-                    position,
-                    normal: if known {
-                        [r * angle.cos(), r * angle.sin(), z]
-                    } else {
-                        [0.0; 3]
-                    },
-                    color,
-                    label,
-                    confidence: shares[0],
-                    defect,
-                    defect_confidence: shares[1],
-                    sigma: shares[2],
-                    defect_sigma: shares[3],
-                    instance,
-                    views,
-                    flags: PointFlags(flags),
-                }
-            },
-        )
+                label,
+                confidence: shares[0],
+                defect,
+                defect_confidence: shares[1],
+                sigma: shares[2],
+                defect_sigma: shares[3],
+                instance,
+                views,
+                flags: PointFlags(flags),
+            }
+        },
+    )
 }
 
 fn any_cloud() -> impl Strategy<Value = SemanticCloud> {
@@ -85,14 +62,8 @@ fn the_filter_leaves_out_what_it_says() {
         });
     }
     assert_eq!(ExportFilter::default().apply(&cloud), cloud);
-    let no_outliers = ExportFilter {
-        skip_flags: PointFlags::OUTLIER,
-        ..Default::default()
-    };
+    let no_outliers = ExportFilter { skip_flags: PointFlags::OUTLIER, ..Default::default() };
     assert_eq!(no_outliers.apply(&cloud).labels, [1, 2]);
-    let no_first = ExportFilter {
-        hidden_labels: [1].into(),
-        ..Default::default()
-    };
+    let no_first = ExportFilter { hidden_labels: [1].into(), ..Default::default() };
     assert_eq!(no_first.apply(&cloud).labels, [2]);
 }

@@ -11,9 +11,7 @@ use semascan_shared::model::{PointFlags, SemanticCloud, SemanticPoint};
 fn cloud_ply(cloud: &SemanticCloud, comments: &[(String, String)]) -> Ply<DefaultElement> {
     let mut bytes = Vec::new();
     write_cloud(&mut bytes, cloud, &taxonomy(), comments).expect("a Vec takes everything");
-    Parser::<DefaultElement>::new()
-        .read_ply(&mut bytes.as_slice())
-        .expect("a valid PLY")
+    Parser::<DefaultElement>::new().read_ply(&mut bytes.as_slice()).expect("a valid PLY")
 }
 
 fn float(element: &DefaultElement, name: &str) -> f32 {
@@ -72,10 +70,7 @@ proptest! {
 
 #[test]
 fn an_empty_cloud_is_a_valid_file() {
-    assert_eq!(
-        cloud_ply(&SemanticCloud::default(), &[]).payload["vertex"].len(),
-        0
-    );
+    assert_eq!(cloud_ply(&SemanticCloud::default(), &[]).payload["vertex"].len(), 0);
 }
 
 #[test]
@@ -88,12 +83,7 @@ fn comments_name_the_classes_and_cannot_break_the_header() {
     };
     let comments = ply.header.comments.join("\n");
     for line in [
-        named(
-            "label",
-            2,
-            "electrical connection",
-            taxonomy.components[2].color,
-        ),
+        named("label", 2, "electrical connection", taxonomy.components[2].color),
         named("defect", 1, "corrosion", taxonomy.defects[1].color),
         "voxel 0.001 element vertex 99".into(),
     ] {
@@ -104,61 +94,25 @@ fn comments_name_the_classes_and_cannot_break_the_header() {
 
 #[test]
 fn a_mesh_comes_back_and_a_broken_one_is_refused() {
-    let vertices = [
-        [0.0, 0.0, 0.0],
-        [1.0, 0.0, 0.0],
-        [0.0, 1.0, 0.5],
-        [1.0, 1.0, 0.5],
-    ];
+    let vertices = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.5], [1.0, 1.0, 0.5]];
     let triangles = [[0, 1, 2], [2, 1, 3]];
     let (labels, defects) = ([1, 1, 2, 2], [0, 0, 0, 1]);
-    let mesh = LabelledMesh {
-        vertices: &vertices,
-        triangles: &triangles,
-        labels: &labels,
-        defects: &defects,
-    };
+    let mesh = LabelledMesh { vertices: &vertices, triangles: &triangles, labels: &labels, defects: &defects };
     let mut bytes = Vec::new();
     write_mesh(&mut bytes, &mesh, &taxonomy(), &[]).expect("a valid mesh");
-    let ply = Parser::<DefaultElement>::new()
-        .read_ply(&mut bytes.as_slice())
-        .expect("a valid PLY");
+    let ply = Parser::<DefaultElement>::new().read_ply(&mut bytes.as_slice()).expect("a valid PLY");
     for (e, i) in ply.payload["vertex"].iter().zip(0..) {
         assert_eq!(["x", "y", "z"].map(|n| float(e, n)), vertices[i]);
-        assert_eq!(
-            (short(e, "label"), short(e, "defect")),
-            (labels[i], defects[i])
-        );
+        assert_eq!((short(e, "label"), short(e, "defect")), (labels[i], defects[i]));
     }
     for (e, triangle) in ply.payload["face"].iter().zip(triangles) {
-        let Property::ListInt(corners) = &e["vertex_indices"] else {
-            panic!("{e:?}")
-        };
+        let Property::ListInt(corners) = &e["vertex_indices"] else { panic!("{e:?}") };
         assert_eq!(*corners, triangle.map(|v| v as i32));
     }
-    let short_column = LabelledMesh {
-        labels: &labels[..3],
-        ..mesh
-    };
+    let short_column = LabelledMesh { labels: &labels[..3], ..mesh };
     let refused = write_mesh(Vec::new(), &short_column, &taxonomy(), &[]);
-    assert!(matches!(
-        refused,
-        Err(ExportError::Length {
-            column: "labels",
-            ..
-        })
-    ));
-    let wrong_vertex = LabelledMesh {
-        triangles: &[[0, 1, 4]],
-        ..mesh
-    };
+    assert!(matches!(refused, Err(ExportError::Length { column: "labels", .. })));
+    let wrong_vertex = LabelledMesh { triangles: &[[0, 1, 4]], ..mesh };
     let refused = write_mesh(Vec::new(), &wrong_vertex, &taxonomy(), &[]);
-    assert!(matches!(
-        refused,
-        Err(ExportError::Vertex {
-            triangle: 0,
-            vertex: 4,
-            ..
-        })
-    ));
+    assert!(matches!(refused, Err(ExportError::Vertex { triangle: 0, vertex: 4, .. })));
 }

@@ -10,15 +10,7 @@ use crate::render::HiddenFlags;
 pub fn app_event(event: LinkEvent) -> Option<Event> {
     Some(match event {
         LinkEvent::Connecting { attempt } => Event::Connecting { attempt },
-        LinkEvent::Connected {
-            inspection,
-            resumed,
-            agent,
-        } => Event::Connected {
-            inspection,
-            resumed,
-            agent,
-        },
+        LinkEvent::Connected { inspection, resumed, agent } => Event::Connected { inspection, resumed, agent },
         LinkEvent::Disconnected { reason, retry_ms } => Event::Disconnected { reason, retry_ms },
         LinkEvent::Refused { reason } => Event::Refused { reason },
         LinkEvent::Cleared(inspection) => Event::Cleared(inspection),
@@ -39,11 +31,8 @@ pub fn class_figures(model: &LiveModel, hidden: HiddenFlags) -> Vec<ClassFigures
         if list.len() <= place {
             list.resize(place + 1, ClassFigures::default());
         }
-        list[place] = ClassFigures {
-            points: stats.points as u64,
-            area: stats.area,
-            confidence: stats.mean_confidence(),
-        };
+        list[place] =
+            ClassFigures { points: stats.points as u64, area: stats.area, confidence: stats.mean_confidence() };
     }
     list
 }

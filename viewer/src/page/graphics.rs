@@ -28,12 +28,7 @@ pub(super) struct Graphics {
 
 impl Graphics {
     pub(super) fn new(choice: BackendChoice) -> Self {
-        Self {
-            choice,
-            renderer: RefCell::default(),
-            pointer: RefCell::default(),
-            losses: Cell::default(),
-        }
+        Self { choice, renderer: RefCell::default(), pointer: RefCell::default(), losses: Cell::default() }
     }
 
     /// Starts to draw on the page's canvas.
@@ -54,19 +49,10 @@ impl Graphics {
         graphics.pointer.borrow_mut().take();
         graphics.losses.set(graphics.losses.get() + 1);
         if graphics.losses.get() > MOST_LOSSES {
-<<<<<<< HEAD
-            Self::unavailable(stage, format!("The graphics device was lost again and again: {reason}"));
-=======
-            Self::unavailable(
-                stage,
-                format!("The graphics device was lost again and again: {reason}."),
-            );
->>>>>>> view3d
+            Self::unavailable(stage, format!("The graphics device was lost again and again: {reason}."));
             return;
         }
-        web_sys::console::warn_1(
-            &format!("semascan: graphics device lost: {reason}; opening another").into(),
-        );
+        web_sys::console::warn_1(&format!("semascan: graphics device lost: {reason}; opening another").into());
         stage.send.run(Event::Gpu(Gpu::Starting));
         let stage = stage.clone();
         spawn_local(async move {

@@ -21,15 +21,7 @@ pub struct Pace {
 impl Pace {
     /// The camera moves and a frame of a model of `points` is due at `now_ms`: how many of them to draw, `None` for all.
     pub fn moving(&mut self, now_ms: f64, points: usize) -> Option<usize> {
-<<<<<<< HEAD
         let gap = self.last_ms.replace(now_ms).map(|last| now_ms - last);
-=======
-        let gap = self
-            .last_ms
-            .replace(now_ms)
-            .map(|last| now_ms - last)
-            .filter(|gap| *gap < PAUSE_MS);
->>>>>>> view3d
         let present = self.budget.unwrap_or(points);
         match gap {
             Some(gap) if gap > SLOW_MS => self.budget = Some((present / 2).max(FEWEST)),
@@ -68,8 +60,7 @@ mod tests {
 
     #[test]
     fn a_slow_machine_settles_at_what_it_can_draw_in_time() {
-        let drawn =
-            frames(&mut Pace::default(), 10_000, 2_000_000, 50).expect("it cannot draw all");
+        let drawn = frames(&mut Pace::default(), 10_000, 2_000_000, 50).expect("it cannot draw all");
         let ms = drawn / 10_000 + 16;
         assert!((20..=45).contains(&ms), "{drawn} points take {ms} ms");
     }
@@ -77,11 +68,7 @@ mod tests {
     #[test]
     fn it_never_thins_a_model_beyond_recognition() {
         assert_eq!(frames(&mut Pace::default(), 1, 2_000_000, 50), Some(FEWEST));
-        assert_eq!(
-            frames(&mut Pace::default(), 1, 1_000, 50),
-            None,
-            "a small model is drawn whole"
-        );
+        assert_eq!(frames(&mut Pace::default(), 1, 1_000, 50), None, "a small model is drawn whole");
     }
 
     #[test]

@@ -99,17 +99,12 @@ impl Stage {
             self.redraw();
         }
         if let LinkEvent::Connected { inspection, .. } | LinkEvent::Cleared(inspection) = &event
-            && self
-                .state
-                .with_untracked(|s| s.inspection.id != inspection.id)
+            && self.state.with_untracked(|s| s.inspection.id != inspection.id)
         {
             self.follows.set(true);
         }
         // Every chunk of a final model is sent before the word that it is final: that word finds the figures counted.
-        let settles = matches!(
-            event,
-            LinkEvent::Progress(_) | LinkEvent::Connected { .. } | LinkEvent::Cleared(_)
-        );
+        let settles = matches!(event, LinkEvent::Progress(_) | LinkEvent::Connected { .. } | LinkEvent::Cleared(_));
         if let Some(event) = app_event(event) {
             self.send.run(event);
         }
@@ -132,8 +127,7 @@ impl Stage {
 
     /// Follows the person's hand.
     pub(super) fn steer(&self, input: CameraInput) {
-        self.follows
-            .set(matches!(input, CameraInput::Fit | CameraInput::View(_)));
+        self.follows.set(matches!(input, CameraInput::Fit | CameraInput::View(_)));
         self.bounds.set(self.model.borrow().bounds());
         let mut camera = self.camera.get();
         camera.apply(input, self.bounds.get());
@@ -178,11 +172,7 @@ impl Stage {
         let points = self.model.borrow().point_count();
         let moving = now - self.moved_at.get() < MOVING_MS;
         let mut pace = self.pace.get();
-        let budget = if moving {
-            pace.moving(now, points)
-        } else {
-            None
-        };
+        let budget = if moving { pace.moving(now, points) } else { None };
         if !moving {
             pace.still();
         }
@@ -218,8 +208,7 @@ impl Stage {
             point_budget: budget,
             ..DrawRequest::default()
         };
-        self.state
-            .with_untracked(|s| Scene::of(s).fill(&mut request));
+        self.state.with_untracked(|s| Scene::of(s).fill(&mut request));
         if let Some(reason) = self.graphics.draw(&request, size) {
             Graphics::lost(self, reason);
         }

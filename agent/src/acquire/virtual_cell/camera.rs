@@ -82,24 +82,15 @@ impl Camera {
             scene,
             light: self.lighting.for_view(table_angle as f32, projector),
             eye,
-            axes: [
-                axis(1.0, 0.0, 0.0),
-                axis(0.0, 1.0, 0.0),
-                axis(0.0, 0.0, 1.0),
-            ],
+            axes: [axis(1.0, 0.0, 0.0), axis(0.0, 1.0, 0.0), axis(0.0, 0.0, 1.0)],
             seed,
             ripple: Noise::new(seed),
         };
-        let (w, h) = (
-            self.intrinsics.width as usize,
-            self.intrinsics.height as usize,
-        );
+        let (w, h) = (self.intrinsics.width as usize, self.intrinsics.height as usize);
         let mut hits: Vec<Option<Hit>> = vec![None; w * h];
         hits.par_chunks_mut(w).enumerate().for_each(|(v, row)| {
             for (u, hit) in row.iter_mut().enumerate() {
-                *hit = scene
-                    .rays
-                    .first_hit(rig.eye, rig.direction(u as f32, v as f32));
+                *hit = scene.rays.first_hit(rig.eye, rig.direction(u as f32, v as f32));
             }
         });
         let mut pixels = vec![Pixel::default(); w * h];
@@ -164,62 +155,28 @@ impl Rig<'_> {
             }
         };
         let Some((point, hit)) = point.zip(hits[i]) else {
-            return Pixel {
-                colour,
-                ..Pixel::default()
-            };
+            return Pixel { colour, ..Pixel::default() };
         };
         let depth = self.depth(&point, hit.t, u, v, draw, behind);
-        Pixel {
-            colour,
-            depth,
-            component: point.tag.class,
-            defect: point.defect,
-            instance: point.tag.instance,
-        }
+        Pixel { colour, depth, component: point.tag.class, defect: point.defect, instance: point.tag.instance }
     }
 
-    fn depth(
-        &self,
-        point: &SurfacePoint,
-        z: f32,
-        u: usize,
-        v: usize,
-        draw: u32,
-        behind: Option<f32>,
-    ) -> f32 {
+    fn depth(&self, point: &SurfacePoint, z: f32, u: usize, v: usize, draw: u32, behind: Option<f32>) -> f32 {
         let Some(sensor) = &self.camera.sensor else {
             return z;
         };
         let across = 24.0 / self.camera.intrinsics.width as f32;
-        let ripple = 1.8
-            * self
-                .ripple
-                .at(Vec3::new(u as f32 * across, v as f32 * across, 0.5));
-        let beam = Beam {
-            eye: self.eye,
-            z,
-            draw,
-            ripple,
-            behind,
-        };
+        let ripple = 1.8 * self.ripple.at(Vec3::new(u as f32 * across, v as f32 * across, 0.5));
+        let beam = Beam { eye: self.eye, z, draw, ripple, behind };
         sensor.measure(self.scene, &self.light, point, &beam)
     }
 
     /// Whether the pixel touches an edge of the picture's content, and the depth of the surface beyond a depth step.
     fn edge(&self, hits: &[Option<Hit>], u: usize, v: usize) -> (bool, Option<f32>) {
-        let (w, h) = (
-            self.camera.intrinsics.width as usize,
-            self.camera.intrinsics.height as usize,
-        );
+        let (w, h) = (self.camera.intrinsics.width as usize, self.camera.intrinsics.height as usize);
         let mine = hits[v * w + u];
         let (mut edge, mut other) = (false, None);
-        let neighbours = [
-            (u.wrapping_sub(1), v),
-            (u + 1, v),
-            (u, v.wrapping_sub(1)),
-            (u, v + 1),
-        ];
+        let neighbours = [(u.wrapping_sub(1), v), (u + 1, v), (u, v.wrapping_sub(1)), (u, v + 1)];
         for (a, b) in neighbours.into_iter().filter(|&(a, b)| a < w && b < h) {
             match (mine, hits[b * w + a]) {
                 (None, None) => {}
@@ -229,8 +186,7 @@ impl Rig<'_> {
                     } else if m.triangle != n.triangle {
                         let (i, j) = (m.triangle as usize, n.triangle as usize);
                         let (p, q) = (self.scene.mesh.normals[i][0], self.scene.mesh.normals[j][0]);
-                        edge |=
-                            self.scene.mesh.tags[i] != self.scene.mesh.tags[j] || p.dot(q) < 0.85;
+                        edge |= self.scene.mesh.tags[i] != self.scene.mesh.tags[j] || p.dot(q) < 0.85;
                     }
                 }
                 _ => edge = true,

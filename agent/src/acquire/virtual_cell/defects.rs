@@ -48,13 +48,7 @@ pub(super) struct Defects {
 impl Defects {
     /// A part without any.
     pub(super) fn none() -> Self {
-        Self {
-            corrosion: Vec::new(),
-            scuffs: Vec::new(),
-            teeth: None,
-            cracks: Vec::new(),
-            noise: Noise::new(0),
-        }
+        Self { corrosion: Vec::new(), scuffs: Vec::new(), teeth: None, cracks: Vec::new(), noise: Noise::new(0) }
     }
 
     /// The defects of a starter motor.
@@ -63,12 +57,7 @@ impl Defects {
         let parts: Vec<&Component> = motor.components.iter().filter(|c| c.class != 0).collect();
         let spots = |s: &mut Stream, n: u32, low: f32, high: f32| -> Vec<Patch> {
             (0..n)
-                .filter_map(|_| {
-                    Some(Patch {
-                        centre: surface_point(&parts, s)?.1,
-                        radius: s.range(low, high),
-                    })
-                })
+                .filter_map(|_| Some(Patch { centre: surface_point(&parts, s)?.1, radius: s.range(low, high) }))
                 .collect()
         };
         let n = s.count(3, 8);
@@ -76,18 +65,10 @@ impl Defects {
         let n = s.count(2, 5);
         let scuffs = spots(&mut s, n, 5.0, 13.0);
         let (rear, front, tip) = motor.pinion;
-        let teeth = s
-            .chance(0.7)
-            .then(|| (rear, front, tip - s.range(0.8, 2.2)));
+        let teeth = s.chance(0.7).then(|| (rear, front, tip - s.range(0.8, 2.2)));
         let n = s.count(1, 4);
         let cracks = (0..n).filter_map(|_| crack(&parts, &mut s)).collect();
-        Self {
-            corrosion,
-            scuffs,
-            teeth,
-            cracks,
-            noise: Noise::new(s.word()),
-        }
+        Self { corrosion, scuffs, teeth, cracks, noise: Noise::new(s.word()) }
     }
 
     /// The defect class at `p` on component `class`; 0 = none.
@@ -122,8 +103,7 @@ impl Defects {
         on_teeth
             || self.scuffs.iter().any(|c| {
                 let near = 1.0 - c.centre.distance(p) / c.radius;
-                let along =
-                    Vec3::new(c.centre.y, -c.centre.x, 0.35 * c.radius).normalize_or(Vec3::X);
+                let along = Vec3::new(c.centre.y, -c.centre.x, 0.35 * c.radius).normalize_or(Vec3::X);
                 let q = p - along * (p.dot(along) * 0.86);
                 near > 0.0 && near + 0.7 * self.noise.at(q * 0.75 + c.centre) > 0.25
             })
@@ -176,10 +156,7 @@ impl Crack {
 /// A random visible surface point: its component and position.
 fn surface_point<'a>(parts: &[&'a Component], s: &mut Stream) -> Option<(&'a Component, Vec3)> {
     let part = *parts.get(s.index(parts.len()))?;
-    let triangle = part
-        .mesh
-        .triangles
-        .get(s.index(part.mesh.triangles.len()))?;
+    let triangle = part.mesh.triangles.get(s.index(part.mesh.triangles.len()))?;
     Some((part, part.mesh.positions[triangle[0] as usize]))
 }
 
@@ -203,15 +180,7 @@ fn crack(parts: &[&Component], s: &mut Stream) -> Option<Crack> {
         points.push(p);
     }
     let half_width = s.range(0.55, 0.95);
-    let bounds = points
-        .iter()
-        .fold((start, start), |(l, h), &q| (l.min(q), h.max(q)));
+    let bounds = points.iter().fold((start, start), |(l, h), &q| (l.min(q), h.max(q)));
     let margin = Vec3::splat(half_width);
-    Some(Crack {
-        class: part.class,
-        points,
-        half_width,
-        low: bounds.0 - margin,
-        high: bounds.1 + margin,
-    })
+    Some(Crack { class: part.class, points, half_width, low: bounds.0 - margin, high: bounds.1 + margin })
 }

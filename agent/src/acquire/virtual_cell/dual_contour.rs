@@ -38,11 +38,7 @@ pub(super) fn mesh(solid: &Solid, min: Vec3, max: Vec3, cell: f32) -> NetMesh {
     let nets: Vec<BlockNet> = (0..blocks.x * blocks.y * blocks.z)
         .into_par_iter()
         .filter_map(|i| {
-            let block = IVec3::new(
-                i % blocks.x,
-                i / blocks.x % blocks.y,
-                i / (blocks.x * blocks.y),
-            );
+            let block = IVec3::new(i % blocks.x, i / blocks.x % blocks.y, i / (blocks.x * blocks.y));
             mesh_block(solid, origin, cell, block * BLOCK)
         })
         .collect();
@@ -96,30 +92,17 @@ fn mesh_block(solid: &Solid, origin: Vec3, cell: f32, first: IVec3) -> Option<Bl
     }
     let side = Samples::SIDE;
     let values = (0..side * side * side)
-        .map(|i| {
-            local.distance(corner(IVec3::new(
-                i % side,
-                i / side % side,
-                i / (side * side),
-            )))
-        })
+        .map(|i| local.distance(corner(IVec3::new(i % side, i / side % side, i / (side * side)))))
         .collect();
     let samples = Samples { values };
-    let mut net = BlockNet {
-        cells: Vec::new(),
-        quads: Vec::new(),
-    };
+    let mut net = BlockNet { cells: Vec::new(), quads: Vec::new() };
     for i in 0..BLOCK * BLOCK * BLOCK {
         let c = IVec3::new(i % BLOCK, i / BLOCK % BLOCK, i / (BLOCK * BLOCK));
         let crossings = edge_crossings(&samples, c);
         if !crossings.is_empty() {
-            let crossings: Vec<Vec3> = crossings
-                .into_iter()
-                .map(|x| corner(c) + x * cell)
-                .collect();
+            let crossings: Vec<Vec3> = crossings.into_iter().map(|x| corner(c) + x * cell).collect();
             let p = vertex(&local, &crossings, corner(c), corner(c + IVec3::ONE));
-            net.cells
-                .push((first + c, p, local.normal(p), local.sample(p).1));
+            net.cells.push((first + c, p, local.normal(p), local.sample(p).1));
         }
         net.quads.extend(owned_quads(&samples, first, c));
     }
@@ -135,11 +118,7 @@ fn edge_crossings(samples: &Samples, c: IVec3) -> Vec<Vec3> {
         for axis in 0..3 {
             let j = i | 1 << axis;
             if j != i && (d[i] < 0.0) != (d[j] < 0.0) {
-                crossings.push(
-                    offset(i)
-                        .as_vec3()
-                        .lerp(offset(j).as_vec3(), d[i] / (d[i] - d[j])),
-                );
+                crossings.push(offset(i).as_vec3().lerp(offset(j).as_vec3(), d[i] / (d[i] - d[j])));
             }
         }
     }
@@ -175,11 +154,7 @@ fn owned_quads(samples: &Samples, first: IVec3, c: IVec3) -> impl Iterator<Item 
     let crossed: [bool; 3] = std::array::from_fn(|k| here != (samples.at(c + AXES[k]) < 0.0));
     (0..3).filter(move |&k| crossed[k]).map(move |k| {
         let (u, v, key) = (AXES[(k + 1) % 3], AXES[(k + 2) % 3], first + c);
-        if here {
-            [key - u - v, key - v, key, key - u]
-        } else {
-            [key - u - v, key - u, key, key - v]
-        }
+        if here { [key - u - v, key - v, key, key - u] } else { [key - u - v, key - u, key, key - v] }
     })
 }
 
@@ -191,16 +166,8 @@ mod tests {
 
     fn ball_with_hole() -> Solid {
         let mut s = Solid::default();
-        s.add(Step::new(Shape::Cylinder {
-            radius: 12.0,
-            half: 9.0,
-            fillet: 3.0,
-        }));
-        s.cut(Step::new(Shape::Cylinder {
-            radius: 4.0,
-            half: 20.0,
-            fillet: 0.0,
-        }));
+        s.add(Step::new(Shape::Cylinder { radius: 12.0, half: 9.0, fillet: 3.0 }));
+        s.cut(Step::new(Shape::Cylinder { radius: 4.0, half: 20.0, fillet: 0.0 }));
         s
     }
 
@@ -217,48 +184,21 @@ mod tests {
             let [a, b, c] = t.map(|i| net.positions[i as usize]);
             volume += a.dot(b.cross(c)) / 6.0;
         }
-        assert!(
-            edges.values().all(|n| *n == 0),
-            "every edge is used once each way"
-        );
+        assert!(edges.values().all(|n| *n == 0), "every edge is used once each way");
         let expected = std::f32::consts::PI * (144.0 - 16.0) * 18.0;
-        assert!(
-            (0.94..1.0).contains(&(volume / expected)),
-            "volume {volume} of {expected}"
-        );
-        let off = net
-            .positions
-            .iter()
-            .filter(|p| solid.distance(**p).abs() > 0.05)
-            .count();
-        assert!(
-            off * 20 < net.positions.len(),
-            "{off} of {} vertices off the surface",
-            net.positions.len()
-        );
+        assert!((0.94..1.0).contains(&(volume / expected)), "volume {volume} of {expected}");
+        let off = net.positions.iter().filter(|p| solid.distance(**p).abs() > 0.05).count();
+        assert!(off * 20 < net.positions.len(), "{off} of {} vertices off the surface", net.positions.len());
         for (p, n) in net.positions.iter().zip(&net.normals) {
-            assert!(
-                solid.distance(*p + *n) > solid.distance(*p - *n),
-                "normals point outwards"
-            );
+            assert!(solid.distance(*p + *n) > solid.distance(*p - *n), "normals point outwards");
         }
     }
 
     #[test]
     fn mesh_does_not_depend_on_threads() {
         let run = |threads| {
-            let pool = rayon::ThreadPoolBuilder::new()
-                .num_threads(threads)
-                .build()
-                .expect("a pool");
-            pool.install(|| {
-                mesh(
-                    &ball_with_hole(),
-                    Vec3::splat(-13.0),
-                    Vec3::splat(13.0),
-                    1.0,
-                )
-            })
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
+            pool.install(|| mesh(&ball_with_hole(), Vec3::splat(-13.0), Vec3::splat(13.0), 1.0))
         };
         let (one, three) = (run(1), run(3));
         assert_eq!(one.positions, three.positions);

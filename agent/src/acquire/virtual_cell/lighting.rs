@@ -49,19 +49,10 @@ impl Lighting {
     pub(super) fn draw(seed: u64) -> Self {
         let mut s = Stream::new(seed, "lights");
         let mut lamp = |at: Vec3, spread: f32, radius: f32, power: f32, shadows| {
-            let jitter = Vec3::new(
-                s.range(-spread, spread),
-                s.range(-spread, spread),
-                s.range(-spread, spread),
-            );
+            let jitter = Vec3::new(s.range(-spread, spread), s.range(-spread, spread), s.range(-spread, spread));
             let warmth = s.range(-0.10, 0.10);
             let colour = Vec3::new(1.0 + warmth, 1.0, 1.0 - warmth);
-            Lamp {
-                position: at + jitter,
-                radius,
-                power: colour * power * s.range(0.8, 1.25),
-                shadows,
-            }
+            Lamp { position: at + jitter, radius, power: colour * power * s.range(0.8, 1.25), shadows }
         };
         Self {
             lamps: [
@@ -83,11 +74,7 @@ impl Lighting {
         for lamp in &mut lighting.lamps {
             lamp.position = to_table * lamp.position;
         }
-        ViewLighting {
-            lighting,
-            to_station: to_table.transpose(),
-            projector,
-        }
+        ViewLighting { lighting, to_station: to_table.transpose(), projector }
     }
 
     /// What a mirror sees in direction `d` (turntable frame); rough surfaces see it blurred.
@@ -103,12 +90,8 @@ impl Lighting {
             let width = 0.22 + 1.6 * roughness;
             for row in [-1.1, 1.3] {
                 let across = (x - row) / width;
-                seen += Vec3::splat(
-                    self.tubes
-                        * (0.22 / width)
-                        * (-across * across).exp()
-                        * smoothstep(0.02, 0.35, d.z),
-                );
+                seen +=
+                    Vec3::splat(self.tubes * (0.22 / width) * (-across * across).exp() * smoothstep(0.02, 0.35, d.z));
             }
         }
         seen
@@ -136,42 +119,29 @@ impl ViewLighting {
             if lit > 0.0 {
                 // A lamp of some size mirrors as a wider highlight.
                 let widened = (a.roughness + 0.5 * lamp.radius / distance).min(1.0);
-                out += reflected(a, widened, point.normal, view, direction)
-                    * lamp.power
-                    * (lit / (distance * distance));
+                out +=
+                    reflected(a, widened, point.normal, view, direction) * lamp.power * (lit / (distance * distance));
             }
         }
         let to = self.projector - point.position;
         let distance = to.length();
         if point.face.dot(to) > 0.0 && !self.in_projector_shadow(scene, point) {
             let power = self.lighting.headlight / (distance * distance);
-            out += reflected(
-                a,
-                (a.roughness + 0.1).min(1.0),
-                point.normal,
-                view,
-                to / distance,
-            ) * power;
+            out += reflected(a, (a.roughness + 0.1).min(1.0), point.normal, view, to / distance) * power;
         }
         out + self.ambient(a, point, view)
     }
 
     fn ambient(&self, a: &Appearance, point: &SurfacePoint, view: Vec3) -> Vec3 {
         let n = self.to_station * point.normal;
-        let sky = self
-            .lighting
-            .floor
-            .lerp(self.lighting.ceiling, 0.5 + 0.5 * n.z);
+        let sky = self.lighting.floor.lerp(self.lighting.ceiling, 0.5 + 0.5 * n.z);
         let open = point.openness * point.openness;
         let diffuse = a.base * (1.0 - a.metallic) * sky * open;
         let mirrored = 2.0 * point.normal.dot(view) * point.normal - view;
         let cos = point.normal.dot(view).clamp(0.0, 1.0);
         let f0 = Vec3::splat(0.04).lerp(a.base, a.metallic);
         let fresnel = f0 + (Vec3::splat(1.0 - a.roughness).max(f0) - f0) * (1.0 - cos).powi(5);
-        diffuse
-            + fresnel
-                * self.lighting.room(self.to_station * mirrored, a.roughness)
-                * (0.15 + 0.85 * open)
+        diffuse + fresnel * self.lighting.room(self.to_station * mirrored, a.roughness) * (0.15 + 0.85 * open)
     }
 
     /// Share of the lamp that the surface sees: a look at two opposite places, and eight more where they disagree.
@@ -181,9 +151,8 @@ impl ViewLighting {
             let h = hash2(draw, k / 2);
             let offset = Vec3::new(unit(hash2(h, 1)), unit(hash2(h, 2)), unit(hash2(h, 3))) - 0.5;
             let side = if k.is_multiple_of(2) { 2.0 } else { -2.0 };
-            let target = lamp.position
-                + offset.normalize_or_zero()
-                    * (side * 0.5 * lamp.radius * unit(hash2(h, 4)).sqrt());
+            let target =
+                lamp.position + offset.normalize_or_zero() * (side * 0.5 * lamp.radius * unit(hash2(h, 4)).sqrt());
             u32::from(!scene.rays.is_blocked(from, target - from, 1.0))
         };
         match sees(0) + sees(1) {
@@ -195,8 +164,7 @@ impl ViewLighting {
     /// Whether the projector's light does not reach `point`.
     pub(super) fn in_projector_shadow(&self, scene: &Scene, point: &SurfacePoint) -> bool {
         let from = point.position + point.face * 4e-4;
-        point.face.dot(self.projector - from) <= 0.0
-            || scene.rays.is_blocked(from, self.projector - from, 1.0)
+        point.face.dot(self.projector - from) <= 0.0 || scene.rays.is_blocked(from, self.projector - from, 1.0)
     }
 }
 
@@ -226,12 +194,7 @@ mod tests {
     fn surfaces_do_not_make_light() {
         // Integrates the reflected share over the hemisphere of light directions.
         for (metallic, roughness) in [(0.0, 0.3), (0.0, 0.9), (1.0, 0.4), (1.0, 0.8)] {
-            let a = Appearance {
-                base: Vec3::ONE,
-                metallic,
-                roughness,
-                bump: Vec3::ZERO,
-            };
+            let a = Appearance { base: Vec3::ONE, metallic, roughness, bump: Vec3::ZERO };
             let view = Vec3::new(0.4, 0.0, 1.0).normalize();
             let n = 20_000;
             let sum: f32 = (0..n)
@@ -239,16 +202,11 @@ mod tests {
                     let (u, v) = (unit(hash2(i, 1)), unit(hash2(i, 2)));
                     let r = (1.0 - u * u).sqrt();
                     let (sin, cos) = (2.0 * PI * v).sin_cos();
-                    reflected(&a, roughness, Vec3::Z, view, Vec3::new(r * cos, r * sin, u)).x
-                        * 2.0
-                        * PI
+                    reflected(&a, roughness, Vec3::Z, view, Vec3::new(r * cos, r * sin, u)).x * 2.0 * PI
                 })
                 .sum();
             let share = sum / n as f32;
-            assert!(
-                (0.5..1.08).contains(&share),
-                "metallic {metallic}, roughness {roughness}: {share}"
-            );
+            assert!((0.5..1.08).contains(&share), "metallic {metallic}, roughness {roughness}: {share}");
         }
     }
 }

@@ -29,9 +29,7 @@ pub use sensor::SensorModel;
 pub use spec::{PartSpec, Sampling, VirtualCellSpec};
 pub use station::ErrorModel;
 
-use super::{
-    AcquireError, Intrinsics, PoseEvidence, Source, SourceInfo, TrueMesh, View, ViewTruth,
-};
+use super::{AcquireError, Intrinsics, PoseEvidence, Source, SourceInfo, TrueMesh, View, ViewTruth};
 use camera::Camera;
 use part::Scene;
 use random::Stream;
@@ -67,8 +65,7 @@ impl VirtualCell {
             PartSpec::Mesh { path, scale } => scene::imported(path, *scale, spec.seed)?,
         };
         let intrinsics = draw_intrinsics(spec.seed, spec.size);
-        let smaller =
-            (f64::from(spec.size.0) / intrinsics.fx).min(f64::from(spec.size.1) / intrinsics.fy);
+        let smaller = (f64::from(spec.size.0) / intrinsics.fx).min(f64::from(spec.size.1) / intrinsics.fy);
         let (low, high) = set.part_bounds;
         let target = Target {
             height: f64::from(0.5 * (low.z + high.z)),
@@ -110,32 +107,19 @@ impl VirtualCell {
         if index >= self.spec.views {
             return None;
         }
-        let planned = viewpoint(
-            self.spec.sampling,
-            self.spec.seed,
-            index,
-            self.spec.views,
-            &self.target,
-        );
+        let planned = viewpoint(self.spec.sampling, self.spec.seed, index, self.spec.views, &self.target);
         let pose = self.station.move_to(&planned, index);
         let seed = Stream::new(self.spec.seed, &format!("picture {index}")).word();
-        let picture =
-            self.camera
-                .capture(&self.scene, &pose.table_from_camera, pose.table_angle, seed);
+        let picture = self.camera.capture(&self.scene, &pose.table_from_camera, pose.table_angle, seed);
         Some(View {
             index,
             stamp: f64::from(index) * CYCLE,
             intrinsics: self.camera.intrinsics,
             rgb: picture.rgb,
             depth: picture.depth,
-            pose: PoseEvidence::Chain {
-                chain: pose.chain,
-                covariance: pose.covariance,
-            },
+            pose: PoseEvidence::Chain { chain: pose.chain, covariance: pose.covariance },
             labels: Some(picture.labels),
-            truth: Some(ViewTruth {
-                table_from_camera: pose.table_from_camera,
-            }),
+            truth: Some(ViewTruth { table_from_camera: pose.table_from_camera }),
         })
     }
 }

@@ -40,18 +40,8 @@ impl SurfaceIndex {
     /// Builds the index.
     pub fn new(mesh: &TrueMesh) -> Self {
         let corners = corners_of(&mesh.vertices, &mesh.triangles);
-        let hierarchy = on_one_thread(|| {
-            build_bvh2(
-                &corners,
-                BvhBuildParams::medium_build(),
-                &mut Default::default(),
-            )
-        });
-        Self {
-            hierarchy,
-            corners,
-            triangles: mesh.triangles.clone(),
-        }
+        let hierarchy = on_one_thread(|| build_bvh2(&corners, BvhBuildParams::medium_build(), &mut Default::default()));
+        Self { hierarchy, corners, triangles: mesh.triangles.clone() }
     }
 
     /// The point of the surface nearest to `p`; `None` where the mesh has no triangle.
@@ -81,11 +71,7 @@ impl SurfaceIndex {
                     p.clamp(b.min, b.max).distance_squared(p)
                 };
                 let (left, right) = ((bound(first), first), (bound(first + 1), first + 1));
-                let (near, far) = if left.0 <= right.0 {
-                    (left, right)
-                } else {
-                    (right, left)
-                };
+                let (near, far) = if left.0 <= right.0 { (left, right) } else { (right, left) };
                 pending.extend([far, near]);
             }
         }
@@ -100,12 +86,7 @@ impl SurfaceIndex {
             } else {
                 ids[2]
             };
-            Nearest {
-                distance: d.sqrt(),
-                point: q.to_array(),
-                triangle,
-                vertex,
-            }
+            Nearest { distance: d.sqrt(), point: q.to_array(), triangle, vertex }
         })
     }
 }
@@ -155,22 +136,12 @@ mod tests {
         let corners = corners_of(&mesh.vertices, &mesh.triangles);
         for i in 0..400 {
             let p = random_point(i);
-            let all = corners
-                .iter()
-                .map(|c| closest_on_triangle(p.into(), c).distance(p.into()));
+            let all = corners.iter().map(|c| closest_on_triangle(p.into(), c).distance(p.into()));
             let expected = all.fold(f32::INFINITY, f32::min);
             let found = index.closest(p.to_array()).expect("the mesh has triangles");
-            assert!(
-                (found.distance - expected).abs() < 1e-6,
-                "{} against {expected}",
-                found.distance
-            );
+            assert!((found.distance - expected).abs() < 1e-6, "{} against {expected}", found.distance);
             assert!(mesh.triangles[found.triangle as usize].contains(&found.vertex));
         }
-        assert!(
-            SurfaceIndex::new(&TrueMesh::default())
-                .closest([0.0; 3])
-                .is_none()
-        );
+        assert!(SurfaceIndex::new(&TrueMesh::default()).closest([0.0; 3]).is_none());
     }
 }

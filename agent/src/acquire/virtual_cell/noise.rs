@@ -53,31 +53,14 @@ impl Noise {
         let cell = p.floor();
         let f = p - cell;
         let w = f * f * f * (f * (f * 6.0 - 15.0) + 10.0);
-        let (x, y, z) = (
-            cell.x as i32 as u32,
-            cell.y as i32 as u32,
-            cell.z as i32 as u32,
-        );
-        let xs = [
-            x.wrapping_mul(0x8da6_b343),
-            x.wrapping_add(1).wrapping_mul(0x8da6_b343),
-        ];
-        let ys = [
-            y.wrapping_mul(0xd816_3841),
-            y.wrapping_add(1).wrapping_mul(0xd816_3841),
-        ];
-        let zs = [
-            z.wrapping_mul(0xcb1a_b31f),
-            z.wrapping_add(1).wrapping_mul(0xcb1a_b31f),
-        ];
+        let (x, y, z) = (cell.x as i32 as u32, cell.y as i32 as u32, cell.z as i32 as u32);
+        let xs = [x.wrapping_mul(0x8da6_b343), x.wrapping_add(1).wrapping_mul(0x8da6_b343)];
+        let ys = [y.wrapping_mul(0xd816_3841), y.wrapping_add(1).wrapping_mul(0xd816_3841)];
+        let zs = [z.wrapping_mul(0xcb1a_b31f), z.wrapping_add(1).wrapping_mul(0xcb1a_b31f)];
         let corner = |i: usize, j: usize, k: usize| unit(hash(self.seed ^ xs[i] ^ ys[j] ^ zs[k]));
         let lerp = |a: f32, b: f32, t: f32| a + (b - a) * t;
         let face = |k: usize| {
-            lerp(
-                lerp(corner(0, 0, k), corner(1, 0, k), w.x),
-                lerp(corner(0, 1, k), corner(1, 1, k), w.x),
-                w.y,
-            )
+            lerp(lerp(corner(0, 0, k), corner(1, 0, k), w.x), lerp(corner(0, 1, k), corner(1, 1, k), w.x), w.y)
         };
         2.0 * lerp(face(0), face(1), w.z) - 1.0
     }
@@ -127,9 +110,6 @@ mod tests {
         let draws: Vec<f32> = (0..n).map(|i| gauss(hash2(7, i))).collect();
         let mean = draws.iter().sum::<f32>() / n as f32;
         let variance = draws.iter().map(|d| (d - mean).powi(2)).sum::<f32>() / n as f32;
-        assert!(
-            mean.abs() < 0.03 && (variance - 1.0).abs() < 0.05,
-            "mean {mean}, variance {variance}"
-        );
+        assert!(mean.abs() < 0.03 && (variance - 1.0).abs() < 0.05, "mean {mean}, variance {variance}");
     }
 }

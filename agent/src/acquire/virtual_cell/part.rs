@@ -92,27 +92,13 @@ impl Scene {
         let openness = openness(&mesh, &rays);
         let part_from_table = table_from_part.inverse();
         let turn = table_from_part.matrix3 * (1.0 / table_from_part.matrix3.x_axis.length());
-        Self {
-            mesh,
-            rays,
-            openness,
-            finishes,
-            textures,
-            grime,
-            defects,
-            part_from_table,
-            turn,
-        }
+        Self { mesh, rays, openness, finishes, textures, grime, defects, part_from_table, turn }
     }
 
     /// Component and defect class at a hit, without the appearance.
     pub(super) fn labels(&self, hit: &Hit, position: Vec3) -> (Tag, u16) {
         let tag = self.mesh.tags[hit.triangle as usize];
-        (
-            tag,
-            self.defects
-                .class_at(self.part_from_table.transform_point3(position), tag.class),
-        )
+        (tag, self.defects.class_at(self.part_from_table.transform_point3(position), tag.class))
     }
 
     /// Everything about the surface at a hit.
@@ -124,23 +110,17 @@ impl Scene {
         let position = origin + direction * hit.t;
         let [a, b, c] = ids.map(|k| Vec3::from_array(self.mesh.vertices[k as usize]));
         let mut face = (b - a).cross(c - a).normalize_or(-direction);
-        let smooth = (0..3)
-            .map(|k| self.mesh.normals[i][k] * weights[k])
-            .sum::<Vec3>();
+        let smooth = (0..3).map(|k| self.mesh.normals[i][k] * weights[k]).sum::<Vec3>();
         let mut normal = smooth.normalize_or(face);
         if face.dot(direction) > 0.0 {
             (face, normal) = (-face, -normal);
         }
-        let openness = (0..3)
-            .map(|k| self.openness[ids[k] as usize] * weights[k])
-            .sum::<f32>();
+        let openness = (0..3).map(|k| self.openness[ids[k] as usize] * weights[k]).sum::<f32>();
         let (tag, defect) = self.labels(hit, position);
         let p = self.part_from_table.transform_point3(position);
         let mut appearance = self.finishes[tag.finish as usize].at(p);
         if let Some(texture) = self.textures.get((tag.texture as usize).wrapping_sub(1)) {
-            let uv = (0..3)
-                .map(|k| self.mesh.uvs[i][k] * weights[k])
-                .sum::<Vec2>();
+            let uv = (0..3).map(|k| self.mesh.uvs[i][k] * weights[k]).sum::<Vec2>();
             appearance.base *= texel(texture, uv);
         }
         if let Some(tint) = self.mesh.tints.get(i) {
@@ -152,20 +132,8 @@ impl Scene {
         }
         let bumped = (normal + self.turn * appearance.bump).normalize_or(normal);
         // A bump must not turn a visible point away from the viewer.
-        let normal = if bumped.dot(direction) < -0.02 {
-            bumped
-        } else {
-            normal
-        };
-        SurfacePoint {
-            position,
-            face,
-            normal,
-            appearance,
-            openness,
-            tag,
-            defect,
-        }
+        let normal = if bumped.dot(direction) < -0.02 { bumped } else { normal };
+        SurfacePoint { position, face, normal, appearance, openness, tag, defect }
     }
 
     /// The true surface above `floor` metres, labelled at the vertices.
@@ -173,11 +141,7 @@ impl Scene {
         let mut truth = TrueMesh::default();
         let mut index = vec![u32::MAX; self.mesh.vertices.len()];
         for (ids, tag) in self.mesh.triangles.iter().zip(&self.mesh.tags) {
-            if !tag.in_truth
-                || ids
-                    .iter()
-                    .all(|&i| self.mesh.vertices[i as usize][2] < floor)
-            {
+            if !tag.in_truth || ids.iter().all(|&i| self.mesh.vertices[i as usize][2] < floor) {
                 continue;
             }
             truth.triangles.push(ids.map(|i| {
@@ -204,10 +168,8 @@ fn texel(image: &RgbImage, uv: Vec2) -> Vec3 {
     let y = (1.0 - (uv.y - uv.y.floor())) * h as f32 - 0.5;
     let (x0, y0) = (x.floor(), y.floor());
     let at = |dx: f32, dy: f32| {
-        let c = image.get_pixel(
-            (x0 + dx).clamp(0.0, w as f32 - 1.0) as u32,
-            (y0 + dy).clamp(0.0, h as f32 - 1.0) as u32,
-        );
+        let c =
+            image.get_pixel((x0 + dx).clamp(0.0, w as f32 - 1.0) as u32, (y0 + dy).clamp(0.0, h as f32 - 1.0) as u32);
         Vec3::from_array(c.0.map(|v| (f32::from(v) / 255.0).powf(2.2)))
     };
     let top = at(0.0, 0.0).lerp(at(1.0, 0.0), x - x0);

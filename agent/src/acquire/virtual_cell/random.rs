@@ -12,10 +12,7 @@ pub(super) struct Stream(Pcg64Mcg);
 impl Stream {
     /// The stream `name` of `seed`.
     pub(super) fn new(seed: u64, name: &str) -> Self {
-        Self(Pcg64Mcg::seed_from_u64(xxh3_64_with_seed(
-            name.as_bytes(),
-            seed,
-        )))
+        Self(Pcg64Mcg::seed_from_u64(xxh3_64_with_seed(name.as_bytes(), seed)))
     }
 
     /// Uniform in `[low, high)`; `low` where the range is empty.
@@ -47,11 +44,7 @@ impl Stream {
 
     /// An index below `len`, 0 where `len` is 0.
     pub(super) fn index(&mut self, len: usize) -> usize {
-        if len == 0 {
-            0
-        } else {
-            self.0.random_range(0..len)
-        }
+        if len == 0 { 0 } else { self.0.random_range(0..len) }
     }
 }
 

@@ -38,22 +38,10 @@ impl RayScene {
     /// Builds the hierarchy. Triangles that name a vertex past the end are as good as absent: they collapse to a point.
     pub fn new(vertices: &[[f32; 3]], triangles: &[[u32; 3]]) -> Self {
         let corners = corners_of(vertices, triangles);
-        let hierarchy = on_one_thread(|| {
-            build_cwbvh(
-                &corners,
-                BvhBuildParams::medium_build(),
-                &mut Default::default(),
-            )
-        });
-        let triangles = hierarchy
-            .primitive_indices
-            .iter()
-            .map(|&i| (&corners[i as usize]).into())
-            .collect();
-        Self {
-            hierarchy,
-            triangles,
-        }
+        let hierarchy =
+            on_one_thread(|| build_cwbvh(&corners, BvhBuildParams::medium_build(), &mut Default::default()));
+        let triangles = hierarchy.primitive_indices.iter().map(|&i| (&corners[i as usize]).into()).collect();
+        Self { hierarchy, triangles }
     }
 
     /// The first surface along a ray, from either side.
@@ -61,28 +49,19 @@ impl RayScene {
     pub fn first_hit(&self, origin: Vec3, direction: Vec3) -> Option<Hit> {
         let ray = Ray::new_inf(origin.into(), direction.into());
         let mut hit = RayHit::none();
-        if !self
-            .hierarchy
-            .ray_traverse(ray, &mut hit, |ray, i| self.triangles[i].intersect(ray))
-        {
+        if !self.hierarchy.ray_traverse(ray, &mut hit, |ray, i| self.triangles[i].intersect(ray)) {
             return None;
         }
         let uv = barycentric(&self.triangles[hit.primitive_id as usize], &ray);
         let triangle = self.hierarchy.primitive_indices[hit.primitive_id as usize];
-        Some(Hit {
-            triangle,
-            t: hit.t,
-            barycentric: uv,
-        })
+        Some(Hit { triangle, t: hit.t, barycentric: uv })
     }
 
     /// Whether anything lies between `origin` and `origin + length * direction`.
     #[inline]
     pub fn is_blocked(&self, origin: Vec3, direction: Vec3, length: f32) -> bool {
         let ray = Ray::new(origin.into(), direction.into(), 0.0, length);
-        !self
-            .hierarchy
-            .ray_traverse_miss(ray, |ray, i| self.triangles[i].intersect(ray))
+        !self.hierarchy.ray_traverse_miss(ray, |ray, i| self.triangles[i].intersect(ray))
     }
 }
 
@@ -95,19 +74,8 @@ fn barycentric(t: &RtTriangle, ray: &Ray) -> [f32; 2] {
 }
 
 pub(super) fn corners_of(vertices: &[[f32; 3]], triangles: &[[u32; 3]]) -> Vec<Triangle> {
-    let corner = |i: u32| {
-        vertices
-            .get(i as usize)
-            .map_or(Vec3A::ZERO, |v| Vec3A::from_array(*v))
-    };
-    triangles
-        .iter()
-        .map(|&[a, b, c]| Triangle {
-            v0: corner(a),
-            v1: corner(b),
-            v2: corner(c),
-        })
-        .collect()
+    let corner = |i: u32| vertices.get(i as usize).map_or(Vec3A::ZERO, |v| Vec3A::from_array(*v));
+    triangles.iter().map(|&[a, b, c]| Triangle { v0: corner(a), v1: corner(b), v2: corner(c) }).collect()
 }
 
 pub(super) fn on_one_thread<T: Send>(build: impl FnOnce() -> T + Send) -> T {
@@ -127,27 +95,15 @@ pub(super) mod tests {
     pub(in super::super) fn sheet() -> TrueMesh {
         let n = 24_u32;
         let height = |i: u32| unit(hash(i)) * 0.02;
-        let vertices = (0..n * n)
-            .map(|i| [(i % n) as f32 * 0.01, (i / n) as f32 * 0.01, height(i)])
-            .collect();
+        let vertices = (0..n * n).map(|i| [(i % n) as f32 * 0.01, (i / n) as f32 * 0.01, height(i)]).collect();
         let quads = (0..(n - 1) * (n - 1)).map(|i| i % (n - 1) + i / (n - 1) * n);
-        let triangles = quads
-            .flat_map(|i| [[i, i + 1, i + n], [i + 1, i + n + 1, i + n]])
-            .collect();
-        TrueMesh {
-            vertices,
-            triangles,
-            ..TrueMesh::default()
-        }
+        let triangles = quads.flat_map(|i| [[i, i + 1, i + n], [i + 1, i + n + 1, i + n]]).collect();
+        TrueMesh { vertices, triangles, ..TrueMesh::default() }
     }
 
     pub(in super::super) fn random_point(i: u32) -> Vec3 {
         let draw = |k| unit(hash(i * 3 + k + 9000));
-        Vec3::new(
-            draw(0) * 0.3 - 0.03,
-            draw(1) * 0.3 - 0.03,
-            draw(2) * 0.1 - 0.04,
-        )
+        Vec3::new(draw(0) * 0.3 - 0.03, draw(1) * 0.3 - 0.03, draw(2) * 0.1 - 0.04)
     }
 
     #[test]
@@ -159,10 +115,7 @@ pub(super) mod tests {
         for i in 0..400 {
             let (origin, target) = (random_point(i) + Vec3::Z * 0.2, random_point(i + 5000));
             let ray = Ray::new_inf(origin.into(), (target - origin).into());
-            let t = corners
-                .iter()
-                .map(|c| RtTriangle::from(c).intersect(&ray))
-                .fold(f32::INFINITY, f32::min);
+            let t = corners.iter().map(|c| RtTriangle::from(c).intersect(&ray)).fold(f32::INFINITY, f32::min);
             let hit = scene.first_hit(origin, target - origin);
             assert_eq!(hit.map_or(f32::INFINITY, |h| h.t), t);
             assert_eq!(scene.is_blocked(origin, target - origin, 1.0), t < 1.0);

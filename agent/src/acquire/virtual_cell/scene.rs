@@ -40,11 +40,7 @@ const SLOTS: u16 = 3;
 pub(super) fn starter_motor(seed: u64, cell: f32) -> Stage {
     let motor = StarterMotor::new(seed, cell);
     let mut s = Stream::new(seed, "placement");
-    let place = Vec3::new(
-        s.range(-6.0, 6.0),
-        s.range(-6.0, 6.0),
-        fixture::CHUCK_HEIGHT,
-    ) * 1e-3;
+    let place = Vec3::new(s.range(-6.0, 6.0), s.range(-6.0, 6.0), fixture::CHUCK_HEIGHT) * 1e-3;
     let yaw = Mat3::from_rotation_z(s.range(0.0, std::f32::consts::TAU));
     let table_from_part = Affine3A::from_mat3_translation(yaw * 1e-3, place);
 
@@ -52,35 +48,17 @@ pub(super) fn starter_motor(seed: u64, cell: f32) -> Stage {
     let first = finishes.len() as u16;
     let mut s = Stream::new(seed, "finishes");
     for i in 0..COMPONENTS.len() {
-        let (body, fastener, detail) = (
-            Finish::draw(&mut s),
-            Finish::draw(&mut s),
-            Finish::draw(&mut s),
-        );
+        let (body, fastener, detail) = (Finish::draw(&mut s), Finish::draw(&mut s), Finish::draw(&mut s));
         // Housing and solenoid carry plates, the others plastics and rubber.
-        finishes.extend([
-            body,
-            fastener,
-            if i < 2 { detail.printed() } else { detail },
-        ]);
+        finishes.extend([body, fastener, if i < 2 { detail.printed() } else { detail }]);
     }
     let mut mesh = SceneMesh::default();
     for component in &motor.components {
         let tag = |slot: u8| match component.class {
-            0 => Tag {
-                finish: 1 + u16::from(slot.min(1)),
-                in_truth: true,
-                ..Tag::default()
-            },
+            0 => Tag { finish: 1 + u16::from(slot.min(1)), in_truth: true, ..Tag::default() },
             class => {
                 let finish = first + (class - 1) * SLOTS + u16::from(slot).min(SLOTS - 1);
-                Tag {
-                    class,
-                    instance: class,
-                    finish,
-                    texture: 0,
-                    in_truth: true,
-                }
+                Tag { class, instance: class, finish, texture: 0, in_truth: true }
             }
         };
         append(&mut mesh, component, &table_from_part, tag);
@@ -103,16 +81,8 @@ pub(super) fn starter_motor(seed: u64, cell: f32) -> Stage {
 
 /// A mesh from a file, standing on the table with its lowest point.
 pub(super) fn imported(path: &Path, scale: f32, seed: u64) -> Result<Stage, AcquireError> {
-    let Imported {
-        mut mesh,
-        names,
-        colours,
-        textures,
-    } = mesh_import::read(path)?;
-    let refuse = |reason: String| AcquireError::Format {
-        path: path.to_owned(),
-        reason,
-    };
+    let Imported { mut mesh, names, colours, textures } = mesh_import::read(path)?;
+    let refuse = |reason: String| AcquireError::Format { path: path.to_owned(), reason };
     for v in &mut mesh.vertices {
         *v = v.map(|x| x * scale);
     }
@@ -124,11 +94,7 @@ pub(super) fn imported(path: &Path, scale: f32, seed: u64) -> Result<Stage, Acqu
             extent.x, extent.y, extent.z
         )));
     }
-    let shift = Vec3::new(
-        -0.5 * (low.x + high.x),
-        -0.5 * (low.y + high.y),
-        1e-4 - low.z,
-    );
+    let shift = Vec3::new(-0.5 * (low.x + high.x), -0.5 * (low.y + high.y), 1e-4 - low.z);
     for v in &mut mesh.vertices {
         *v = (Vec3::from_array(*v) + shift).to_array();
     }
@@ -141,32 +107,16 @@ pub(super) fn imported(path: &Path, scale: f32, seed: u64) -> Result<Stage, Acqu
     finishes.extend(colours.into_iter().map(|c| Finish::plain(c, 0.6)));
     add_turntable(&mut mesh);
     let table_from_part = Affine3A::from_mat3_translation(Mat3::IDENTITY * 1e-3, Vec3::ZERO);
-    let stem = path
-        .file_stem()
-        .map_or_else(|| "part".into(), |n| n.to_string_lossy().into_owned());
-    let names = if names.len() == 1 {
-        vec![stem.clone()]
-    } else {
-        names
-    };
+    let stem = path.file_stem().map_or_else(|| "part".into(), |n| n.to_string_lossy().into_owned());
+    let names = if names.len() == 1 { vec![stem.clone()] } else { names };
     Ok(Stage {
-        scene: Scene::new(
-            mesh,
-            finishes,
-            textures,
-            Grime::none(),
-            Defects::none(),
-            table_from_part,
-        ),
+        scene: Scene::new(mesh, finishes, textures, Grime::none(), Defects::none(), table_from_part),
         name: stem,
         taxonomy: Taxonomy::from_names(&names, &DEFECTS.map(String::from)),
         turntable: turntable(),
         volume: volume(part, CLEARANCE),
         part_bounds: part,
-        settings: vec![
-            ("scale".into(), scale.to_string()),
-            ("mesh seed".into(), seed.to_string()),
-        ],
+        settings: vec![("scale".into(), scale.to_string()), ("mesh seed".into(), seed.to_string())],
     })
 }
 
@@ -180,24 +130,14 @@ fn station_finishes() -> Vec<Finish> {
 }
 
 fn turntable() -> Turntable {
-    Turntable {
-        radius: 1e-3 * f64::from(fixture::TABLE_RADIUS),
-        height: 0.0,
-    }
+    Turntable { radius: 1e-3 * f64::from(fixture::TABLE_RADIUS), height: 0.0 }
 }
 
 fn add_turntable(mesh: &mut SceneMesh) {
     let reach = fixture::TABLE_RADIUS + 4.0;
     let solid = fixture::turntable();
-    let (low, high) = (
-        Vec3::new(-reach, -reach, -27.0),
-        Vec3::new(reach, reach, 3.0),
-    );
-    let disc = Component {
-        class: 0,
-        mesh: dual_contour::mesh(&solid, low, high, 2.4),
-        solid,
-    };
+    let (low, high) = (Vec3::new(-reach, -reach, -27.0), Vec3::new(reach, reach, 3.0));
+    let disc = Component { class: 0, mesh: dual_contour::mesh(&solid, low, high, 2.4), solid };
     let to_metres = Affine3A::from_scale(Vec3::splat(1e-3));
     append(mesh, &disc, &to_metres, |_| Tag::default());
 }
@@ -205,29 +145,15 @@ fn add_turntable(mesh: &mut SceneMesh) {
 fn append(mesh: &mut SceneMesh, component: &Component, place: &Affine3A, tag: impl Fn(u8) -> Tag) {
     let first = mesh.vertices.len() as u32;
     let net = &component.mesh;
-    mesh.vertices.extend(
-        net.positions
-            .iter()
-            .map(|p| place.transform_point3(*p).to_array()),
-    );
-    let normals: Vec<Vec3> = net
-        .normals
-        .iter()
-        .map(|n| place.transform_vector3(*n).normalize_or(Vec3::Z))
-        .collect();
+    mesh.vertices.extend(net.positions.iter().map(|p| place.transform_point3(*p).to_array()));
+    let normals: Vec<Vec3> = net.normals.iter().map(|n| place.transform_vector3(*n).normalize_or(Vec3::Z)).collect();
     for t in &net.triangles {
         mesh.triangles.push(t.map(|i| i + first));
         let [a, b, c] = t.map(|i| net.positions[i as usize]);
-        let face = place
-            .transform_vector3((b - a).cross(c - a))
-            .normalize_or_zero();
+        let face = place.transform_vector3((b - a).cross(c - a)).normalize_or_zero();
         // A vertex on an edge has no one normal: each side keeps its own.
         let corner = |i: u32| {
-            if normals[i as usize].dot(face) > 0.88 {
-                normals[i as usize]
-            } else {
-                face
-            }
+            if normals[i as usize].dot(face) > 0.88 { normals[i as usize] } else { face }
         };
         mesh.normals.push(t.map(corner));
         mesh.uvs.push([Vec2::ZERO; 3]);
@@ -236,24 +162,15 @@ fn append(mesh: &mut SceneMesh, component: &Component, place: &Affine3A, tag: im
 }
 
 fn bounds(mesh: &SceneMesh, of: impl Fn(&Tag) -> bool) -> (Vec3, Vec3) {
-    let triangles = mesh
-        .triangles
-        .iter()
-        .zip(&mesh.tags)
-        .filter(|(_, tag)| of(tag));
-    triangles
-        .flat_map(|(t, _)| t)
-        .fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), &i| {
-            let v = Vec3::from_array(mesh.vertices[i as usize]);
-            (low.min(v), high.max(v))
-        })
+    let triangles = mesh.triangles.iter().zip(&mesh.tags).filter(|(_, tag)| of(tag));
+    triangles.flat_map(|(t, _)| t).fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), &i| {
+        let v = Vec3::from_array(mesh.vertices[i as usize]);
+        (low.min(v), high.max(v))
+    })
 }
 
 fn volume((low, high): (Vec3, Vec3), floor: f32) -> (Point3<f64>, Point3<f64>) {
     let point = |v: Vec3| Point3::new(f64::from(v.x), f64::from(v.y), f64::from(v.z));
-    let (low, high) = (
-        point(low - Vec3::splat(MARGIN)),
-        point(high + Vec3::splat(MARGIN)),
-    );
+    let (low, high) = (point(low - Vec3::splat(MARGIN)), point(high + Vec3::splat(MARGIN)));
     (Point3::new(low.x, low.y, f64::from(floor)), high)
 }

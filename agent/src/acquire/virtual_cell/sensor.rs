@@ -68,20 +68,8 @@ impl SensorModel {
     };
 
     /// The depth that is recorded for what the pixel sees; 0 for a gap.
-    pub(super) fn measure(
-        &self,
-        scene: &Scene,
-        light: &ViewLighting,
-        point: &SurfacePoint,
-        ray: &Beam,
-    ) -> f32 {
-        let Beam {
-            eye,
-            z,
-            draw,
-            ripple,
-            behind,
-        } = *ray;
+    pub(super) fn measure(&self, scene: &Scene, light: &ViewLighting, point: &SurfacePoint, ray: &Beam) -> f32 {
+        let Beam { eye, z, draw, ripple, behind } = *ray;
         if light.in_projector_shadow(scene, point) {
             return 0.0;
         }
@@ -90,10 +78,9 @@ impl SensorModel {
         let view = (eye - point.position).normalize_or(point.face);
         let a = &point.appearance;
         // Half a metre and a white matt surface that faces the camera give 1.
-        let returned =
-            reflected(a, a.roughness, point.normal, view, to_light / distance).element_sum() / 3.0
-                * std::f32::consts::PI
-                * (0.25 / (distance * distance));
+        let returned = reflected(a, a.roughness, point.normal, view, to_light / distance).element_sum() / 3.0
+            * std::f32::consts::PI
+            * (0.25 / (distance * distance));
         let cos = point.face.dot(view).max(0.01);
         // A threshold crossed by noise, so that gaps have ragged edges.
         let flicker = (0.35 * gauss(hash2(draw, 1))).exp();

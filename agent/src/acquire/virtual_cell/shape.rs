@@ -14,19 +14,9 @@ pub(super) enum Shape {
     /// A closed outline in (radius, z), turned about z.
     Revolved { outline: Vec<Vec2> },
     /// A closed outline in (x, y), extended to `half` both ways.
-    Extruded {
-        outline: Vec<Vec2>,
-        half: f32,
-        fillet: f32,
-    },
+    Extruded { outline: Vec<Vec2>, half: f32, fillet: f32 },
     /// A piece of a cylinder's shell, centred on +x: a label or a band.
-    Plate {
-        radius: f32,
-        half_thickness: f32,
-        half_angle: f32,
-        half: f32,
-        fillet: f32,
-    },
+    Plate { radius: f32, half_thickness: f32, half_angle: f32, half: f32, fillet: f32 },
     /// A round tube along a path.
     Tube { path: Vec<Vec3>, radius: f32 },
     /// A ring about z.
@@ -37,10 +27,7 @@ impl Shape {
     /// A turned part from (radius, z) corners in order; a corner with radius 0 lies on the axis.
     pub(super) fn turned(corners: &[(f32, f32)]) -> Self {
         // The axis is no surface: corners on it move beyond it, where no point of the half plane comes near.
-        let outline = corners
-            .iter()
-            .map(|&(r, z)| Vec2::new(if r <= 0.0 { -20.0 } else { r }, z))
-            .collect();
+        let outline = corners.iter().map(|&(r, z)| Vec2::new(if r <= 0.0 { -20.0 } else { r }, z)).collect();
         Self::Revolved { outline }
     }
 
@@ -48,14 +35,8 @@ impl Shape {
     pub(super) fn prism(sides: u32, across_flats: f32, half: f32, fillet: f32) -> Self {
         let step = std::f32::consts::TAU / sides as f32;
         let radius = (across_flats - fillet) / (0.5 * step).cos();
-        let outline = (0..sides)
-            .map(|i| Vec2::from_angle(i as f32 * step) * radius)
-            .collect();
-        Self::Extruded {
-            outline,
-            half,
-            fillet,
-        }
+        let outline = (0..sides).map(|i| Vec2::from_angle(i as f32 * step) * radius).collect();
+        Self::Extruded { outline, half, fillet }
     }
 
     /// Signed distance of `p`, in the shape's frame.
@@ -65,46 +46,23 @@ impl Shape {
                 let q = p.abs() - *half + Vec3::splat(*fillet);
                 q.max(Vec3::ZERO).length() + q.max_element().min(0.0) - fillet
             }
-            Self::Cylinder {
-                radius,
-                half,
-                fillet,
-            } => {
-                extrude(
-                    p.truncate().length() - radius + fillet,
-                    p.z.abs() - half + fillet,
-                ) - fillet
+            Self::Cylinder { radius, half, fillet } => {
+                extrude(p.truncate().length() - radius + fillet, p.z.abs() - half + fillet) - fillet
             }
             Self::Revolved { outline } => polygon(outline, Vec2::new(p.truncate().length(), p.z)),
-            Self::Extruded {
-                outline,
-                half,
-                fillet,
-            } => extrude(polygon(outline, p.truncate()), p.z.abs() - half + fillet) - fillet,
-            Self::Plate {
-                radius,
-                half_thickness,
-                half_angle,
-                half,
-                fillet,
-            } => {
+            Self::Extruded { outline, half, fillet } => {
+                extrude(polygon(outline, p.truncate()), p.z.abs() - half + fillet) - fillet
+            }
+            Self::Plate { radius, half_thickness, half_angle, half, fillet } => {
                 let r = p.truncate().length();
                 let across = (p.y.atan2(p.x).abs() - half_angle) * r.min(*radius);
-                let q = Vec3::new(
-                    (r - radius).abs() - half_thickness,
-                    across,
-                    p.z.abs() - half,
-                ) + Vec3::splat(*fillet);
+                let q = Vec3::new((r - radius).abs() - half_thickness, across, p.z.abs() - half) + Vec3::splat(*fillet);
                 q.max(Vec3::ZERO).length() + q.max_element().min(0.0) - fillet
             }
             Self::Tube { path, radius } => {
-                path.windows(2)
-                    .fold(f32::INFINITY, |d, s| d.min(segment(p, s[0], s[1])))
-                    - radius
+                path.windows(2).fold(f32::INFINITY, |d, s| d.min(segment(p, s[0], s[1]))) - radius
             }
-            Self::Torus { major, minor } => {
-                Vec2::new(p.truncate().length() - major, p.z).length() - minor
-            }
+            Self::Torus { major, minor } => Vec2::new(p.truncate().length() - major, p.z).length() - minor,
         }
     }
 }
@@ -128,11 +86,7 @@ fn polygon(outline: &[Vec2], p: Vec2) -> f32 {
         let (edge, w) = (previous - corner, p - corner);
         let off = w - edge * (w.dot(edge) / edge.length_squared().max(1e-9)).clamp(0.0, 1.0);
         nearest = nearest.min(off.length_squared());
-        let (above, below, left) = (
-            p.y >= corner.y,
-            p.y < previous.y,
-            edge.x * w.y > edge.y * w.x,
-        );
+        let (above, below, left) = (p.y >= corner.y, p.y < previous.y, edge.x * w.y > edge.y * w.x);
         if above == below && below == left {
             sign = -sign;
         }
@@ -148,47 +102,13 @@ mod tests {
     #[test]
     fn primitives_measure_distance() {
         let p = Vec3::new(7.0, 0.0, 0.0);
-        let close = |s: Shape, d: f32| {
-            assert!((s.distance(p) - d).abs() < 1e-4, "{s:?}: {}", s.distance(p))
-        };
-        close(
-            Shape::Block {
-                half: Vec3::splat(5.0),
-                fillet: 1.0,
-            },
-            2.0,
-        );
-        close(
-            Shape::Cylinder {
-                radius: 5.0,
-                half: 3.0,
-                fillet: 0.5,
-            },
-            2.0,
-        );
-        close(
-            Shape::turned(&[(0.0, -2.0), (4.0, -2.0), (4.0, 2.0), (0.0, 2.0)]),
-            3.0,
-        );
-        close(
-            Shape::Torus {
-                major: 5.0,
-                minor: 1.0,
-            },
-            1.0,
-        );
-        close(
-            Shape::Tube {
-                path: vec![Vec3::NEG_Z, Vec3::Z],
-                radius: 2.0,
-            },
-            5.0,
-        );
-        let on_axis =
-            Shape::turned(&[(0.0, -2.0), (4.0, -2.0), (4.0, 2.0), (0.0, 2.0)]).distance(Vec3::ZERO);
-        assert!(
-            (on_axis + 2.0).abs() < 1e-4,
-            "the axis is no surface: {on_axis}"
-        );
+        let close = |s: Shape, d: f32| assert!((s.distance(p) - d).abs() < 1e-4, "{s:?}: {}", s.distance(p));
+        close(Shape::Block { half: Vec3::splat(5.0), fillet: 1.0 }, 2.0);
+        close(Shape::Cylinder { radius: 5.0, half: 3.0, fillet: 0.5 }, 2.0);
+        close(Shape::turned(&[(0.0, -2.0), (4.0, -2.0), (4.0, 2.0), (0.0, 2.0)]), 3.0);
+        close(Shape::Torus { major: 5.0, minor: 1.0 }, 1.0);
+        close(Shape::Tube { path: vec![Vec3::NEG_Z, Vec3::Z], radius: 2.0 }, 5.0);
+        let on_axis = Shape::turned(&[(0.0, -2.0), (4.0, -2.0), (4.0, 2.0), (0.0, 2.0)]).distance(Vec3::ZERO);
+        assert!((on_axis + 2.0).abs() < 1e-4, "the axis is no surface: {on_axis}");
     }
 }

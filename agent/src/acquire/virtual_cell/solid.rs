@@ -124,23 +124,14 @@ impl Solid {
     /// The steps that can touch the surface within `radius` of `centre`: away from it a union or a cut changes no sign.
     pub(super) fn near(&self, centre: Vec3, radius: f32) -> Solid {
         let touches = |s: &&Step| s.distance(centre) < radius + s.blend;
-        Solid {
-            steps: self.steps.iter().filter(touches).cloned().collect(),
-        }
+        Solid { steps: self.steps.iter().filter(touches).cloned().collect() }
     }
 
     /// Outward unit normal at `p` (tetrahedral differences).
     pub(super) fn normal(&self, p: Vec3) -> Vec3 {
-        const TIPS: [Vec3; 4] = [
-            Vec3::new(1., -1., -1.),
-            Vec3::new(-1., -1., 1.),
-            Vec3::new(-1., 1., -1.),
-            Vec3::new(1., 1., 1.),
-        ];
-        TIPS.iter()
-            .map(|&t| t * self.distance(p + t * 0.05))
-            .sum::<Vec3>()
-            .normalize_or(Vec3::Z)
+        const TIPS: [Vec3; 4] =
+            [Vec3::new(1., -1., -1.), Vec3::new(-1., -1., 1.), Vec3::new(-1., 1., -1.), Vec3::new(1., 1., 1.)];
+        TIPS.iter().map(|&t| t * self.distance(p + t * 0.05)).sum::<Vec3>().normalize_or(Vec3::Z)
     }
 }
 
@@ -175,29 +166,14 @@ mod tests {
     #[test]
     fn cutting_and_copies_change_inside_and_outside() {
         let mut s = Solid::default();
-        s.add(Step::new(Shape::Cylinder {
-            radius: 20.0,
-            half: 5.0,
-            fillet: 0.0,
-        }));
-        s.cut(
-            Step::new(Shape::Cylinder {
-                radius: 2.0,
-                half: 9.0,
-                fillet: 0.0,
-            })
-            .around(3)
-            .offset(Vec3::X * 12.0),
-        );
+        s.add(Step::new(Shape::Cylinder { radius: 20.0, half: 5.0, fillet: 0.0 }));
+        s.cut(Step::new(Shape::Cylinder { radius: 2.0, half: 9.0, fillet: 0.0 }).around(3).offset(Vec3::X * 12.0));
         assert!(s.distance(Vec3::new(0.0, 0.0, 0.0)) < 0.0);
         for k in 0..3 {
             let hole = Vec2::from_angle(k as f32 * std::f32::consts::TAU / 3.0) * 12.0;
             assert!(s.distance(hole.extend(0.0)) > 1.9);
         }
-        let (near, p) = (
-            s.near(Vec3::new(12.0, 0.0, 0.0), 3.0),
-            Vec3::new(13.9, 0.0, 0.5),
-        );
+        let (near, p) = (s.near(Vec3::new(12.0, 0.0, 0.0), 3.0), Vec3::new(13.9, 0.0, 0.5));
         assert!((near.distance(p) - s.distance(p)).abs() < 1e-5);
     }
 }

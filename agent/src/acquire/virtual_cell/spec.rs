@@ -68,21 +68,14 @@ impl VirtualCellSpec {
     /// # Errors
     /// [`AcquireError::Uri`] that names the key at fault, or the keys there are.
     pub fn parse(uri: &str) -> Result<Self, AcquireError> {
-        let fail = |reason: String| AcquireError::Uri {
-            uri: uri.to_owned(),
-            reason,
-        };
-        let rest = uri
-            .strip_prefix("virtual:")
-            .ok_or_else(|| fail("must begin with virtual:".into()))?;
+        let fail = |reason: String| AcquireError::Uri { uri: uri.to_owned(), reason };
+        let rest = uri.strip_prefix("virtual:").ok_or_else(|| fail("must begin with virtual:".into()))?;
         let (kind, query) = rest.split_once('?').unwrap_or((rest, ""));
         let mesh = match kind {
             "starter-motor" => false,
             "mesh" => true,
             _ => {
-                return Err(fail(format!(
-                    "unknown part {kind:?}: there are starter-motor and mesh"
-                )));
+                return Err(fail(format!("unknown part {kind:?}: there are starter-motor and mesh")));
             }
         };
         let mut spec = Self {
@@ -98,56 +91,29 @@ impl VirtualCellSpec {
         let (mut path, mut scale, mut cell) = (None, 1.0_f32, 1.2_f32);
         let mut seen: Vec<&str> = Vec::new();
         for pair in query.split('&').filter(|p| !p.is_empty()) {
-            let (key, raw) = pair
-                .split_once('=')
-                .ok_or_else(|| fail(format!("{pair:?} is not key=value")))?;
+            let (key, raw) = pair.split_once('=').ok_or_else(|| fail(format!("{pair:?} is not key=value")))?;
             if seen.contains(&key) {
                 return Err(fail(format!("key {key} is given twice")));
             }
             seen.push(key);
-            let value = decode(raw)
-                .ok_or_else(|| fail(format!("key {key}: {raw:?} has a bad % sequence")))?;
+            let value = decode(raw).ok_or_else(|| fail(format!("key {key}: {raw:?} has a bad % sequence")))?;
             let bad = |want: &str| fail(format!("key {key}: {value:?} is not {want}"));
             match key {
-                "seed" => {
-                    spec.seed = value
-                        .parse()
-                        .map_err(|_| bad("a number from 0 to 2^64-1"))?
-                }
-                "views" => {
-                    spec.views =
-                        number(&value, 1, Self::MAX_VIEWS).ok_or_else(|| bad("1 to 100000"))?
-                }
-                "size" => {
-                    spec.size = size(&value).ok_or_else(|| bad("WIDTHxHEIGHT, each 16 to 4096"))?
-                }
-                "errors" => {
-                    spec.errors = choice(&value, &ERRORS).ok_or_else(|| bad("default or none"))?
-                }
-                "noise" => {
-                    spec.noise =
-                        choice(&value, &NOISES).ok_or_else(|| bad("default, zivid or none"))?
-                }
-                "sampling" => {
-                    spec.sampling =
-                        choice(&value, &SAMPLINGS).ok_or_else(|| bad("turn or random"))?
-                }
-                "cell" if !mesh => {
-                    cell = length(&value, 0.5, 5.0).ok_or_else(|| bad("0.5 to 5 millimetres"))?
-                }
+                "seed" => spec.seed = value.parse().map_err(|_| bad("a number from 0 to 2^64-1"))?,
+                "views" => spec.views = number(&value, 1, Self::MAX_VIEWS).ok_or_else(|| bad("1 to 100000"))?,
+                "size" => spec.size = size(&value).ok_or_else(|| bad("WIDTHxHEIGHT, each 16 to 4096"))?,
+                "errors" => spec.errors = choice(&value, &ERRORS).ok_or_else(|| bad("default or none"))?,
+                "noise" => spec.noise = choice(&value, &NOISES).ok_or_else(|| bad("default, zivid or none"))?,
+                "sampling" => spec.sampling = choice(&value, &SAMPLINGS).ok_or_else(|| bad("turn or random"))?,
+                "cell" if !mesh => cell = length(&value, 0.5, 5.0).ok_or_else(|| bad("0.5 to 5 millimetres"))?,
                 "path" if mesh && !value.is_empty() => path = Some(PathBuf::from(&value)),
                 "path" if mesh => return Err(bad("a file")),
-                "scale" if mesh => {
-                    scale = length(&value, 1e-6, 1e6).ok_or_else(|| bad("a positive number"))?
-                }
+                "scale" if mesh => scale = length(&value, 1e-6, 1e6).ok_or_else(|| bad("a positive number"))?,
                 _ => return Err(fail(format!("unknown key {key:?} for {kind}"))),
             }
         }
         spec.part = if mesh {
-            PartSpec::Mesh {
-                path: path.ok_or_else(|| fail("key path is missing".into()))?,
-                scale,
-            }
+            PartSpec::Mesh { path: path.ok_or_else(|| fail("key path is missing".into()))?, scale }
         } else {
             PartSpec::StarterMotor { cell }
         };
@@ -155,13 +121,9 @@ impl VirtualCellSpec {
     }
 }
 
-const ERRORS: [(&str, ErrorModel); 2] =
-    [("default", ErrorModel::DEFAULT), ("none", ErrorModel::NONE)];
-const NOISES: [(&str, Option<SensorModel>); 3] = [
-    ("default", Some(SensorModel::DEFAULT)),
-    ("zivid", Some(SensorModel::ZIVID)),
-    ("none", None),
-];
+const ERRORS: [(&str, ErrorModel); 2] = [("default", ErrorModel::DEFAULT), ("none", ErrorModel::NONE)];
+const NOISES: [(&str, Option<SensorModel>); 3] =
+    [("default", Some(SensorModel::DEFAULT)), ("zivid", Some(SensorModel::ZIVID)), ("none", None)];
 const SAMPLINGS: [(&str, Sampling); 2] = [("turn", Sampling::Turn), ("random", Sampling::Random)];
 
 fn choice<T: Copy>(value: &str, of: &[(&str, T)]) -> Option<T> {
@@ -211,30 +173,14 @@ mod tests {
     fn defaults_and_all_keys() {
         let plain = VirtualCellSpec::parse("virtual:starter-motor").expect("defaults");
         assert_eq!((plain.seed, plain.views, plain.size), (7, 12, (640, 480)));
-        assert_eq!(
-            (plain.errors, plain.noise),
-            (ErrorModel::DEFAULT, Some(SensorModel::DEFAULT))
-        );
+        assert_eq!((plain.errors, plain.noise), (ErrorModel::DEFAULT, Some(SensorModel::DEFAULT)));
         let uri = "virtual:starter-motor?seed=9&views=5&size=1920x1200&errors=none&noise=zivid&sampling=random&cell=2";
         let full = VirtualCellSpec::parse(uri).expect("all keys");
-        assert_eq!(
-            (full.seed, full.views, full.size, full.errors),
-            (9, 5, (1920, 1200), ErrorModel::NONE)
-        );
-        assert_eq!(
-            (full.noise, full.sampling),
-            (Some(SensorModel::ZIVID), Sampling::Random)
-        );
+        assert_eq!((full.seed, full.views, full.size, full.errors), (9, 5, (1920, 1200), ErrorModel::NONE));
+        assert_eq!((full.noise, full.sampling), (Some(SensorModel::ZIVID), Sampling::Random));
         assert_eq!(full.part, PartSpec::StarterMotor { cell: 2.0 });
-        let mesh =
-            VirtualCellSpec::parse("virtual:mesh?path=a%20b%26c.obj&scale=0.001").expect("a mesh");
-        assert_eq!(
-            mesh.part,
-            PartSpec::Mesh {
-                path: "a b&c.obj".into(),
-                scale: 0.001
-            }
-        );
+        let mesh = VirtualCellSpec::parse("virtual:mesh?path=a%20b%26c.obj&scale=0.001").expect("a mesh");
+        assert_eq!(mesh.part, PartSpec::Mesh { path: "a b&c.obj".into(), scale: 0.001 });
     }
 
     #[test]

@@ -5,9 +5,7 @@
 //! turntable axis) and by a new error for every view (robot repeatability, table angle). The chain is private to the
 //! generator: the registration has its own, and truth must not come from the code that it checks.
 
-use nalgebra::{
-    Isometry3, Matrix6, Point3, Rotation3, Translation3, UnitQuaternion, Vector3, Vector6,
-};
+use nalgebra::{Isometry3, Matrix6, Point3, Rotation3, Translation3, UnitQuaternion, Vector3, Vector6};
 
 use super::random::Stream;
 use super::sampling::Viewpoint;
@@ -28,19 +26,10 @@ pub struct ErrorModel {
 
 impl ErrorModel {
     /// A calibrated cell of ordinary quality: 0.1 to 0.2 degrees and some tenths of a millimetre in all.
-    pub const DEFAULT: Self = Self {
-        hand_eye: (1.2e-3, 2.5e-4),
-        table: (8e-4, 2.0e-4),
-        robot: (3e-4, 5e-5),
-        table_angle: 4e-4,
-    };
+    pub const DEFAULT: Self =
+        Self { hand_eye: (1.2e-3, 2.5e-4), table: (8e-4, 2.0e-4), robot: (3e-4, 5e-5), table_angle: 4e-4 };
     /// A perfect cell.
-    pub const NONE: Self = Self {
-        hand_eye: (0.0, 0.0),
-        table: (0.0, 0.0),
-        robot: (0.0, 0.0),
-        table_angle: 0.0,
-    };
+    pub const NONE: Self = Self { hand_eye: (0.0, 0.0), table: (0.0, 0.0), robot: (0.0, 0.0), table_angle: 0.0 };
 }
 
 /// Standard deviation that even a perfect cell states: a microradian and a micrometre.
@@ -97,9 +86,7 @@ impl Station {
     /// Moves robot and table to a planned viewpoint.
     pub(super) fn move_to(&self, viewpoint: &Viewpoint, index: u32) -> StationPose {
         let phi = viewpoint.table_angle;
-        let base_from_ee = self.base_from_tablebase
-            * viewpoint.tablebase_from_camera
-            * self.ee_from_camera.inverse();
+        let base_from_ee = self.base_from_tablebase * viewpoint.tablebase_from_camera * self.ee_from_camera.inverse();
         let chain = Chain {
             base_from_ee,
             ee_from_camera: self.ee_from_camera,
@@ -115,12 +102,7 @@ impl Station {
             &self.true_base_from_tablebase,
             table_angle,
         );
-        StationPose {
-            chain,
-            covariance: self.covariance(viewpoint),
-            table_from_camera,
-            table_angle,
-        }
+        StationPose { chain, covariance: self.covariance(viewpoint), table_from_camera, table_angle }
     }
 
     /// First-order sum of all errors, each carried from the frame it arises in to the camera; never quite zero, so that
@@ -134,14 +116,7 @@ impl Station {
             Matrix6::from_diagonal(&Vector6::new(r, r, r, t, t, t))
         };
         let carried = |a: Matrix6<f64>, c: Matrix6<f64>| a * c * a.transpose();
-        let angle = Matrix6::from_diagonal(&Vector6::new(
-            0.0,
-            0.0,
-            e.table_angle.powi(2),
-            0.0,
-            0.0,
-            0.0,
-        ));
+        let angle = Matrix6::from_diagonal(&Vector6::new(0.0, 0.0, e.table_angle.powi(2), 0.0, 0.0, 0.0));
         let at_table = adjoint(&camera_from_tablebase);
         Matrix6::identity() * FLOOR.powi(2)
             + spread(e.hand_eye)
@@ -186,18 +161,10 @@ fn adjoint(a_from_b: &Isometry3<f64>) -> Matrix6<f64> {
 pub(super) fn look_at(eye: Point3<f64>, target: Point3<f64>) -> Isometry3<f64> {
     let forward = (target - eye).normalize();
     let right = forward.cross(&Vector3::z());
-    let right = if right.norm() < 1e-6 {
-        Vector3::x()
-    } else {
-        right.normalize()
-    };
+    let right = if right.norm() < 1e-6 { Vector3::x() } else { right.normalize() };
     let down = forward.cross(&right);
-    let rotation =
-        Rotation3::from_matrix_unchecked(nalgebra::Matrix3::from_columns(&[right, down, forward]));
-    Isometry3::from_parts(
-        Translation3::from(eye.coords),
-        UnitQuaternion::from_rotation_matrix(&rotation),
-    )
+    let rotation = Rotation3::from_matrix_unchecked(nalgebra::Matrix3::from_columns(&[right, down, forward]));
+    Isometry3::from_parts(Translation3::from(eye.coords), UnitQuaternion::from_rotation_matrix(&rotation))
 }
 
 #[cfg(test)]
@@ -206,10 +173,7 @@ mod tests {
 
     fn viewpoint(angle: f64) -> Viewpoint {
         let eye = Point3::new(0.2, 0.4, 0.3);
-        Viewpoint {
-            tablebase_from_camera: look_at(eye, Point3::new(0.0, 0.0, 0.1)),
-            table_angle: angle,
-        }
+        Viewpoint { tablebase_from_camera: look_at(eye, Point3::new(0.0, 0.0, 0.1)), table_angle: angle }
     }
 
     #[test]
@@ -227,19 +191,8 @@ mod tests {
     fn without_errors_the_reported_chain_is_true() {
         let pose = Station::new(5, ErrorModel::NONE).move_to(&viewpoint(1.2), 3);
         let c = &pose.chain;
-        let reported = camera_pose(
-            &c.base_from_ee,
-            &c.ee_from_camera,
-            &c.base_from_tablebase,
-            c.table_angle,
-        );
-        assert!(
-            (reported.inverse() * pose.table_from_camera)
-                .translation
-                .vector
-                .norm()
-                < 1e-12
-        );
+        let reported = camera_pose(&c.base_from_ee, &c.ee_from_camera, &c.base_from_tablebase, c.table_angle);
+        assert!((reported.inverse() * pose.table_from_camera).translation.vector.norm() < 1e-12);
         assert!(pose.covariance.try_inverse().is_some() && pose.covariance.trace() < 1e-11);
     }
 
@@ -249,12 +202,7 @@ mod tests {
         for seed in 0..n {
             let pose = Station::new(seed, ErrorModel::DEFAULT).move_to(&viewpoint(0.7), 2);
             let c = &pose.chain;
-            let reported = camera_pose(
-                &c.base_from_ee,
-                &c.ee_from_camera,
-                &c.base_from_tablebase,
-                c.table_angle,
-            );
+            let reported = camera_pose(&c.base_from_ee, &c.ee_from_camera, &c.base_from_tablebase, c.table_angle);
             let off = reported.inverse() * pose.table_from_camera;
             let (w, t) = (off.rotation.scaled_axis(), off.translation.vector);
             let xi = Vector6::new(w.x, w.y, w.z, t.x, t.y, t.z);
@@ -265,9 +213,6 @@ mod tests {
         }
         assert!((0.08..0.3).contains(&rotation), "{rotation} degrees");
         assert!((0.3..1.5).contains(&translation), "{translation} mm");
-        assert!(
-            (5.0..7.0).contains(&mahalanobis),
-            "six degrees of freedom, got {mahalanobis}"
-        );
+        assert!((5.0..7.0).contains(&mahalanobis), "six degrees of freedom, got {mahalanobis}");
     }
 }

@@ -33,22 +33,8 @@ struct Kind {
     turning: f32,
 }
 
-const fn kind(
-    weight: f32,
-    rgb: [f32; 3],
-    metallic: f32,
-    roughness: (f32, f32),
-    grain: f32,
-    turning: f32,
-) -> Kind {
-    Kind {
-        weight,
-        colour: Vec3::from_array(rgb),
-        metallic,
-        roughness,
-        grain,
-        turning,
-    }
+const fn kind(weight: f32, rgb: [f32; 3], metallic: f32, roughness: (f32, f32), grain: f32, turning: f32) -> Kind {
+    Kind { weight, colour: Vec3::from_array(rgb), metallic, roughness, grain, turning }
 }
 
 const KINDS: [Kind; 11] = [
@@ -144,12 +130,8 @@ impl Finish {
 
     /// The finish at `p` (millimetres, part's frame).
     pub(super) fn at(&self, p: Vec3) -> Appearance {
-        let mut a = Appearance {
-            base: self.base,
-            metallic: self.metallic,
-            roughness: self.roughness,
-            bump: Vec3::ZERO,
-        };
+        let mut a =
+            Appearance { base: self.base, metallic: self.metallic, roughness: self.roughness, bump: Vec3::ZERO };
         if self.mottling > 0.0 {
             let broad = self.noise.fbm(p * 0.06, 2);
             let fine = self.noise.at(p * 0.4);
@@ -176,14 +158,9 @@ impl Finish {
             let within = (p.z / 2.6).fract().abs();
             let across = p.x.atan2(p.y) * 36.0;
             let letters = self.noise.at(Vec3::new(across * 0.9, line * 7.7, 3.0));
-            let ink = smoothstep(0.05, 0.2, letters)
-                * smoothstep(0.25, 0.35, within)
-                * smoothstep(0.95, 0.85, within);
+            let ink = smoothstep(0.05, 0.2, letters) * smoothstep(0.25, 0.35, within) * smoothstep(0.95, 0.85, within);
             let contrast = if self.base.y > 0.12 { 0.08 } else { 6.0 };
-            a.base = a.base.lerp(
-                (self.base * contrast).clamp(Vec3::splat(0.01), Vec3::splat(0.6)),
-                ink * 0.85,
-            );
+            a.base = a.base.lerp((self.base * contrast).clamp(Vec3::splat(0.01), Vec3::splat(0.6)), ink * 0.85);
         }
         a
     }
@@ -211,12 +188,7 @@ impl Grime {
 
     /// No grime.
     pub(super) fn none() -> Self {
-        Self {
-            dirt: 0.0,
-            oil: 0.0,
-            dust: Vec3::ZERO,
-            noise: Noise::new(0),
-        }
+        Self { dirt: 0.0, oil: 0.0, dust: Vec3::ZERO, noise: Noise::new(0) }
     }
 
     /// Lays the grime over `a` at `p`; `openness` is the share of the sky the point sees.
@@ -227,15 +199,13 @@ impl Grime {
         let patch = self.noise.fbm(p * 0.045, 3);
         let speckle = self.noise.at(p * 0.33);
         let corner = smoothstep(0.85, 0.35, openness);
-        let dirt = self.dirt
-            * (smoothstep(-0.15, 0.7, patch + 0.15 * speckle) * 0.75
-                + corner * (0.65 + 0.2 * speckle));
+        let dirt =
+            self.dirt * (smoothstep(-0.15, 0.7, patch + 0.15 * speckle) * 0.75 + corner * (0.65 + 0.2 * speckle));
         let dirt = dirt.clamp(0.0, 0.92);
         a.base = a.base.lerp(self.dust * (1.0 + 0.25 * speckle), dirt);
         a.metallic *= 1.0 - 0.9 * dirt;
         a.roughness += (0.88 - a.roughness) * dirt;
-        let oil =
-            self.oil * smoothstep(0.18, 0.42, self.noise.fbm(p * 0.03 + Vec3::splat(91.0), 3));
+        let oil = self.oil * smoothstep(0.18, 0.42, self.noise.fbm(p * 0.03 + Vec3::splat(91.0), 3));
         a.base *= 1.0 - 0.6 * oil;
         a.metallic *= 1.0 - 0.5 * oil;
         a.roughness += (0.30 - a.roughness) * 0.7 * oil;
@@ -261,20 +231,11 @@ mod tests {
                 let p = Vec3::new(i as f32 * 3.1, i as f32 * -1.7, i as f32 * 0.9);
                 let mut a = finish.at(p);
                 grime.cover(&mut a, p, 0.7);
-                assert!(
-                    a.base.min_element() >= 0.0 && a.base.max_element() <= 1.0,
-                    "{a:?}"
-                );
-                assert!(
-                    (0.0..=1.0).contains(&a.roughness) && (0.0..=1.0).contains(&a.metallic),
-                    "{a:?}"
-                );
+                assert!(a.base.min_element() >= 0.0 && a.base.max_element() <= 1.0, "{a:?}");
+                assert!((0.0..=1.0).contains(&a.roughness) && (0.0..=1.0).contains(&a.metallic), "{a:?}");
                 assert!(a.bump.length() < 0.6);
             }
         }
-        assert!(
-            metals > 10 && paints > 10,
-            "{metals} metals, {paints} paints"
-        );
+        assert!(metals > 10 && paints > 10, "{metals} metals, {paints} paints");
     }
 }

@@ -10,8 +10,7 @@ use super::*;
 
 fn open(query: &str) -> VirtualCell {
     let uri = format!("virtual:starter-motor?size=160x120&cell=2.5&{query}");
-    VirtualCell::open(&VirtualCellSpec::parse(&uri).expect("a valid URI"))
-        .expect("a motor needs no file")
+    VirtualCell::open(&VirtualCellSpec::parse(&uri).expect("a valid URI")).expect("a motor needs no file")
 }
 
 fn ideal() -> &'static VirtualCell {
@@ -22,30 +21,17 @@ fn ideal() -> &'static VirtualCell {
 #[test]
 fn same_seed_same_bytes_on_any_number_of_threads() {
     let capture = |threads: usize, seed: u64| {
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .build()
-            .expect("a pool");
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
         pool.install(|| {
             let cell = open(&format!("seed={seed}&views=2"));
-            (
-                cell.view(1).expect("two views"),
-                cell.truth().expect("truth").vertices.clone(),
-            )
+            (cell.view(1).expect("two views"), cell.truth().expect("truth").vertices.clone())
         })
     };
     let ((one, mesh_one), (three, mesh_three)) = (capture(1, 7), capture(3, 7));
     assert_eq!(one.rgb, three.rgb);
     assert_eq!(one.depth, three.depth);
-    assert_eq!(
-        (one.labels, one.pose, mesh_one),
-        (three.labels, three.pose, mesh_three)
-    );
-    assert_ne!(
-        one.rgb,
-        capture(2, 8).0.rgb,
-        "another seed is another motor"
-    );
+    assert_eq!((one.labels, one.pose, mesh_one), (three.labels, three.pose, mesh_three));
+    assert_ne!(one.rgb, capture(2, 8).0.rgb, "another seed is another motor");
 }
 
 #[test]
@@ -59,45 +45,22 @@ fn depth_and_labels_agree_with_the_true_mesh() {
         let view = cell.view(i).expect("twelve views");
         let pose = view.truth.expect("truth").table_from_camera;
         let labels = view.labels.expect("labels");
-        for (k, z) in view
-            .depth
-            .metres
-            .iter()
-            .enumerate()
-            .filter(|(_, z)| **z > 0.0)
-        {
+        for (k, z) in view.depth.metres.iter().enumerate().filter(|(_, z)| **z > 0.0) {
             let (u, v) = (k as u32 % 160, k as u32 / 160);
-            let p = pose
-                * view
-                    .intrinsics
-                    .unproject(f64::from(u), f64::from(v), f64::from(*z));
+            let p = pose * view.intrinsics.unproject(f64::from(u), f64::from(v), f64::from(*z));
             if !(0..3).all(|a| p[a] > low[a] && p[a] < high[a]) {
-                assert!(
-                    labels.components[k] == 0 || p.z <= low.z,
-                    "the part is inside its volume"
-                );
+                assert!(labels.components[k] == 0 || p.z <= low.z, "the part is inside its volume");
                 continue;
             }
-            let near = index
-                .closest([p.x as f32, p.y as f32, p.z as f32])
-                .expect("a mesh");
-            assert!(
-                near.distance < 2e-5,
-                "{} m off the true surface",
-                near.distance
-            );
+            let near = index.closest([p.x as f32, p.y as f32, p.z as f32]).expect("a mesh");
+            assert!(near.distance < 2e-5, "{} m off the true surface", near.distance);
             checked += 1;
-            right += usize::from(
-                truth.labels[truth.triangles[near.triangle as usize][0] as usize]
-                    == labels.components[k],
-            );
+            right +=
+                usize::from(truth.labels[truth.triangles[near.triangle as usize][0] as usize] == labels.components[k]);
         }
     }
     assert!(checked > 3000, "{checked} points");
-    assert!(
-        right * 200 > checked * 199,
-        "{right} of {checked} labels agree"
-    );
+    assert!(right * 200 > checked * 199, "{right} of {checked} labels agree");
 }
 
 #[test]
@@ -109,48 +72,27 @@ fn noise_stays_near_the_surface_and_leaves_gaps() {
         let mut exact_camera = cell.camera.clone();
         exact_camera.sensor = None;
         let pose = noisy.truth.as_ref().expect("truth").table_from_camera;
-        let angle = cell
-            .station
-            .move_to(&viewpoint(cell.spec.sampling, 7, i, 3, &cell.target), i)
-            .table_angle;
+        let angle = cell.station.move_to(&viewpoint(cell.spec.sampling, 7, i, 3, &cell.target), i).table_angle;
         let exact = exact_camera.capture(&cell.scene, &pose, angle, 1);
         let labels = noisy.labels.expect("labels");
-        for (k, (z, true_z)) in noisy
-            .depth
-            .metres
-            .iter()
-            .zip(&exact.depth.metres)
-            .enumerate()
-        {
+        for (k, (z, true_z)) in noisy.depth.metres.iter().zip(&exact.depth.metres).enumerate() {
             if labels.components[k] != 0 {
                 part += 1;
-                if *z > 0.0 {
-                    errors.push((z - true_z).abs())
-                } else {
-                    gaps += 1
-                }
+                if *z > 0.0 { errors.push((z - true_z).abs()) } else { gaps += 1 }
             }
         }
     }
     errors.sort_by(f32::total_cmp);
     let (median, p95) = (errors[errors.len() / 2], errors[errors.len() * 95 / 100]);
-    assert!(
-        (4e-5..4e-4).contains(&median) && p95 < 2e-3,
-        "median {median}, 95 % {p95}"
-    );
+    assert!((4e-5..4e-4).contains(&median) && p95 < 2e-3, "median {median}, 95 % {p95}");
     let share = f64::from(gaps) / f64::from(part);
-    assert!(
-        (0.02..0.45).contains(&share),
-        "{share} of the part is missing"
-    );
+    assert!((0.02..0.45).contains(&share), "{share} of the part is missing");
 }
 
 #[test]
 fn every_component_and_defects_are_seen() {
     for seed in [1, 2, 3] {
-        let cell = open(
-            &format!("seed={seed}&views=12&noise=none&size=160x120").replace("&size=160x120", ""),
-        );
+        let cell = open(&format!("seed={seed}&views=12&noise=none&size=160x120").replace("&size=160x120", ""));
         let (mut pixels, mut defects) = ([0_usize; 6], BTreeSet::new());
         for i in 0..12 {
             let labels = cell.view(i).expect("twelve views").labels.expect("labels");
@@ -174,14 +116,7 @@ fn every_component_and_defects_are_seen() {
 fn the_part_fills_the_picture_and_the_table_is_below_its_volume() {
     let cell = ideal();
     let info = cell.info();
-    assert_eq!(
-        (
-            info.view_count,
-            info.taxonomy.component_count(),
-            info.taxonomy.defect_count()
-        ),
-        (Some(12), 6, 4)
-    );
+    assert_eq!((info.view_count, info.taxonomy.component_count(), info.taxonomy.defect_count()), (Some(12), 6, 4));
     assert!(info.settings.contains(&("seed".into(), "7".into())));
     let table = info.turntable.expect("a turntable");
     assert!(info.volume.expect("a volume").0.z > table.height);
@@ -189,24 +124,12 @@ fn the_part_fills_the_picture_and_the_table_is_below_its_volume() {
         let view = cell.view(i).expect("twelve views");
         let labels = view.labels.expect("labels");
         let share = labels.components.iter().filter(|c| **c != 0).count() as f64 / 19200.0;
-        assert!(
-            (0.06..0.6).contains(&share),
-            "view {i}: the part takes {share} of the picture"
-        );
-        let rim = (0..120)
-            .flat_map(|v| [v * 160, v * 160 + 159])
-            .chain(0..160);
-        assert!(
-            rim.into_iter().all(|k| labels.components[k] == 0),
-            "view {i}: the part is cut off"
-        );
-        let middle = view.truth.expect("truth").table_from_camera.inverse()
-            * Point3::new(0.0, 0.0, cell.target.height);
+        assert!((0.06..0.6).contains(&share), "view {i}: the part takes {share} of the picture");
+        let rim = (0..120).flat_map(|v| [v * 160, v * 160 + 159]).chain(0..160);
+        assert!(rim.into_iter().all(|k| labels.components[k] == 0), "view {i}: the part is cut off");
+        let middle = view.truth.expect("truth").table_from_camera.inverse() * Point3::new(0.0, 0.0, cell.target.height);
         let (u, v) = view.intrinsics.project(&middle).expect("before the camera");
-        assert!(
-            (u - 80.0).abs() < 6.0 && (v - 60.0).abs() < 6.0,
-            "the camera looks at the part: {u} {v}"
-        );
+        assert!((u - 80.0).abs() < 6.0 && (v - 60.0).abs() < 6.0, "the camera looks at the part: {u} {v}");
     }
 }
 
@@ -224,29 +147,16 @@ fn views_come_in_order_and_end() {
 fn errors_move_the_true_camera_off_the_reported_one() {
     let off = |query: &str| {
         let view = open(query).view(0).expect("a view");
-        let PoseEvidence::Chain {
-            chain: c,
-            covariance,
-        } = view.pose
-        else {
-            panic!("a chain")
-        };
-        let turned =
-            nalgebra::Rotation3::from_axis_angle(&nalgebra::Vector3::z_axis(), -c.table_angle);
-        let in_table = c.base_from_tablebase.inverse()
-            * c.base_from_ee
-            * c.ee_from_camera
-            * Point3::new(0.0, 0.0, 0.5);
+        let PoseEvidence::Chain { chain: c, covariance } = view.pose else { panic!("a chain") };
+        let turned = nalgebra::Rotation3::from_axis_angle(&nalgebra::Vector3::z_axis(), -c.table_angle);
+        let in_table = c.base_from_tablebase.inverse() * c.base_from_ee * c.ee_from_camera * Point3::new(0.0, 0.0, 0.5);
         let seen = view.truth.expect("truth").table_from_camera * Point3::new(0.0, 0.0, 0.5);
         ((turned * in_table - seen).norm(), covariance.trace())
     };
     let (exact, none) = off("seed=4&views=1&errors=none");
     assert!(exact < 1e-12 && none < 1e-11, "{exact}");
     let (moved, some) = off("seed=4&views=1");
-    assert!(
-        (2e-4..5e-3).contains(&moved) && some > 1e-7,
-        "a point moves by {moved} m"
-    );
+    assert!((2e-4..5e-3).contains(&moved) && some > 1e-7, "a point moves by {moved} m");
 }
 
 #[test]
@@ -255,22 +165,11 @@ fn a_mesh_file_is_a_part_too() {
     let path = folder.path().join("wedge.obj");
     let wedge = "v 0 0 0\nv 80 0 0\nv 0 60 0\nv 0 0 50\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n";
     std::fs::write(&path, wedge).expect("written");
-    let uri = |scale: &str| {
-        format!(
-            "virtual:mesh?path={}&size=160x120&views=3{scale}",
-            path.display()
-        )
-    };
-    let cell = VirtualCell::open(&VirtualCellSpec::parse(&uri("&scale=0.001")).expect("valid"))
-        .expect("a wedge");
+    let uri = |scale: &str| format!("virtual:mesh?path={}&size=160x120&views=3{scale}", path.display());
+    let cell = VirtualCell::open(&VirtualCellSpec::parse(&uri("&scale=0.001")).expect("valid")).expect("a wedge");
     assert_eq!(cell.info().taxonomy.components[1].name, "wedge");
     let labels = cell.view(1).expect("three views").labels.expect("labels");
     assert!(labels.components.iter().filter(|c| **c == 1).count() > 200);
     let refused = VirtualCell::open(&VirtualCellSpec::parse(&uri("")).expect("valid"));
-    assert!(
-        refused
-            .expect_err("80 m long")
-            .to_string()
-            .contains("scale")
-    );
+    assert!(refused.expect_err("80 m long").to_string().contains("scale"));
 }

@@ -25,11 +25,7 @@ const TARGETS: [[i16; 16]; 16] = {
     while s < 16 {
         let mut i = 0;
         while i < 16 {
-            targets[s][i] = if i <= s {
-                i as i16
-            } else {
-                (TOTAL - 16 + i as i32) as i16
-            };
+            targets[s][i] = if i <= s { i as i16 } else { (TOTAL - 16 + i as i32) as i16 };
             i += 1;
         }
         s += 1;
@@ -61,43 +57,26 @@ impl Model {
         let share = (TOTAL - (16 - symbols as i32)) / symbols as i32;
         let mut i = 1;
         while i < 16 {
-            let below = if i < symbols {
-                i as i32 * share
-            } else {
-                TOTAL - (16 - i as i32)
-            };
+            let below = if i < symbols { i as i32 * share } else { TOTAL - (16 - i as i32) };
             cumulative[i] = below as i16;
             i += 1;
         }
-        Self {
-            cumulative,
-            seen: 0,
-        }
+        Self { cumulative, seen: 0 }
     }
 
     /// All of the first `symbols` about equally likely, and not to be talked out of it by the first few.
     pub(super) const fn flat(symbols: usize) -> Self {
-        Self {
-            seen: 40,
-            ..Self::uniform(symbols)
-        }
+        Self { seen: 40, ..Self::uniform(symbols) }
     }
 
     fn interval(&self, symbol: usize) -> (u16, u16) {
         let start = self.cumulative[symbol];
-        let end = self
-            .cumulative
-            .get(symbol + 1)
-            .map_or(TOTAL, |&c| i32::from(c));
+        let end = self.cumulative.get(symbol + 1).map_or(TOTAL, |&c| i32::from(c));
         (start as u16, (end - i32::from(start)) as u16)
     }
 
     fn find(&self, slot: u16) -> usize {
-        let below: i16 = self
-            .cumulative
-            .iter()
-            .map(|&c| i16::from(c <= slot as i16))
-            .sum();
+        let below: i16 = self.cumulative.iter().map(|&c| i16::from(c <= slot as i16)).sum();
         // cumulative[0] is 0, so at least one counts.
         (below as usize).wrapping_sub(1) & 15
     }
@@ -186,10 +165,7 @@ pub(super) struct Meter {
 
 impl Meter {
     pub(super) fn new() -> Self {
-        Self {
-            plane: Plane::Occupancy,
-            bits: std::collections::BTreeMap::new(),
-        }
+        Self { plane: Plane::Occupancy, bits: std::collections::BTreeMap::new() }
     }
 
     fn add(&mut self, bits: f64) {
@@ -220,16 +196,7 @@ impl Coder for Meter {
 pub(super) struct ResidualModel(Model);
 
 /// First value of each bucket that has extra bits, and how many.
-const BUCKETS: [(u8, u32); 8] = [
-    (8, 1),
-    (10, 1),
-    (12, 2),
-    (16, 3),
-    (24, 4),
-    (40, 5),
-    (72, 6),
-    (136, 7),
-];
+const BUCKETS: [(u8, u32); 8] = [(8, 1), (10, 1), (12, 2), (16, 3), (24, 4), (40, 5), (72, 6), (136, 7)];
 
 /// The symbol of each value: itself below 8, else 8 more than its bucket.
 const SYMBOLS: [u8; 256] = {
@@ -263,11 +230,7 @@ impl ResidualModel {
 
     fn code_magnitude<C: Coder>(&mut self, coder: &mut C, value: u8) -> u8 {
         let symbol = coder.symbol(&mut self.0, SYMBOLS[usize::from(value)]);
-        if symbol < 8 {
-            symbol
-        } else {
-            Self::extra(coder, symbol, value)
-        }
+        if symbol < 8 { symbol } else { Self::extra(coder, symbol, value) }
     }
 
     fn extra<C: Coder>(coder: &mut C, symbol: u8, value: u8) -> u8 {

@@ -50,13 +50,7 @@ const EARLIER: [Earlier; 13] = {
         [-1, 1, -1],
         [1, 1, -1],
     ];
-    let mut earlier = [const {
-        Earlier {
-            back: 0,
-            weight: 0,
-            shift: [0; LANES],
-        }
-    }; 13];
+    let mut earlier = [const { Earlier { back: 0, weight: 0, shift: [0; LANES] } }; 13];
     let mut k = 0;
     while k < 13 {
         let [x, y, z] = offsets[k];
@@ -114,10 +108,7 @@ pub(super) struct Surroundings {
 
 impl Default for Neighbours {
     fn default() -> Self {
-        Self {
-            index: vec![0; STRIDE * STRIDE * STRIDE],
-            records: Vec::new(),
-        }
+        Self { index: vec![0; STRIDE * STRIDE * STRIDE], records: Vec::new() }
     }
 }
 

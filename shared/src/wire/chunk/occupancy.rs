@@ -35,16 +35,9 @@ impl Default for Octree {
     fn default() -> Self {
         let level = |depth: usize| {
             let stride = (1 << depth) + 2;
-            Level {
-                stride,
-                nodes: vec![0; stride * stride * stride],
-            }
+            Level { stride, nodes: vec![0; stride * stride * stride] }
         };
-        Self {
-            levels: std::array::from_fn(level),
-            rows: Vec::new(),
-            next_rows: Vec::new(),
-        }
+        Self { levels: std::array::from_fn(level), rows: Vec::new(), next_rows: Vec::new() }
     }
 }
 
@@ -93,9 +86,7 @@ impl Octree {
             std::mem::swap(&mut self.rows, &mut self.next_rows);
         }
         cells.clear();
-        for_each(&self.rows, 1 << LEVELS, |x, y, z| {
-            cells.push((z << 10 | y << 5 | x) as u16)
-        });
+        for_each(&self.rows, 1 << LEVELS, |x, y, z| cells.push((z << 10 | y << 5 | x) as u16));
     }
 
     /// Empties the tree and enters the masks that an encoder knows.
@@ -134,9 +125,6 @@ fn code_mask<C: Coder>(coder: &mut C, models: &mut MaskModels, level: &Level, at
     let beside = known(at - 1) + known(at + 1) + known(at - row) + known(at + row);
     let below = usize::from(level.nodes[at - layer] as u8 >> 4);
     let lower = coder.symbol(&mut models.lower[below][[0, 0, 1, 2, 2][beside]], mask & 15);
-    let upper = coder.symbol(
-        &mut models.upper[usize::from(lower)][known(at + layer)],
-        mask >> 4,
-    );
+    let upper = coder.symbol(&mut models.upper[usize::from(lower)][known(at + layer)], mask >> 4);
     upper << 4 | lower
 }

@@ -21,10 +21,7 @@ pub(super) fn split(data: &[u8]) -> Result<(&[u8], Option<&[u8]>), String> {
         return Err(format!("GLB version {version} is not 2"));
     }
     if length < 12 || length > data.len() {
-        return Err(format!(
-            "the GLB header states {length} bytes, the file has {}",
-            data.len()
-        ));
+        return Err(format!("the GLB header states {length} bytes, the file has {}", data.len()));
     }
     let (mut at, mut json, mut binary) = (12, None, None);
     while at < length {
@@ -33,8 +30,7 @@ pub(super) fn split(data: &[u8]) -> Result<(&[u8], Option<&[u8]>), String> {
         };
         let end = (at + 8).checked_add(size).filter(|end| *end <= length);
         let content = end.and_then(|end| data.get(at + 8..end));
-        let content =
-            content.ok_or_else(|| format!("a GLB chunk of {size} bytes leaves the file"))?;
+        let content = content.ok_or_else(|| format!("a GLB chunk of {size} bytes leaves the file"))?;
         match kind {
             b"JSON" if json.is_none() => json = Some(content),
             b"BIN\0" if binary.is_none() => binary = Some(content),
@@ -52,14 +48,9 @@ pub(super) fn check_attributes(json: &[u8]) -> Result<(), String> {
     let meshes = root["meshes"].as_array().into_iter().flatten();
     for (i, mesh) in meshes.enumerate() {
         let primitives = mesh["primitives"].as_array().into_iter().flatten();
-        for (name, index) in primitives
-            .filter_map(|p| p["attributes"].as_object())
-            .flatten()
-        {
+        for (name, index) in primitives.filter_map(|p| p["attributes"].as_object()).flatten() {
             if index.as_u64().is_none_or(|k| k >= accessors) {
-                return Err(format!(
-                    "mesh {i}: attribute {name} names accessor {index}, of {accessors}"
-                ));
+                return Err(format!("mesh {i}: attribute {name} names accessor {index}, of {accessors}"));
             }
         }
     }
@@ -72,14 +63,8 @@ mod tests {
 
     #[test]
     fn broken_containers_are_refused() {
-        let header = |version: u32, length: u32| {
-            [
-                b"glTF".as_slice(),
-                &version.to_le_bytes(),
-                &length.to_le_bytes(),
-            ]
-            .concat()
-        };
+        let header =
+            |version: u32, length: u32| [b"glTF".as_slice(), &version.to_le_bytes(), &length.to_le_bytes()].concat();
         let chunk = [90_u32.to_le_bytes().as_slice(), b"JSON"].concat();
         for (data, word) in [
             (b"glTF\x02".to_vec(), "cut short"),
@@ -92,12 +77,7 @@ mod tests {
             let message = split(&data).expect_err(word);
             assert!(message.contains(word), "{word}: {message}");
         }
-        let unresolved =
-            br#"{"accessors":[],"meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}]}"#;
-        assert!(
-            check_attributes(unresolved)
-                .expect_err("no accessor")
-                .contains("POSITION")
-        );
+        let unresolved = br#"{"accessors":[],"meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}]}"#;
+        assert!(check_attributes(unresolved).expect_err("no accessor").contains("POSITION"));
     }
 }

@@ -55,14 +55,8 @@ pub(super) struct Imported {
 /// # Errors
 /// [`AcquireError::Io`] or [`AcquireError::Format`] with the file's name.
 pub(super) fn read(path: &Path) -> Result<Imported, AcquireError> {
-    let refuse = |reason: String| AcquireError::Format {
-        path: path.to_owned(),
-        reason,
-    };
-    let extension = path
-        .extension()
-        .map(|e| e.to_string_lossy().to_lowercase())
-        .unwrap_or_default();
+    let refuse = |reason: String| AcquireError::Format { path: path.to_owned(), reason };
+    let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
     let pieces = match extension.as_str() {
         "obj" => obj::read(path)?,
         "ply" => ply::read(path)?,
@@ -75,25 +69,17 @@ pub(super) fn read(path: &Path) -> Result<Imported, AcquireError> {
 
 /// Opens and reads a whole file.
 fn bytes(path: &Path) -> Result<Vec<u8>, AcquireError> {
-    std::fs::read(path).map_err(|source| AcquireError::Io {
-        path: path.to_owned(),
-        source,
-    })
+    std::fs::read(path).map_err(|source| AcquireError::Io { path: path.to_owned(), source })
 }
 
 fn join(pieces: Vec<Piece>) -> Result<Imported, String> {
-    let pieces: Vec<Piece> = pieces
-        .into_iter()
-        .filter(|p| !p.triangles.is_empty())
-        .collect();
+    let pieces: Vec<Piece> = pieces.into_iter().filter(|p| !p.triangles.is_empty()).collect();
     let count: usize = pieces.iter().map(|p| p.triangles.len()).sum();
     if count == 0 {
         return Err("holds no triangles".into());
     }
     if count > MAX_TRIANGLES {
-        return Err(format!(
-            "holds {count} triangles; {MAX_TRIANGLES} are the most"
-        ));
+        return Err(format!("holds {count} triangles; {MAX_TRIANGLES} are the most"));
     }
     let mut classes: Vec<String> = Vec::new();
     for piece in &pieces {
@@ -102,85 +88,45 @@ fn join(pieces: Vec<Piece>) -> Result<Imported, String> {
         }
     }
     let separate = (2..=MAX_CLASSES).contains(&classes.len());
-    let mut out = Imported {
-        mesh: SceneMesh::default(),
-        names: Vec::new(),
-        colours: Vec::new(),
-        textures: Vec::new(),
-    };
+    let mut out = Imported { mesh: SceneMesh::default(), names: Vec::new(), colours: Vec::new(), textures: Vec::new() };
     for (i, piece) in pieces.into_iter().enumerate() {
         check(&piece)?;
         let class = match separate {
             true => classes.iter().position(|n| *n == piece.name).unwrap_or(0) as u16 + 1,
             false => 1,
         };
-        let texture = if piece.texture.is_some() && piece.uvs.len() == piece.triangles.len() {
-            piece.texture
-        } else {
-            None
-        };
+        let texture =
+            if piece.texture.is_some() && piece.uvs.len() == piece.triangles.len() { piece.texture } else { None };
         let has_colours = piece.colours.len() == piece.positions.len();
         // Texture and vertex colours multiply the base colour; alone, the base colour is a light grey.
-        let fallback = if texture.is_some() || has_colours {
-            Vec3::ONE
-        } else {
-            Vec3::splat(0.4)
-        };
+        let fallback = if texture.is_some() || has_colours { Vec3::ONE } else { Vec3::splat(0.4) };
         out.colours.push(piece.base.unwrap_or(fallback));
-        let mut tag = Tag {
-            class,
-            instance: class,
-            finish: i as u16,
-            texture: 0,
-            in_truth: true,
-        };
+        let mut tag = Tag { class, instance: class, finish: i as u16, texture: 0, in_truth: true };
         if let Some(image) = texture {
             out.textures.push(image);
             tag.texture = out.textures.len() as u16;
         }
         let first = out.mesh.vertices.len() as u32;
-        out.mesh
-            .normals
-            .extend(corner_normals(&piece.positions, &piece.triangles));
+        out.mesh.normals.extend(corner_normals(&piece.positions, &piece.triangles));
         out.mesh.vertices.extend(&piece.positions);
         for (k, t) in piece.triangles.iter().enumerate() {
             out.mesh.triangles.push(t.map(|v| v + first));
-            out.mesh
-                .uvs
-                .push(piece.uvs.get(k).copied().unwrap_or([Vec2::ZERO; 3]));
+            out.mesh.uvs.push(piece.uvs.get(k).copied().unwrap_or([Vec2::ZERO; 3]));
             out.mesh.tags.push(tag);
-            out.mesh.tints.push(if has_colours {
-                t.map(|v| piece.colours[v as usize])
-            } else {
-                [Vec3::ONE; 3]
-            });
+            out.mesh.tints.push(if has_colours { t.map(|v| piece.colours[v as usize]) } else { [Vec3::ONE; 3] });
         }
     }
-    out.names = if separate {
-        classes
-    } else {
-        vec![String::from("part")]
-    };
+    out.names = if separate { classes } else { vec![String::from("part")] };
     Ok(out)
 }
 
 fn check(piece: &Piece) -> Result<(), String> {
-    if let Some(i) = piece
-        .positions
-        .iter()
-        .position(|p| !p.iter().all(|x| x.is_finite() && x.abs() < 1e9))
-    {
-        return Err(format!(
-            "vertex {i} of {:?} has a coordinate that is no usable number",
-            piece.name
-        ));
+    if let Some(i) = piece.positions.iter().position(|p| !p.iter().all(|x| x.is_finite() && x.abs() < 1e9)) {
+        return Err(format!("vertex {i} of {:?} has a coordinate that is no usable number", piece.name));
     }
     let n = piece.positions.len();
     match piece.triangles.iter().flatten().find(|&&i| i as usize >= n) {
-        Some(i) => Err(format!(
-            "a face of {:?} names vertex {i}, of {n}",
-            piece.name
-        )),
+        Some(i) => Err(format!("a face of {:?} names vertex {i}, of {n}", piece.name)),
         None => Ok(()),
     }
 }
@@ -188,18 +134,12 @@ fn check(piece: &Piece) -> Result<(), String> {
 /// Normals at each triangle's corners: the mean over the triangles around a point that lie within the crease angle.
 fn corner_normals(positions: &[[f32; 3]], triangles: &[[u32; 3]]) -> Vec<[Vec3; 3]> {
     let at = |i: u32| Vec3::from_array(positions[i as usize]);
-    let faces: Vec<Vec3> = triangles
-        .iter()
-        .map(|&[a, b, c]| (at(b) - at(a)).cross(at(c) - at(a)))
-        .collect();
+    let faces: Vec<Vec3> = triangles.iter().map(|&[a, b, c]| (at(b) - at(a)).cross(at(c) - at(a))).collect();
     // Seams repeat vertices: what stands at one place counts as one.
     let mut around: HashMap<[u32; 3], Vec<u32>> = HashMap::new();
     for (k, t) in triangles.iter().enumerate() {
         for &i in t {
-            around
-                .entry(positions[i as usize].map(f32::to_bits))
-                .or_default()
-                .push(k as u32);
+            around.entry(positions[i as usize].map(f32::to_bits)).or_default().push(k as u32);
         }
     }
     let corner = |k: usize, i: u32| {
@@ -207,17 +147,10 @@ fn corner_normals(positions: &[[f32; 3]], triangles: &[[u32; 3]]) -> Vec<[Vec3; 
         let fan = &around[&positions[i as usize].map(f32::to_bits)];
         // A fan of hundreds is no smooth surface, and would cost the square of its size.
         let fan = &fan[..fan.len().min(64)];
-        let near = fan
-            .iter()
-            .map(|&j| faces[j as usize])
-            .filter(|f| f.normalize_or_zero().dot(own) > CREASE);
+        let near = fan.iter().map(|&j| faces[j as usize]).filter(|f| f.normalize_or_zero().dot(own) > CREASE);
         (near.sum::<Vec3>() + faces[k] * 1e-3).normalize_or(own.normalize_or(Vec3::Z))
     };
-    triangles
-        .iter()
-        .enumerate()
-        .map(|(k, t)| t.map(|i| corner(k, i)))
-        .collect()
+    triangles.iter().enumerate().map(|(k, t)| t.map(|i| corner(k, i))).collect()
 }
 
 /// sRGB in 0..=1 to linear.

@@ -28,21 +28,14 @@ impl PropertyAccess for Row {
         match (position, channel, property) {
             (Some(k), _, Property::Float(v)) => self.position[k] = v,
             (Some(k), _, Property::Double(v)) => self.position[k] = v as f32,
-            (_, Some(k), Property::UChar(v)) => {
-                self.colour.get_or_insert_default()[k] = f32::from(v) / 255.0
-            }
+            (_, Some(k), Property::UChar(v)) => self.colour.get_or_insert_default()[k] = f32::from(v) / 255.0,
             (_, Some(k), Property::Float(v)) => self.colour.get_or_insert_default()[k] = v,
-            (_, _, Property::ListInt(v)) => self.take_corners(
-                &name,
-                v.into_iter().map(|i| u32::try_from(i).unwrap_or(u32::MAX)),
-            ),
+            (_, _, Property::ListInt(v)) => {
+                self.take_corners(&name, v.into_iter().map(|i| u32::try_from(i).unwrap_or(u32::MAX)))
+            }
             (_, _, Property::ListUInt(v)) => self.take_corners(&name, v.into_iter()),
-            (_, _, Property::ListUShort(v)) => {
-                self.take_corners(&name, v.into_iter().map(u32::from))
-            }
-            (_, _, Property::ListUChar(v)) => {
-                self.take_corners(&name, v.into_iter().map(u32::from))
-            }
+            (_, _, Property::ListUShort(v)) => self.take_corners(&name, v.into_iter().map(u32::from)),
+            (_, _, Property::ListUChar(v)) => self.take_corners(&name, v.into_iter().map(u32::from)),
             _ => {}
         }
     }
@@ -58,30 +51,19 @@ impl Row {
 
 /// The file's one mesh.
 pub(super) fn read(path: &Path) -> Result<Vec<Piece>, AcquireError> {
-    let refuse = |reason: String| AcquireError::Format {
-        path: path.to_owned(),
-        reason,
-    };
+    let refuse = |reason: String| AcquireError::Format { path: path.to_owned(), reason };
     let data = bytes(path)?;
     let mut rest = data.as_slice();
     let parser = Parser::<Row>::new();
-    let header = parser
-        .read_header(&mut rest)
-        .map_err(|e| refuse(format!("PLY header: {e}")))?;
-    let mut piece = Piece {
-        name: "mesh".into(),
-        ..Piece::default()
-    };
+    let header = parser.read_header(&mut rest).map_err(|e| refuse(format!("PLY header: {e}")))?;
+    let mut piece = Piece { name: "mesh".into(), ..Piece::default() };
     for (name, element) in &header.elements {
         // Every element takes a byte at least: a header that promises more is wrong, and could fill the memory.
         if element.properties.is_empty() || element.count > rest.len() {
-            return Err(refuse(format!(
-                "element {name}: {} of them do not fit the file",
-                element.count
-            )));
+            return Err(refuse(format!("element {name}: {} of them do not fit the file", element.count)));
         }
-        let rows = read_rows(&parser, &mut rest, element, &header)
-            .map_err(|e| refuse(format!("element {name}: {e}")))?;
+        let rows =
+            read_rows(&parser, &mut rest, element, &header).map_err(|e| refuse(format!("element {name}: {e}")))?;
         match name.as_str() {
             "vertex" => {
                 piece.colours = rows.iter().filter_map(|r| r.colour.map(linear)).collect();

@@ -15,10 +15,7 @@ fn written(name: &str, content: &[u8]) -> (tempfile::TempDir, std::path::PathBuf
 
 fn volume(mesh: &SceneMesh) -> f32 {
     let corner = |i: u32| Vec3::from_array(mesh.vertices[i as usize]);
-    mesh.triangles
-        .iter()
-        .map(|t| corner(t[0]).dot(corner(t[1]).cross(corner(t[2]))) / 6.0)
-        .sum()
+    mesh.triangles.iter().map(|t| corner(t[0]).dot(corner(t[1]).cross(corner(t[2]))) / 6.0).sum()
 }
 
 #[test]
@@ -47,30 +44,19 @@ fn ply_reads_text_with_colours() {
     assert_eq!(imported.mesh.tints[0][0], Vec3::X);
     let (_folder, path) = written("far.ply", text.replace("4 0 1 2 3", "4 0 1 2 9").as_bytes());
     let message = read(&path).expect_err("vertex 9 of 4").to_string();
-    assert!(
-        message.contains("far.ply") && message.contains('9'),
-        "{message}"
-    );
+    assert!(message.contains("far.ply") && message.contains('9'), "{message}");
 }
 
 #[test]
 fn stl_reads_what_its_crate_writes() {
     let vertices = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]].map(stl_io::Vertex::new);
-    let triangle = stl_io::Triangle {
-        normal: stl_io::Normal::new([0.0, 0.0, 1.0]),
-        vertices,
-    };
+    let triangle = stl_io::Triangle { normal: stl_io::Normal::new([0.0, 0.0, 1.0]), vertices };
     let mut content = Vec::new();
     stl_io::write_stl(&mut content, [triangle].iter()).expect("written");
     let (_folder, path) = written("one.stl", &content);
     assert_eq!(read(&path).expect("a triangle").mesh.triangles.len(), 1);
     let (_folder, path) = written("cut.stl", &content[..content.len() - 20]);
-    assert!(
-        read(&path)
-            .expect_err("truncated")
-            .to_string()
-            .contains("cut.stl")
-    );
+    assert!(read(&path).expect_err("truncated").to_string().contains("cut.stl"));
 }
 
 /// A right-handed tetrahedron as glTF, its buffer inside; `change` spoils the text.
@@ -102,11 +88,7 @@ fn gltf_is_read_upright_and_placed() {
     let (_folder, path) = written("t.glb", &tetrahedron(|j| j));
     let mesh = read(&path).expect("a tetrahedron").mesh;
     assert!((volume(&mesh) - 8.0 / 6.0).abs() < 1e-5);
-    assert!(
-        mesh.vertices.contains(&[0.0, 0.0, 2.0]),
-        "glTF's y is up: {:?}",
-        mesh.vertices
-    );
+    assert!(mesh.vertices.contains(&[0.0, 0.0, 2.0]), "glTF's y is up: {:?}", mesh.vertices);
 }
 
 #[test]
@@ -114,30 +96,16 @@ fn broken_gltf_is_refused_with_a_reason() {
     type Spoil = fn(String) -> String;
     let cases: [(&str, Spoil); 6] = [
         ("accessor 0", |j| j.replace("\"count\":4", "\"count\":400")),
-        ("accessor 1", |j| {
-            j.replace("\"count\":12", "\"count\":18446744073709551615")
-        }),
-        ("buffer view 1", |j| {
-            j.replace("\"byteOffset\":48", "\"byteOffset\":49")
-        }),
+        ("accessor 1", |j| j.replace("\"count\":12", "\"count\":18446744073709551615")),
+        ("buffer view 1", |j| j.replace("\"byteOffset\":48", "\"byteOffset\":49")),
         ("POSITION", |j| j.replace("POSITION", "NORMAL")),
-        ("nest without end", |j| {
-            j.replace("\"mesh\":0,", "\"children\":[0],")
-        }),
-        ("buffer 0", |j| {
-            j.replace(
-                "{\"byteLength\":60}",
-                "{\"byteLength\":60,\"uri\":\"%ff%\"}",
-            )
-        }),
+        ("nest without end", |j| j.replace("\"mesh\":0,", "\"children\":[0],")),
+        ("buffer 0", |j| j.replace("{\"byteLength\":60}", "{\"byteLength\":60,\"uri\":\"%ff%\"}")),
     ];
     for (word, spoil) in cases {
         let (_folder, path) = written("bad.glb", &tetrahedron(spoil));
         let message = read(&path).expect_err(word).to_string();
-        assert!(
-            message.contains(word) && message.contains("bad.glb"),
-            "{word}: {message}"
-        );
+        assert!(message.contains(word) && message.contains("bad.glb"), "{word}: {message}");
     }
 }
 

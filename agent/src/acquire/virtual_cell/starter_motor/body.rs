@@ -31,21 +31,11 @@ pub(super) fn housing(p: &Parameters, seed: u64) -> Solid {
         (p.cover_radius - 1.2, cover + 0.5),
         (0.0, cover + 0.5),
     ])));
-    body.cut(
-        Step::new(Shape::Torus {
-            major: r.min(p.cover_radius) + 0.6,
-            minor: 1.5,
-        })
-        .at(Vec3::Z * cover),
-    );
+    body.cut(Step::new(Shape::Torus { major: r.min(p.cover_radius) + 0.6, minor: 1.5 }).at(Vec3::Z * cover));
 
     // Pole-shoe screws, clear of the solenoid.
     let height = cover + (top - cover) * s.range(0.42, 0.58);
-    let rows: &[f32] = if top - cover > 85.0 && s.chance(0.5) {
-        &[-16.0, 16.0]
-    } else {
-        &[0.0]
-    };
+    let rows: &[f32] = if top - cover > 85.0 && s.chance(0.5) { &[-16.0, 16.0] } else { &[0.0] };
     for dz in rows {
         let ring = |shape| {
             let outwards = Mat3::from_cols(Vec3::Y, Vec3::Z, Vec3::X);
@@ -57,28 +47,14 @@ pub(super) fn housing(p: &Parameters, seed: u64) -> Solid {
                 .tilted(outwards)
                 .slot(FASTENER)
         };
-        body.cut(ring(Shape::Cylinder {
-            radius: 8.2,
-            half: 0.9,
-            fillet: 0.3,
-        }));
-        body.add(
-            ring(Shape::Cylinder {
-                radius: 6.6,
-                half: 1.6,
-                fillet: 0.8,
-            })
-            .blend(0.4),
-        );
+        body.cut(ring(Shape::Cylinder { radius: 8.2, half: 0.9, fillet: 0.3 }));
+        body.add(ring(Shape::Cylinder { radius: 6.6, half: 1.6, fillet: 0.8 }).blend(0.4));
         body.cut(
-            Step::new(Shape::Block {
-                half: Vec3::new(1.6, 7.0, 1.0),
-                fillet: 0.2,
-            })
-            .at(Vec3::Z * (height + dz))
-            .turned(Mat3::from_rotation_z(std::f32::consts::FRAC_PI_4))
-            .around(4)
-            .offset(Vec3::X * (r + 1.8)),
+            Step::new(Shape::Block { half: Vec3::new(1.6, 7.0, 1.0), fillet: 0.2 })
+                .at(Vec3::Z * (height + dz))
+                .turned(Mat3::from_rotation_z(std::f32::consts::FRAC_PI_4))
+                .around(4)
+                .offset(Vec3::X * (r + 1.8)),
         );
     }
 
@@ -86,51 +62,17 @@ pub(super) fn housing(p: &Parameters, seed: u64) -> Solid {
     let outside = s.chance(0.55);
     let bolt_turn = Mat3::from_rotation_z(s.range(1.2, 1.9));
     let bolt = |shape, z: f32, out: f32| {
-        Step::new(shape)
-            .at(Vec3::Z * z)
-            .turned(bolt_turn)
-            .around(2)
-            .offset(Vec3::X * (r + out))
+        Step::new(shape).at(Vec3::Z * z).turned(bolt_turn).around(2).offset(Vec3::X * (r + out))
     };
     let boss_top = cover + 4.0;
     body.add(
-        bolt(
-            Shape::Cylinder {
-                radius: 6.2,
-                half: 0.5 * (boss_top - 26.0).max(4.0),
-                fillet: 1.5,
-            },
-            boss_top - 5.0,
-            1.0,
-        )
-        .blend(4.0),
+        bolt(Shape::Cylinder { radius: 6.2, half: 0.5 * (boss_top - 26.0).max(4.0), fillet: 1.5 }, boss_top - 5.0, 1.0)
+            .blend(4.0),
     );
     if outside {
         let half = 0.5 * (top - boss_top);
-        body.add(
-            bolt(
-                Shape::Cylinder {
-                    radius: 3.0,
-                    half,
-                    fillet: 0.3,
-                },
-                boss_top + half,
-                2.2,
-            )
-            .slot(FASTENER),
-        );
-        body.add(
-            bolt(
-                Shape::Cylinder {
-                    radius: 5.6,
-                    half: 6.0,
-                    fillet: 1.0,
-                },
-                top - 5.0,
-                1.2,
-            )
-            .blend(3.0),
-        );
+        body.add(bolt(Shape::Cylinder { radius: 3.0, half, fillet: 0.3 }, boss_top + half, 2.2).slot(FASTENER));
+        body.add(bolt(Shape::Cylinder { radius: 5.6, half: 6.0, fillet: 1.0 }, top - 5.0, 1.2).blend(3.0));
     }
     body.add(bolt(Shape::prism(6, 4.6, 3.0, 0.5), boss_top + 1.5, 2.2).slot(FASTENER));
 
@@ -138,29 +80,15 @@ pub(super) fn housing(p: &Parameters, seed: u64) -> Solid {
     if s.chance(0.6) {
         let slots = s.count(6, 10);
         let turn = Mat3::from_rotation_z(s.range(0.0, 1.0));
-        let window = Shape::Block {
-            half: Vec3::new(5.0, 2.2, 0.22 * cover),
-            fillet: 1.6,
-        };
+        let window = Shape::Block { half: Vec3::new(5.0, 2.2, 0.22 * cover), fillet: 1.6 };
         body.cut(
-            Step::new(window)
-                .at(Vec3::Z * cover * 0.62)
-                .turned(turn)
-                .around(slots)
-                .offset(Vec3::X * p.cover_radius),
+            Step::new(window).at(Vec3::Z * cover * 0.62).turned(turn).around(slots).offset(Vec3::X * p.cover_radius),
         );
     }
     // Stiffening beads or cooling ribs in some makes.
     if s.chance(0.35) {
         for z in [cover + 9.0, top - 13.0] {
-            body.add(
-                Step::new(Shape::Torus {
-                    major: r - 0.6,
-                    minor: 2.2,
-                })
-                .at(Vec3::Z * z)
-                .blend(1.5),
-            );
+            body.add(Step::new(Shape::Torus { major: r - 0.6, minor: 2.2 }).at(Vec3::Z * z).blend(1.5));
         }
     }
     // Rating plate, on the side away from the solenoid.
@@ -173,12 +101,7 @@ pub(super) fn housing(p: &Parameters, seed: u64) -> Solid {
         fillet: 0.4,
     };
     let z = cover + (top - cover) * s.range(0.3, 0.7);
-    body.add(
-        Step::new(plate)
-            .at(Vec3::Z * z)
-            .turned(Mat3::from_rotation_z(angle))
-            .slot(DETAIL),
-    );
+    body.add(Step::new(plate).at(Vec3::Z * z).turned(Mat3::from_rotation_z(angle)).slot(DETAIL));
     body
 }
 
@@ -207,67 +130,21 @@ pub(super) fn solenoid(p: &Parameters, seed: u64) -> Solid {
     );
     if s.chance(0.5) {
         let groove = bottom + (top - bottom) * s.range(0.35, 0.6);
-        body.cut(
-            Step::new(Shape::Torus {
-                major: r + 0.7,
-                minor: 1.7,
-            })
-            .at(axis + Vec3::Z * groove),
-        );
+        body.cut(Step::new(Shape::Torus { major: r + 0.7, minor: 1.7 }).at(axis + Vec3::Z * groove));
     }
     // Lobes and bolts that hold it to the carrier.
     let lobes = s.count(2, 3);
-    let turn = Mat3::from_rotation_z(if lobes == 2 {
-        std::f32::consts::FRAC_PI_2
-    } else {
-        0.0
-    });
-    let lobe = |shape, z: f32| {
-        Step::new(shape)
-            .at(axis + Vec3::Z * z)
-            .turned(turn)
-            .around(lobes)
-            .offset(Vec3::X * (r + 3.0))
-    };
-    body.add(
-        lobe(
-            Shape::Cylinder {
-                radius: 6.5,
-                half: 3.5,
-                fillet: 1.0,
-            },
-            top - 3.5,
-        )
-        .blend(4.0),
-    );
-    body.add(
-        lobe(
-            Shape::Cylinder {
-                radius: 5.2,
-                half: 1.0,
-                fillet: 0.3,
-            },
-            top - 7.6,
-        )
-        .slot(FASTENER),
-    );
+    let turn = Mat3::from_rotation_z(if lobes == 2 { std::f32::consts::FRAC_PI_2 } else { 0.0 });
+    let lobe =
+        |shape, z: f32| Step::new(shape).at(axis + Vec3::Z * z).turned(turn).around(lobes).offset(Vec3::X * (r + 3.0));
+    body.add(lobe(Shape::Cylinder { radius: 6.5, half: 3.5, fillet: 1.0 }, top - 3.5).blend(4.0));
+    body.add(lobe(Shape::Cylinder { radius: 5.2, half: 1.0, fillet: 0.3 }, top - 7.6).slot(FASTENER));
     body.add(lobe(Shape::prism(6, 4.1, 2.6, 0.5), top - 10.0).slot(FASTENER));
     // A sticker or stamped field on the outside.
     if s.chance(0.6) {
-        let plate = Shape::Plate {
-            radius: r + 0.2,
-            half_thickness: 0.6,
-            half_angle: 0.5,
-            half: 9.0,
-            fillet: 0.3,
-        };
+        let plate = Shape::Plate { radius: r + 0.2, half_thickness: 0.6, half_angle: 0.5, half: 9.0, fillet: 0.3 };
         let turn = Mat3::from_rotation_z(s.range(-0.8, 0.8));
-        body.add(
-            Step::new(plate)
-                .at(axis + Vec3::Z * (0.5 * (top + bottom)))
-                .turned(turn)
-                .slot(DETAIL),
-        );
+        body.add(Step::new(plate).at(axis + Vec3::Z * (0.5 * (top + bottom))).turned(turn).slot(DETAIL));
     }
     body
 }

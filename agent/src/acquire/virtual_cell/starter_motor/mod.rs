@@ -19,13 +19,7 @@ pub(super) const FASTENER: u8 = 1;
 pub(super) const DETAIL: u8 = 2;
 
 /// Names of the components, in the order of their classes from 1 (P0, "Dataset generation").
-pub(super) const COMPONENTS: [&str; 5] = [
-    "housing",
-    "solenoid",
-    "carrier",
-    "gear",
-    "electrical connection",
-];
+pub(super) const COMPONENTS: [&str; 5] = ["housing", "solenoid", "carrier", "gear", "electrical connection"];
 /// Names of the defects, in the order of their classes from 1.
 pub(super) const DEFECTS: [&str; 3] = ["corrosion", "wear", "crack"];
 
@@ -66,21 +60,12 @@ impl StarterMotor {
         let max = Vec3::new(reach, reach, p.nose_end() + p.face_width + 20.0);
         let mut components: Vec<Component> = parts
             .into_par_iter()
-            .map(|(class, solid, cell)| Component {
-                class,
-                mesh: dual_contour::mesh(&solid, min, max, cell),
-                solid,
-            })
+            .map(|(class, solid, cell)| Component { class, mesh: dual_contour::mesh(&solid, min, max, cell), solid })
             .collect();
-        let hidden: Vec<Vec<bool>> = (0..components.len())
-            .into_par_iter()
-            .map(|i| hidden_vertices(&components, i))
-            .collect();
+        let hidden: Vec<Vec<bool>> =
+            (0..components.len()).into_par_iter().map(|i| hidden_vertices(&components, i)).collect();
         for (component, hidden) in components.iter_mut().zip(hidden) {
-            component
-                .mesh
-                .triangles
-                .retain(|t| !t.iter().all(|&v| hidden[v as usize]));
+            component.mesh.triangles.retain(|t| !t.iter().all(|&v| hidden[v as usize]));
         }
         let description = format!(
             "{:.0} x {:.0} mm yoke, {} pinion of {} teeth",
@@ -89,16 +74,8 @@ impl StarterMotor {
             if p.overhung { "overhung" } else { "enclosed" },
             p.teeth
         );
-        let pinion = (
-            p.pinion_start(),
-            p.pinion_start() + p.face_width,
-            p.tip_radius(),
-        );
-        Self {
-            components,
-            description,
-            pinion,
-        }
+        let pinion = (p.pinion_start(), p.pinion_start() + p.face_width, p.tip_radius());
+        Self { components, description, pinion }
     }
 }
 
@@ -112,18 +89,12 @@ fn hidden_vertices(components: &[Component], i: usize) -> Vec<bool> {
         .filter(|(j, _)| *j != i)
         .map(|(_, c)| {
             let start = (Vec3::INFINITY, Vec3::NEG_INFINITY);
-            let (low, high) = c
-                .mesh
-                .positions
-                .iter()
-                .fold(start, |(l, h), &p| (l.min(p), h.max(p)));
+            let (low, high) = c.mesh.positions.iter().fold(start, |(l, h), &p| (l.min(p), h.max(p)));
             (&c.solid, low, high)
         })
         .collect();
     let inside = |p: &Vec3| {
-        others.iter().any(|(solid, low, high)| {
-            p.cmpge(*low).all() && p.cmple(*high).all() && solid.distance(*p) < -DIP
-        })
+        others.iter().any(|(solid, low, high)| p.cmpge(*low).all() && p.cmple(*high).all() && solid.distance(*p) < -DIP)
     };
     components[i].mesh.positions.iter().map(inside).collect()
 }

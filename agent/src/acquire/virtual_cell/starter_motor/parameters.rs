@@ -79,11 +79,7 @@ impl Parameters {
 
     /// z of the pinion's rear face.
     pub(super) fn pinion_start(&self) -> f32 {
-        if self.overhung {
-            self.nose_end() + 3.0
-        } else {
-            self.nose_end() - 14.0 - self.face_width
-        }
+        if self.overhung { self.nose_end() + 3.0 } else { self.nose_end() - 14.0 - self.face_width }
     }
 
     /// Tip radius of the pinion.
@@ -102,17 +98,11 @@ mod tests {
         for p in &all {
             let length = p.nose_end() + if p.overhung { 10.0 + p.face_width } else { 0.0 };
             assert!((130.0..300.0).contains(&length), "{length}");
-            assert!(
-                p.nose_radius > p.tip_radius(),
-                "the pinion fits the nose: {p:?}"
-            );
+            assert!(p.nose_radius > p.tip_radius(), "the pinion fits the nose: {p:?}");
             assert!(p.solenoid_top - p.solenoid_bottom > 30.0, "{p:?}");
         }
         let spread = |f: fn(&Parameters) -> f32| {
-            let (low, high) = all
-                .iter()
-                .map(f)
-                .fold((f32::MAX, f32::MIN), |(l, h), v| (l.min(v), h.max(v)));
+            let (low, high) = all.iter().map(f).fold((f32::MAX, f32::MIN), |(l, h), v| (l.min(v), h.max(v)));
             high / low
         };
         assert!(spread(|p| p.yoke_length) > 1.5 && spread(|p| p.yoke_radius) > 1.3);
