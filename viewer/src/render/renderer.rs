@@ -122,19 +122,19 @@ impl Renderer {
         Self::open(fresh, Backend::WebGl2).await.map_err(nothing)
     }
 
-    /// A new renderer on a fresh canvas in the place of one whose device was lost. With [`BackendChoice::Auto`] a lost
-    /// WebGPU device is followed by WebGL2: what was lost once is lost again soon. Set every chunk again.
+    /// A new renderer on a fresh canvas in the place of one whose device was lost. With [`BackendChoice::Auto`] it takes
+    /// WebGL2: WebGPU has failed already, now or at the start. Set every chunk again.
     ///
     /// # Errors
     /// As [`Renderer::new`].
     pub async fn rebuild(self, choice: BackendChoice) -> Result<Self, RenderError> {
         let fresh = replace_canvas(self.canvas())?;
-        let choice = match (choice, self.backend()) {
-            (BackendChoice::Auto, Backend::WebGpu) => BackendChoice::WebGl2,
-            (choice, _) => choice,
-        };
         drop(self);
-        Self::new(fresh, choice).await
+        let backend = match choice {
+            BackendChoice::Auto | BackendChoice::WebGl2 => Backend::WebGl2,
+            BackendChoice::WebGpu => Backend::WebGpu,
+        };
+        Self::open(fresh, backend).await
     }
 
     async fn open(canvas: HtmlCanvasElement, backend: Backend) -> Result<Self, RenderError> {
