@@ -2,3 +2,6 @@
 //! and streams it while it grows. The rooms, from the bottom:
 
 pub mod acquire;
+pub mod fuse;
+pub mod register;
+pub mod segment;

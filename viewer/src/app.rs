@@ -34,7 +34,7 @@ use display::Display;
 use legend::Legend;
 use notices::{Level, Notices};
 use progress::RunProgress;
-use semascan_shared::wire::{Inspection, Phase};
+use semascan_shared::wire::{Inspection, Phase, StageState};
 use timings::Timings;
 use views::Views;
 
@@ -70,16 +70,9 @@ impl AppState {
     pub fn reduce(&mut self, event: Event) {
         match event {
             Event::Connecting { attempt } => self.connection.connecting(attempt),
-            Event::Connected {
-                inspection,
-                resumed,
-                agent,
-            } => {
+            Event::Connected { inspection, resumed, agent } => {
                 self.connection = Connection::Connected { agent };
-                if resumed
-                    && inspection.id == self.inspection.id
-                    && inspection.epoch == self.inspection.epoch
-                {
+                if resumed && inspection.id == self.inspection.id && inspection.epoch == self.inspection.epoch {
                     self.resumptions = self.resumptions.saturating_add(1);
                     self.legend.set_taxonomy(&inspection);
                     self.inspection = inspection;
@@ -93,21 +86,20 @@ impl AppState {
             Event::Progress(progress) => {
                 let before = self.progress.phase;
                 self.progress.update(progress);
-                if self.progress.phase != Phase::Running {
+                if !self.progress.may_run() {
                     self.timings.idle();
                 }
                 self.announce_phase(before);
             }
+            // A reconnected viewer is told again what happened; in a run that is over nothing starts.
+            Event::Stage(stage) if stage.state() == StageState::Started && !self.progress.may_run() => {}
             Event::Stage(stage) => self.timings.stage(&stage),
             Event::View(report) => {
                 self.timings.report(&report);
                 self.views.report(report);
             }
             Event::Malformed { reason } => {
-                self.notices.push(
-                    Level::Warning,
-                    format!("A message of the agent was not understood: {reason}"),
-                );
+                self.notices.push(Level::Warning, format!("A message of the agent was not understood: {reason}"));
             }
             Event::Figures(figures) => self.legend.set_figures(&figures),
             Event::Gpu(gpu) => self.gpu = gpu,
@@ -133,8 +125,7 @@ impl AppState {
 
     /// Whether something counts down, so that [`Event::Elapsed`] is wanted.
     pub fn wants_clock(&self) -> bool {
-        matches!(self.connection, Connection::Reconnecting { retry_ms, .. } if retry_ms > 0)
-            || self.notices.fading()
+        matches!(self.connection, Connection::Reconnecting { retry_ms, .. } if retry_ms > 0) || self.notices.fading()
     }
 
     /// The one sentence that a screen reader speaks when it changes.
@@ -146,21 +137,17 @@ impl AppState {
         }
     }
 
+    /// Whether there is a model to be seen, whatever of it is hidden.
+    pub fn has_model(&self) -> bool {
+        self.progress.points > 0 || self.legend.rows.iter().any(|row| row.figures.points > 0)
+    }
+
     /// Largest number of the scale of the colour mode "views": absolute, so that a colour means the same number of
     /// views from the first view of an inspection to the last.
     pub fn views_scale(&self) -> u32 {
-        let expected = self
-            .inspection
-            .views_expected
-            .max(self.progress.views_expected);
-        let known = if expected > 0 {
-            expected
-        } else {
-            self.progress
-                .views_done
-                .clamp(10, 65_530)
-                .next_multiple_of(10)
-        };
+        let expected = self.inspection.views_expected.max(self.progress.views_expected);
+        let known =
+            if expected > 0 { expected } else { self.progress.views_done.clamp(10, 65_530).next_multiple_of(10) };
         known.clamp(2, u32::from(u16::MAX))
     }
 
@@ -177,11 +164,8 @@ impl AppState {
     fn announce_phase(&mut self, before: Phase) {
         if self.progress.phase == Phase::Failed && before != Phase::Failed {
             let why = &self.progress.message;
-            let text = if why.is_empty() {
-                "The inspection failed.".into()
-            } else {
-                format!("The inspection failed: {why}")
-            };
+            let text =
+                if why.is_empty() { "The inspection failed.".into() } else { format!("The inspection failed: {why}") };
             self.notices.push(Level::Error, text);
         }
     }

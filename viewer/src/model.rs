@@ -4,11 +4,15 @@
 //! only that chunk, nothing drifts, and the sums do not depend on the order of arrival.
 
 use crate::link::{DecodedChunk, LinkEvent};
+use crate::render::HiddenFlags;
 use crate::tools::Bounds;
 use semascan_shared::measure::surfel_area;
 use semascan_shared::model::{PointFlags, SemanticCloud};
 use semascan_shared::wire::chunk::model_hash;
 use std::collections::BTreeMap;
+
+/// The marks that can hide a point.
+const HIDING: u16 = PointFlags::OUTLIER | PointFlags::BACKGROUND;
 
 /// What an event did to the model; tells a renderer what to redraw.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -37,11 +41,7 @@ pub struct ClassStats {
 impl ClassStats {
     /// Mean confidence of the points, 0..=1; 0 without points.
     pub fn mean_confidence(&self) -> f64 {
-        if self.points == 0 {
-            0.0
-        } else {
-            self.confidence_sum / self.points as f64
-        }
+        if self.points == 0 { 0.0 } else { self.confidence_sum / self.points as f64 }
     }
 
     fn add(&mut self, other: &Self) {
@@ -60,7 +60,8 @@ pub struct ModelChunk {
     pub hash: u64,
     /// The points, table frame.
     pub cloud: SemanticCloud,
-    stats: BTreeMap<u16, ClassStats>,
+    /// By class and by the marks that can hide a point, so that the figures of any choice of marks are a sum.
+    stats: BTreeMap<(u16, u16), ClassStats>,
     bounds: Bounds,
     foreground: Bounds,
     most_views: u16,
@@ -82,17 +83,9 @@ impl LiveModel {
     /// Brings the model level with one event; events that do not concern the model change nothing.
     pub fn apply(&mut self, event: &LinkEvent) -> ModelChange {
         match event {
-            LinkEvent::Connected {
-                inspection,
-                resumed,
-                ..
-            } => {
+            LinkEvent::Connected { inspection, resumed, .. } => {
                 self.voxel = inspection.voxel as f32;
-                if *resumed {
-                    ModelChange::None
-                } else {
-                    self.clear()
-                }
+                if *resumed { ModelChange::None } else { self.clear() }
             }
             LinkEvent::Cleared(inspection) => {
                 self.voxel = inspection.voxel as f32;
@@ -124,7 +117,7 @@ impl LiveModel {
             cloud: chunk.cloud.clone(),
         };
         for p in held.cloud.iter() {
-            let class = held.stats.entry(p.label).or_default();
+            let class = held.stats.entry((p.label, p.flags.0 & HIDING)).or_default();
             class.points += 1;
             class.area += f64::from(surfel_area(p.normal, chunk.voxel));
             class.confidence_sum += f64::from(p.confidence);
@@ -165,11 +158,7 @@ impl LiveModel {
 
     /// The most views that any point was seen in; the natural top of a scale.
     pub fn most_views(&self) -> u16 {
-        self.chunks
-            .values()
-            .map(|c| c.most_views)
-            .max()
-            .unwrap_or(0)
+        self.chunks.values().map(|c| c.most_views).max().unwrap_or(0)
     }
 
     /// Hash of the whole model, comparable with `Progress::model_hash`.
@@ -177,11 +166,13 @@ impl LiveModel {
         model_hash(self.chunks.iter().map(|(id, c)| (*id, c.hash)))
     }
 
-    /// Figures of every component class that occurs, by class.
-    pub fn class_stats(&self) -> BTreeMap<u16, ClassStats> {
+    /// Figures of every component class that occurs, by class, over the points that `hidden` leaves in the picture.
+    pub fn class_stats(&self, hidden: HiddenFlags) -> BTreeMap<u16, ClassStats> {
         let mut sum: BTreeMap<u16, ClassStats> = BTreeMap::new();
-        for (class, stats) in self.chunks.values().flat_map(|c| &c.stats) {
-            sum.entry(*class).or_default().add(stats);
+        for ((class, marks), stats) in self.chunks.values().flat_map(|c| &c.stats) {
+            if marks & hidden.bits() == 0 {
+                sum.entry(*class).or_default().add(stats);
+            }
         }
         sum
     }
@@ -190,10 +181,7 @@ impl LiveModel {
     /// is no such; `None` without points.
     pub fn bounds(&self) -> Option<Bounds> {
         let join = |of: fn(&ModelChunk) -> Bounds| {
-            let all = self
-                .chunks
-                .values()
-                .fold(Bounds::EMPTY, |sum, c| sum.union(of(c)));
+            let all = self.chunks.values().fold(Bounds::EMPTY, |sum, c| sum.union(of(c)));
             (!all.is_empty()).then_some(all)
         };
         join(|c| c.foreground).or_else(|| join(|c| c.bounds))
@@ -248,14 +236,11 @@ mod tests {
     #[test]
     fn a_chunk_replaces_its_earlier_revision_in_every_figure() {
         let mut model = LiveModel::new();
-        assert_eq!(
-            model.apply(&chunk(0, 1, &[point(1.0, 1, 0); 10])),
-            ModelChange::Replaced([0; 3])
-        );
+        assert_eq!(model.apply(&chunk(0, 1, &[point(1.0, 1, 0); 10])), ModelChange::Replaced([0; 3]));
         model.apply(&chunk(1, 1, &[point(2.0, 2, 0)]));
         model.apply(&chunk(0, 2, &[point(0.5, 1, 0), point(0.5, 2, 0)]));
         assert_eq!((model.point_count(), model.chunk_count()), (3, 2));
-        let stats = model.class_stats();
+        let stats = model.class_stats(HiddenFlags::default());
         assert_eq!((stats[&1].points, stats[&2].points), (1, 2));
         let area = f64::from(VOXEL * VOXEL);
         assert!((stats[&2].area - 2.0 * area).abs() < area * 1e-6);
@@ -263,6 +248,25 @@ mod tests {
         assert_eq!(model.bounds().map(|b| b.max.x), Some(2.0));
         assert_eq!((model.most_views(), model.voxel()), (3, VOXEL));
         assert_eq!(model.to_cloud().len(), 3);
+    }
+
+    #[test]
+    fn figures_count_what_the_picture_shows() {
+        let mut model = LiveModel::new();
+        let marked = [
+            point(1.0, 1, 0),
+            point(2.0, 1, PointFlags::RADIUS_OUTLIER),
+            point(3.0, 1, PointFlags::BACKGROUND),
+            point(4.0, 1, PointFlags::UNLABELLED),
+        ];
+        model.apply(&chunk(0, 1, &marked));
+        let points = |outliers, background| {
+            let hidden = HiddenFlags { outliers, background };
+            model.class_stats(hidden)[&1].points
+        };
+        assert_eq!(points(false, false), 4);
+        assert_eq!(points(true, false), 3);
+        assert_eq!(points(true, true), 2);
     }
 
     #[test]
@@ -275,24 +279,15 @@ mod tests {
         winding.apply(&chunk(0, 1, &[point(7.0, 1, 0)]));
         assert_ne!(winding.hash(), straight.hash());
         winding.apply(&chunk(0, 2, &[point(1.0, 1, 0)]));
-        assert_eq!(
-            winding.apply(&LinkEvent::ChunkGone { id: [5, 0, 0] }),
-            ModelChange::Removed([5, 0, 0])
-        );
-        assert_eq!(
-            winding.apply(&LinkEvent::ChunkGone { id: [5, 0, 0] }),
-            ModelChange::None
-        );
+        assert_eq!(winding.apply(&LinkEvent::ChunkGone { id: [5, 0, 0] }), ModelChange::Removed([5, 0, 0]));
+        assert_eq!(winding.apply(&LinkEvent::ChunkGone { id: [5, 0, 0] }), ModelChange::None);
         assert_eq!(winding.hash(), straight.hash());
     }
 
     #[test]
     fn only_a_connection_that_resumes_keeps_the_model() {
-        let connected = |resumed| LinkEvent::Connected {
-            inspection: Inspection::default(),
-            resumed,
-            agent: String::new(),
-        };
+        let connected =
+            |resumed| LinkEvent::Connected { inspection: Inspection::default(), resumed, agent: String::new() };
         let mut model = LiveModel::new();
         model.apply(&chunk(0, 1, &[point(1.0, 1, 0)]));
         assert_eq!(model.apply(&connected(true)), ModelChange::None);
@@ -300,10 +295,7 @@ mod tests {
         assert_eq!(model.apply(&connected(false)), ModelChange::Cleared);
         assert_eq!(model.point_count(), 0);
         model.apply(&chunk(0, 1, &[point(1.0, 1, 0)]));
-        assert_eq!(
-            model.apply(&LinkEvent::Cleared(Inspection::default())),
-            ModelChange::Cleared
-        );
+        assert_eq!(model.apply(&LinkEvent::Cleared(Inspection::default())), ModelChange::Cleared);
         assert!(model.bounds().is_none());
     }
 
@@ -312,11 +304,7 @@ mod tests {
         let mut model = LiveModel::new();
         model.apply(&chunk(0, 1, &[point(50.0, 0, PointFlags::BACKGROUND)]));
         assert_eq!(model.bounds().map(|b| b.max.x), Some(50.0));
-        model.apply(&chunk(
-            1,
-            1,
-            &[point(1.0, 1, 0), point(9.0, 1, PointFlags::RADIUS_OUTLIER)],
-        ));
+        model.apply(&chunk(1, 1, &[point(1.0, 1, 0), point(9.0, 1, PointFlags::RADIUS_OUTLIER)]));
         assert_eq!(model.bounds().map(|b| (b.min.x, b.max.x)), Some((1.0, 1.0)));
     }
 }

@@ -1,8 +1,8 @@
 //! The browser tests of `tests/browser`: brings in what they need (Chromium, Node, npm packages) and runs them
 //! against a built agent.
 
-use crate::packages;
-use crate::process::{exists, run};
+use crate::packages::{self, NeedsYou};
+use crate::process::{capture, exists, run};
 use crate::report::note;
 use crate::workspace::Workspace;
 use anyhow::{Context, Result};
@@ -12,29 +12,43 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// Names Chromium goes by; `SEMASCAN_CHROMIUM` names another.
-const CHROMIUM: [&str; 4] = [
-    "chromium",
-    "chromium-browser",
-    "google-chrome-stable",
-    "google-chrome",
-];
+const CHROMIUM: [&str; 4] = ["chromium", "chromium-browser", "google-chrome-stable", "google-chrome"];
 
-/// Runs every `*.test.mjs`, or those whose name contains `filter`, with `agent` as the binary under test.
-pub(crate) fn run_tests(workspace: &Workspace, agent: &Path, filter: Option<&str>) -> Result<()> {
-    let chromium = chromium()?;
-    if !exists("node") || !exists("npm") {
-        packages::install("the browser tests are written for Node", &["nodejs", "npm"])?;
+/// Oldest Node that the browser tests' packages run on.
+const OLDEST_NODE: u32 = 20;
+
+/// The programs that the tests run in and by.
+pub(crate) struct Browser {
+    chromium: PathBuf,
+}
+
+impl Browser {
+    /// Finds or installs Chromium and Node.
+    pub(crate) fn prepare() -> Result<Self> {
+        prepare_node()?;
+        Ok(Self { chromium: chromium()? })
     }
-    let folder = workspace.root.join("tests/browser");
-    install_npm_packages(&folder)?;
-    let tests = tests(&folder, filter)?;
-    // One file at a time: each one draws with a software rasterizer that takes every core.
-    run(Command::new("node")
-        .current_dir(&folder)
-        .env("SEMASCAN_AGENT", agent)
-        .env("SEMASCAN_CHROMIUM", chromium)
-        .args(["--test", "--test-concurrency=1", "--test-reporter=spec"])
-        .args(tests))
+
+    /// Runs every `*.test.mjs`, or those whose name contains `filter`, with `agent` as the binary under test.
+    pub(crate) fn run_tests(&self, workspace: &Workspace, agent: &Path, filter: Option<&str>) -> Result<()> {
+        let folder = workspace.root.join("tests/browser");
+        install_npm_packages(&folder)?;
+        let tests = tests(&folder, filter)?;
+        // One file at a time: each one draws with a software rasterizer that takes every core. A test that never
+        // comes back is a failed test.
+        run(Command::new("node")
+            .current_dir(&folder)
+            .env("SEMASCAN_AGENT", agent)
+            .env("SEMASCAN_CHROMIUM", &self.chromium)
+            .args([
+                "--test",
+                "--test-concurrency=1",
+                "--test-reporter=spec",
+                "--test-timeout=600000",
+                "--test-force-exit",
+            ])
+            .args(tests))
+    }
 }
 
 fn chromium() -> Result<PathBuf> {
@@ -50,9 +64,21 @@ fn chromium() -> Result<PathBuf> {
 }
 
 fn in_path(program: &str) -> Option<PathBuf> {
-    std::env::split_paths(&std::env::var_os("PATH")?)
-        .map(|folder| folder.join(program))
-        .find(|path| path.is_file())
+    std::env::split_paths(&std::env::var_os("PATH")?).map(|folder| folder.join(program)).find(|path| path.is_file())
+}
+
+/// Node from the distribution where there is none; one that is too old only a person can replace.
+fn prepare_node() -> Result<()> {
+    if !exists("node") || !exists("npm") {
+        packages::install("the browser tests are written for Node", &["nodejs", "npm"])?;
+    }
+    let version = capture(Command::new("node").arg("--version"))?;
+    let major = version.trim_start_matches('v').split('.').next().and_then(|text| text.parse::<u32>().ok());
+    if major.is_none_or(|major| major < OLDEST_NODE) {
+        let why = format!("the browser tests need Node {OLDEST_NODE} or newer and this is {version}");
+        return Err(NeedsYou::new(why, format!("# install Node {OLDEST_NODE} (https://nodejs.org)")).into());
+    }
+    Ok(())
 }
 
 /// `npm ci`, unless it ran since the lock file last changed.
@@ -63,12 +89,7 @@ fn install_npm_packages(folder: &Path) -> Result<()> {
         return Ok(());
     }
     note("installing the npm packages of the browser tests");
-    run(Command::new("npm").current_dir(folder).args([
-        "ci",
-        "--no-audit",
-        "--no-fund",
-        "--ignore-scripts",
-    ]))
+    run(Command::new("npm").current_dir(folder).args(["ci", "--no-audit", "--no-fund", "--ignore-scripts"]))
 }
 
 fn tests(folder: &Path, filter: Option<&str>) -> Result<Vec<String>> {
@@ -81,11 +102,6 @@ fn tests(folder: &Path, filter: Option<&str>) -> Result<Vec<String>> {
         }
     }
     names.sort();
-    anyhow::ensure!(
-        !names.is_empty(),
-        "no browser test matches {:?} in {}",
-        filter.unwrap_or(""),
-        folder.display()
-    );
+    anyhow::ensure!(!names.is_empty(), "no browser test matches {:?} in {}", filter.unwrap_or(""), folder.display());
     Ok(names)
 }

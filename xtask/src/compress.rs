@@ -19,50 +19,33 @@ const DENSE: [&str; 6] = ["png", "jpg", "jpeg", "webp", "woff2", "ico"];
 pub(crate) fn folder(folder: &Path) -> Result<usize> {
     let mut jobs: Vec<(PathBuf, &str)> = Vec::new();
     for (name, path) in listed(folder)? {
-        let dense = path
-            .extension()
-            .is_some_and(|ending| DENSE.iter().any(|dense| ending == *dense));
+        let dense = path.extension().is_some_and(|ending| DENSE.iter().any(|dense| ending == *dense));
         if uncompressed(&name).is_none() && !dense {
-            let missing = COMPRESSED
-                .iter()
-                .filter(|ending| !compressed_sibling(&path, ending).exists());
+            let missing = COMPRESSED.iter().filter(|ending| !compressed_sibling(&path, ending).exists());
             jobs.extend(missing.map(|ending| (path.clone(), *ending)));
         }
     }
     // The longest job first, else it starts last and the other cores wait for it.
-    jobs.sort_by_cached_key(|(path, _)| {
-        std::cmp::Reverse(fs::metadata(path).map_or(0, |file| file.len()))
-    });
+    jobs.sort_by_cached_key(|(path, _)| std::cmp::Reverse(fs::metadata(path).map_or(0, |file| file.len())));
 
     let next = AtomicUsize::new(0);
-    let threads = std::thread::available_parallelism()
-        .map_or(1, usize::from)
-        .min(jobs.len());
+    let threads = std::thread::available_parallelism().map_or(1, usize::from).min(jobs.len());
     let work = || -> Result<()> {
         while let Some((path, ending)) = jobs.get(next.fetch_add(1, Ordering::Relaxed)) {
-            make_sibling(path, ending)
-                .with_context(|| format!("cannot compress {}", path.display()))?;
+            make_sibling(path, ending).with_context(|| format!("cannot compress {}", path.display()))?;
         }
         Ok(())
     };
     std::thread::scope(|scope| {
         let threads: Vec<_> = (0..threads).map(|_| scope.spawn(work)).collect();
-        threads.into_iter().try_for_each(|thread| {
-            thread
-                .join()
-                .map_err(|_| anyhow::anyhow!("a compressor died"))?
-        })
+        threads.into_iter().try_for_each(|thread| thread.join().map_err(|_| anyhow::anyhow!("a compressor died"))?)
     })?;
     Ok(jobs.len())
 }
 
 fn make_sibling(path: &Path, ending: &str) -> Result<()> {
     let content = fs::read(path)?;
-    let compressed = if ending == "br" {
-        brotli(&content)?
-    } else {
-        gzip(&content)?
-    };
+    let compressed = if ending == "br" { brotli(&content)? } else { gzip(&content)? };
     // Under another name first: a run that is interrupted must not leave half a file behind.
     let target = compressed_sibling(path, ending);
     let unfinished = compressed_sibling(path, "unfinished");
@@ -73,8 +56,7 @@ fn make_sibling(path: &Path, ending: &str) -> Result<()> {
 }
 
 fn brotli(content: &[u8]) -> Result<Vec<u8>> {
-    let mut writer =
-        brotli::CompressorWriter::new(Vec::new(), 1 << 16, BROTLI_QUALITY, BROTLI_WINDOW_BITS);
+    let mut writer = brotli::CompressorWriter::new(Vec::new(), 1 << 16, BROTLI_QUALITY, BROTLI_WINDOW_BITS);
     writer.write_all(content)?;
     writer.flush()?;
     Ok(writer.into_inner())
@@ -97,15 +79,11 @@ mod tests {
         let content = b"a model that names its own uncertainty ".repeat(500);
         let mut unbrotlied = Vec::new();
         let squeezed = brotli(&content).unwrap();
-        brotli::Decompressor::new(&squeezed[..], 4096)
-            .read_to_end(&mut unbrotlied)
-            .unwrap();
+        brotli::Decompressor::new(&squeezed[..], 4096).read_to_end(&mut unbrotlied).unwrap();
         assert_eq!(unbrotlied, content);
 
         let mut ungzipped = Vec::new();
-        flate2::read::GzDecoder::new(&gzip(&content).unwrap()[..])
-            .read_to_end(&mut ungzipped)
-            .unwrap();
+        flate2::read::GzDecoder::new(&gzip(&content).unwrap()[..]).read_to_end(&mut ungzipped).unwrap();
         assert_eq!(ungzipped, content);
         assert!(squeezed.len() * 20 < content.len());
     }

@@ -20,14 +20,9 @@ pub(crate) fn read(folder: &Path, except: &[&str]) -> Result<Files> {
 }
 
 fn collect(folder: &Path, prefix: &str, except: &[&str], files: &mut Files) -> Result<()> {
-    for entry in
-        fs::read_dir(folder).with_context(|| format!("cannot read {}", folder.display()))?
-    {
+    for entry in fs::read_dir(folder).with_context(|| format!("cannot read {}", folder.display()))? {
         let entry = entry?;
-        let name = entry
-            .file_name()
-            .into_string()
-            .map_err(|name| anyhow::anyhow!("{name:?} is not UTF-8"))?;
+        let name = entry.file_name().into_string().map_err(|name| anyhow::anyhow!("{name:?} is not UTF-8"))?;
         if name.starts_with('.') || except.contains(&name.as_str()) {
             continue;
         }
@@ -35,8 +30,7 @@ fn collect(folder: &Path, prefix: &str, except: &[&str], files: &mut Files) -> R
         if entry.path().is_dir() {
             collect(&entry.path(), &format!("{path}/"), &[], files)?;
         } else {
-            let content = fs::read(entry.path())
-                .with_context(|| format!("cannot read {}", entry.path().display()))?;
+            let content = fs::read(entry.path()).with_context(|| format!("cannot read {}", entry.path().display()))?;
             files.insert(path, content);
         }
     }
@@ -89,9 +83,7 @@ pub(crate) fn compressed_sibling(path: &Path, ending: &str) -> PathBuf {
 
 /// The name of the file a compressed sibling was made of; `None` for any other name.
 pub(crate) fn uncompressed(name: &str) -> Option<&str> {
-    name.rsplit_once('.')
-        .filter(|(_, ending)| COMPRESSED.contains(ending))
-        .map(|(source, _)| source)
+    name.rsplit_once('.').filter(|(_, ending)| COMPRESSED.contains(ending)).map(|(source, _)| source)
 }
 
 fn remove_compressed(path: &Path) -> Result<()> {
@@ -107,9 +99,7 @@ fn remove_compressed(path: &Path) -> Result<()> {
 /// Every file of the folder: its relative name and its path.
 pub(crate) fn listed(folder: &Path) -> Result<Vec<(String, PathBuf)>> {
     let names = read(folder, &[])?.into_keys();
-    Ok(names
-        .map(|name| (name.clone(), folder.join(name)))
-        .collect())
+    Ok(names.map(|name| (name.clone(), folder.join(name))).collect())
 }
 
 #[cfg(test)]
@@ -118,30 +108,20 @@ mod tests {
     use super::*;
 
     fn scratch(name: &str) -> PathBuf {
-        let folder =
-            std::env::temp_dir().join(format!("semascan-dist-{name}-{}", std::process::id()));
+        let folder = std::env::temp_dir().join(format!("semascan-dist-{name}-{}", std::process::id()));
         let _ = fs::remove_dir_all(&folder);
         folder
     }
 
     fn files(entries: &[(&str, &str)]) -> Files {
-        entries
-            .iter()
-            .map(|(name, content)| ((*name).to_owned(), content.as_bytes().to_vec()))
-            .collect()
+        entries.iter().map(|(name, content)| ((*name).to_owned(), content.as_bytes().to_vec())).collect()
     }
 
     #[test]
     fn only_what_differs_is_written() {
         let folder = scratch("differs");
-        assert_eq!(
-            update(&folder, &files(&[("a.js", "1"), ("icons/b.svg", "2")])).unwrap(),
-            2
-        );
-        assert_eq!(
-            update(&folder, &files(&[("a.js", "1"), ("icons/b.svg", "3")])).unwrap(),
-            1
-        );
+        assert_eq!(update(&folder, &files(&[("a.js", "1"), ("icons/b.svg", "2")])).unwrap(), 2);
+        assert_eq!(update(&folder, &files(&[("a.js", "1"), ("icons/b.svg", "3")])).unwrap(), 1);
         assert_eq!(fs::read_to_string(folder.join("icons/b.svg")).unwrap(), "3");
         fs::remove_dir_all(folder).unwrap();
     }
@@ -149,20 +129,12 @@ mod tests {
     #[test]
     fn stale_files_and_stale_compressed_siblings_go() {
         let folder = scratch("stale");
-        update(
-            &folder,
-            &files(&[("a.js", "1"), ("kept.js", "1"), ("old.js", "1")]),
-        )
-        .unwrap();
+        update(&folder, &files(&[("a.js", "1"), ("kept.js", "1"), ("old.js", "1")])).unwrap();
         for name in ["a.js.br", "kept.js.br", "old.js.gz"] {
             fs::write(folder.join(name), "squeezed").unwrap();
         }
         update(&folder, &files(&[("a.js", "2"), ("kept.js", "1")])).unwrap();
-        let left: Vec<_> = listed(&folder)
-            .unwrap()
-            .into_iter()
-            .map(|(name, _)| name)
-            .collect();
+        let left: Vec<_> = listed(&folder).unwrap().into_iter().map(|(name, _)| name).collect();
         assert_eq!(left, ["a.js", "kept.js", "kept.js.br"]);
         fs::remove_dir_all(folder).unwrap();
     }
@@ -170,15 +142,7 @@ mod tests {
     #[test]
     fn a_folder_is_read_without_hidden_and_excepted_entries() {
         let folder = scratch("read");
-        update(
-            &folder,
-            &files(&[
-                ("index.html", "x"),
-                ("dist/app.js", "y"),
-                ("icons/dist/a.svg", "z"),
-            ]),
-        )
-        .unwrap();
+        update(&folder, &files(&[("index.html", "x"), ("dist/app.js", "y"), ("icons/dist/a.svg", "z")])).unwrap();
         fs::write(folder.join(".hidden"), "h").unwrap();
         let names: Vec<_> = read(&folder, &["dist"]).unwrap().into_keys().collect();
         assert_eq!(names, ["icons/dist/a.svg", "index.html"]);

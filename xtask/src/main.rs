@@ -3,6 +3,8 @@
 //! of `semascan` itself: 0 done, 1 the work failed, 2 a person has to do something first (the command to type is
 //! printed).
 
+mod bench;
+mod bench_table;
 mod browser;
 mod budget;
 mod compress;
@@ -36,6 +38,8 @@ enum Task {
     Test(test::Options),
     /// Build the viewer into www/dist
     Web(web::Options),
+    /// Run the benchmarks and print one table
+    Bench(bench::Options),
 }
 
 fn main() -> ExitCode {
@@ -43,16 +47,13 @@ fn main() -> ExitCode {
         Task::Demo(options) => demo::run(&options),
         Task::Test(options) => test::run(&options),
         Task::Web(options) => web::run(&options).map(drop),
+        Task::Bench(options) => bench::run(&options),
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             report::failure(&error);
-            if error.downcast_ref::<packages::NeedsYou>().is_some() {
-                ExitCode::from(2)
-            } else {
-                ExitCode::FAILURE
-            }
+            if error.downcast_ref::<packages::NeedsYou>().is_some() { ExitCode::from(2) } else { ExitCode::FAILURE }
         }
     }
 }

@@ -9,30 +9,19 @@ use std::time::{Duration, Instant};
 pub(crate) fn line(command: &Command) -> String {
     let quoted = |text: &std::ffi::OsStr| {
         let text = text.to_string_lossy().into_owned();
-        let plain = !text.is_empty()
-            && !text.contains(|c: char| c.is_whitespace() || "\"'*?&;|<>$[]".contains(c));
-        if plain {
-            text
-        } else {
-            format!("'{}'", text.replace('\'', r"'\''"))
-        }
+        let plain = !text.is_empty() && !text.contains(|c: char| c.is_whitespace() || "\"'*?&;|<>$[]".contains(c));
+        if plain { text } else { format!("'{}'", text.replace('\'', r"'\''")) }
     };
-    let variables = command.get_envs().filter_map(|(name, value)| {
-        value.map(|value| format!("{}={}", name.to_string_lossy(), quoted(value)))
-    });
-    variables
-        .chain([quoted(command.get_program())])
-        .chain(command.get_args().map(quoted))
-        .collect::<Vec<_>>()
-        .join(" ")
+    let variables = command
+        .get_envs()
+        .filter_map(|(name, value)| value.map(|value| format!("{}={}", name.to_string_lossy(), quoted(value))));
+    variables.chain([quoted(command.get_program())]).chain(command.get_args().map(quoted)).collect::<Vec<_>>().join(" ")
 }
 
 /// Shows and runs a command to its end.
 pub(crate) fn run(command: &mut Command) -> Result<()> {
     eprintln!("   $ {}", line(command));
-    let status = command
-        .status()
-        .with_context(|| format!("cannot start `{}`", line(command)))?;
+    let status = command.status().with_context(|| format!("cannot start `{}`", line(command)))?;
     if !status.success() {
         bail!("`{}` ended with {status}", line(command));
     }
@@ -42,10 +31,8 @@ pub(crate) fn run(command: &mut Command) -> Result<()> {
 /// Shows and runs a command; past `limit` it is ended and counts as failed.
 pub(crate) fn run_within(command: &mut Command, limit: Duration) -> Result<()> {
     eprintln!("   $ {}", line(command));
-    let mut child = command
-        .stdin(Stdio::null())
-        .spawn()
-        .with_context(|| format!("cannot start `{}`", line(command)))?;
+    let mut child =
+        command.stdin(Stdio::null()).spawn().with_context(|| format!("cannot start `{}`", line(command)))?;
     let start = Instant::now();
     loop {
         if let Some(status) = child.try_wait()? {
@@ -57,11 +44,7 @@ pub(crate) fn run_within(command: &mut Command, limit: Duration) -> Result<()> {
         if start.elapsed() > limit {
             child.kill()?;
             child.wait()?;
-            bail!(
-                "`{}` did not end within {} s",
-                line(command),
-                limit.as_secs()
-            );
+            bail!("`{}` did not end within {} s", line(command), limit.as_secs());
         }
         sleep(Duration::from_millis(50));
     }
@@ -69,17 +52,10 @@ pub(crate) fn run_within(command: &mut Command, limit: Duration) -> Result<()> {
 
 /// Runs a command quietly and gives back what it wrote on stdout, trimmed.
 pub(crate) fn capture(command: &mut Command) -> Result<String> {
-    let output = command
-        .output()
-        .with_context(|| format!("cannot start `{}`", line(command)))?;
+    let output = command.output().with_context(|| format!("cannot start `{}`", line(command)))?;
     if !output.status.success() {
         let said = String::from_utf8_lossy(&output.stderr);
-        bail!(
-            "`{}` ended with {}: {}",
-            line(command),
-            output.status,
-            said.trim()
-        );
+        bail!("`{}` ended with {}: {}", line(command), output.status, said.trim());
     }
     Ok(String::from_utf8_lossy(&output.stdout).trim().to_owned())
 }
@@ -101,28 +77,19 @@ mod tests {
     #[test]
     fn the_line_can_be_pasted_into_a_shell() {
         let mut command = Command::new("cargo");
-        command
-            .env("RUSTFLAGS", "-C a -C b")
-            .args(["build", "--config", "x=[\"y\"]"]);
-        assert_eq!(
-            line(&command),
-            "RUSTFLAGS='-C a -C b' cargo build --config 'x=[\"y\"]'"
-        );
+        command.env("RUSTFLAGS", "-C a -C b").args(["build", "--config", "x=[\"y\"]"]);
+        assert_eq!(line(&command), "RUSTFLAGS='-C a -C b' cargo build --config 'x=[\"y\"]'");
     }
 
     #[test]
     fn a_command_past_its_limit_is_an_error() {
-        let error = run_within(Command::new("sleep").arg("20"), Duration::from_millis(100))
-            .expect_err("too slow");
+        let error = run_within(Command::new("sleep").arg("20"), Duration::from_millis(100)).expect_err("too slow");
         assert!(error.to_string().contains("did not end within"), "{error}");
     }
 
     #[test]
     fn a_program_that_is_not_there_is_named() {
         let error = capture(&mut Command::new("no-such-program-anywhere")).expect_err("not there");
-        assert!(
-            error.to_string().contains("no-such-program-anywhere"),
-            "{error}"
-        );
+        assert!(error.to_string().contains("no-such-program-anywhere"), "{error}");
     }
 }

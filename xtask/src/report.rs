@@ -73,8 +73,7 @@ impl Steps {
 
     /// Records a step that is left out, and why.
     pub(crate) fn skip(&mut self, name: &'static str, why: impl Into<String>) {
-        self.done
-            .push((name, Outcome::Skipped(why.into()), Duration::ZERO));
+        self.done.push((name, Outcome::Skipped(why.into()), Duration::ZERO));
     }
 
     /// Prints the table; an error names the steps that failed.
@@ -93,11 +92,7 @@ impl Steps {
             let line = format!("{name:<24} {word:<8} {:>12}  {remark}", seconds(*duration));
             note(line.trim_end());
         }
-        if failed.is_empty() {
-            Ok(())
-        } else {
-            Err(anyhow::anyhow!("failed: {}", failed.join(", ")))
-        }
+        if failed.is_empty() { Ok(()) } else { Err(anyhow::anyhow!("failed: {}", failed.join(", "))) }
     }
 }
 
@@ -115,11 +110,7 @@ mod tests {
     #[test]
     fn a_failed_step_fails_the_task_and_lets_the_next_one_run() {
         let mut steps = Steps::default();
-        assert!(
-            !steps
-                .run("first", || anyhow::bail!("broken"))
-                .expect("kept for the table")
-        );
+        assert!(!steps.run("first", || anyhow::bail!("broken")).expect("kept for the table"));
         assert!(steps.run("second", || Ok(())).expect("runs"));
         let error = steps.finish().expect_err("one step failed");
         assert_eq!(error.to_string(), "failed: first");

@@ -16,13 +16,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// Debian's Rust for the web: a newer compiler than its default one, with sources and the linker of WebAssembly.
-const PACKAGES: [&str; 5] = [
-    "rustc-web",
-    "cargo-web",
-    "rust-web-src",
-    "rust-web-llvm",
-    "lld-22",
-];
+const PACKAGES: [&str; 5] = ["rustc-web", "cargo-web", "rust-web-src", "rust-web-llvm", "lld-22"];
 const RUSTC: &str = "/usr/bin/rustc";
 const CARGO: &str = "/usr/bin/cargo";
 
@@ -41,10 +35,7 @@ impl Sysroot {
     /// Cargo configuration that points the web target, and only it, at the sysroot; flags of the repository's own
     /// configuration stay.
     pub(crate) fn cargo_config(&self) -> String {
-        format!(
-            "target.{TARGET}.rustflags=['--sysroot', '{}']",
-            self.sysroot.display()
-        )
+        format!("target.{TARGET}.rustflags=['--sysroot', '{}']", self.sysroot.display())
     }
 
     /// Target folder of its own: two compilers in one folder would undo each other's caches.
@@ -68,20 +59,14 @@ pub(crate) fn prepare(workspace: &Workspace) -> Result<Sysroot> {
         ));
         let unfinished = sysroot.with_extension("unfinished");
         build(&home.join("seed"), &unfinished)?;
-        fs::rename(&unfinished, &sysroot)
-            .with_context(|| format!("cannot move to {}", sysroot.display()))?;
+        fs::rename(&unfinished, &sysroot).with_context(|| format!("cannot move to {}", sysroot.display()))?;
     }
-    Ok(Sysroot {
-        sysroot,
-        target: home.join("target"),
-    })
+    Ok(Sysroot { sysroot, target: home.join("target") })
 }
 
 fn has_sources() -> bool {
-    let sources = || {
-        capture(Command::new(RUSTC).args(["--print", "sysroot"]))
-            .map(|root| library_sources(Path::new(&root)))
-    };
+    let sources =
+        || capture(Command::new(RUSTC).args(["--print", "sysroot"])).map(|root| library_sources(Path::new(&root)));
     exists(RUSTC) && exists(CARGO) && sources().is_ok_and(|path| path.exists())
 }
 
@@ -98,11 +83,7 @@ fn key(version: &str) -> u64 {
 fn distribution_cargo() -> Command {
     let mut command = Command::new(CARGO);
     // The toolchain that runs xtask must not leak into the other one's build.
-    command
-        .env("RUSTC", RUSTC)
-        .env_remove("RUSTUP_TOOLCHAIN")
-        .env_remove("CARGO")
-        .env_remove("RUSTDOC");
+    command.env("RUSTC", RUSTC).env_remove("RUSTUP_TOOLCHAIN").env_remove("CARGO").env_remove("RUSTDOC");
     command
 }
 
@@ -114,15 +95,7 @@ fn build(seed: &Path, sysroot: &Path) -> Result<()> {
         .current_dir(seed)
         .env("RUSTC_BOOTSTRAP", "1")
         .env("RUSTFLAGS", "-Cembed-bitcode=yes -Ctarget-feature=+simd128")
-        .args([
-            "build",
-            "--release",
-            "--target",
-            TARGET,
-            "-Zbuild-std=std,panic_abort",
-            "--target-dir",
-            "target",
-        ]))?;
+        .args(["build", "--release", "--target", TARGET, "-Zbuild-std=std,panic_abort", "--target-dir", "target"]))?;
 
     let _ = fs::remove_dir_all(sysroot);
     let libraries = sysroot.join("lib/rustlib").join(TARGET).join("lib");
@@ -130,13 +103,8 @@ fn build(seed: &Path, sysroot: &Path) -> Result<()> {
     let built = seed.join("target").join(TARGET).join("release/deps");
     for entry in fs::read_dir(&built).with_context(|| format!("no {}", built.display()))? {
         let path = entry?.path();
-        let name = path
-            .file_name()
-            .unwrap_or_default()
-            .to_string_lossy()
-            .into_owned();
-        let library =
-            name.starts_with("lib") && (name.ends_with(".rlib") || name.ends_with(".rmeta"));
+        let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        let library = name.starts_with("lib") && (name.ends_with(".rlib") || name.ends_with(".rmeta"));
         if library && !name.starts_with("libseed-") {
             fs::copy(&path, libraries.join(&name))?;
         }
@@ -146,8 +114,7 @@ fn build(seed: &Path, sysroot: &Path) -> Result<()> {
 
 /// Procedural macros run on this machine: its own standard library lies beside the new one.
 fn link_host(sysroot: &Path) -> Result<()> {
-    let system = PathBuf::from(capture(Command::new(RUSTC).args(["--print", "sysroot"]))?)
-        .join("lib/rustlib");
+    let system = PathBuf::from(capture(Command::new(RUSTC).args(["--print", "sysroot"]))?).join("lib/rustlib");
     for entry in fs::read_dir(&system).with_context(|| format!("no {}", system.display()))? {
         let entry = entry?;
         let link = sysroot.join("lib/rustlib").join(entry.file_name());
@@ -161,8 +128,7 @@ fn link_host(sysroot: &Path) -> Result<()> {
 fn write_empty_crate(seed: &Path) -> Result<()> {
     fs::create_dir_all(seed.join("src"))?;
     // An own workspace: the folder lies inside the repository's.
-    let manifest =
-        "[package]\nname = \"seed\"\nversion = \"0.0.0\"\nedition = \"2021\"\n\n[workspace]\n";
+    let manifest = "[package]\nname = \"seed\"\nversion = \"0.0.0\"\nedition = \"2021\"\n\n[workspace]\n";
     fs::write(seed.join("Cargo.toml"), manifest)?;
     fs::write(seed.join("src/lib.rs"), "")?;
     Ok(())

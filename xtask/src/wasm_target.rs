@@ -42,9 +42,7 @@ impl Toolchain {
         match add_by_rustup() {
             Ok(()) => Ok(Self::Current),
             Err(error) => {
-                note(format!(
-                    "no {TARGET} from rustup ({error:#}); falling back to the distribution's Rust"
-                ));
+                note(format!("no {TARGET} from rustup ({error:#}); falling back to the distribution's Rust"));
                 Ok(Self::Packages(wasm_sysroot::prepare(workspace)?))
             }
         }
@@ -58,11 +56,7 @@ impl Toolchain {
         };
         command.arg("build");
         if let Self::Packages(sysroot) = self {
-            command
-                .arg("--config")
-                .arg(sysroot.cargo_config())
-                .arg("--target-dir")
-                .arg(sysroot.target_dir());
+            command.arg("--config").arg(sysroot.cargo_config()).arg("--target-dir").arg(sysroot.target_dir());
         }
         command.args(["--target", TARGET]);
         command
@@ -79,30 +73,18 @@ impl Toolchain {
 
 /// Whether the rustc in use has a standard library for the target: true for rustup's and for a distribution's.
 fn has_target() -> bool {
-    let libraries =
-        capture(Command::new("rustc").args(["--print", "target-libdir", "--target", TARGET]));
-    libraries.is_ok_and(|path| {
-        Path::new(&path)
-            .read_dir()
-            .is_ok_and(|mut entries| entries.next().is_some())
-    })
+    let libraries = capture(Command::new("rustc").args(["--print", "target-libdir", "--target", TARGET]));
+    libraries.is_ok_and(|path| Path::new(&path).read_dir().is_ok_and(|mut entries| entries.next().is_some()))
 }
 
 fn add_by_rustup() -> Result<()> {
     if !exists("rustup") {
         anyhow::bail!("rustup is not installed");
     }
-    note(format!(
-        "the viewer is compiled for {TARGET}, which this toolchain lacks: asking rustup"
-    ));
-    run_within(
-        Command::new("rustup").args(["target", "add", TARGET]),
-        RUSTUP_LIMIT,
-    )?;
+    note(format!("the viewer is compiled for {TARGET}, which this toolchain lacks: asking rustup"));
+    run_within(Command::new("rustup").args(["target", "add", TARGET]), RUSTUP_LIMIT)?;
     if !has_target() {
-        anyhow::bail!(
-            "rustup is content but rustc has no {TARGET} (is rustc another one than rustup's?)"
-        );
+        anyhow::bail!("rustup is content but rustc has no {TARGET} (is rustc another one than rustup's?)");
     }
     Ok(())
 }

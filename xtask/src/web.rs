@@ -30,27 +30,18 @@ pub(crate) struct Options {
 
 /// Builds `www/dist` and gives back where everything is.
 pub(crate) fn run(options: &Options) -> Result<Workspace> {
-    heading(if options.dev {
-        "Viewer (development)"
-    } else {
-        "Viewer"
-    });
+    heading(if options.dev { "Viewer (development)" } else { "Viewer" });
     let workspace = workspace::Workspace::find()?;
     let start = Instant::now();
 
     let wasm = compile(&workspace, options.dev)?;
     let compiled = start.elapsed();
 
-    let mut files =
-        dist::read(&workspace.www(), &["dist"]).context("the page of the viewer is missing")?;
+    let mut files = dist::read(&workspace.www(), &["dist"]).context("the page of the viewer is missing")?;
     if !files.contains_key("index.html") {
         bail!("{} has no index.html", workspace.www().display());
     }
-    files.extend(glue(
-        &wasm,
-        &workspace.target.join("web-glue"),
-        options.dev,
-    )?);
+    files.extend(glue(&wasm, &workspace.target.join("web-glue"), options.dev)?);
     let written = dist::update(&workspace.dist(), &files)?;
     let glued = start.elapsed();
 
@@ -82,11 +73,7 @@ fn compile(workspace: &Workspace, dev: bool) -> Result<std::path::PathBuf> {
         "--profile",
         profile,
     ]))?;
-    Ok(toolchain
-        .target_dir(workspace)
-        .join(TARGET)
-        .join(profile)
-        .join(format!("{VIEWER}.wasm")))
+    Ok(toolchain.target_dir(workspace).join(TARGET).join(profile).join(format!("{VIEWER}.wasm")))
 }
 
 /// Runs wasm-bindgen over the compiled module and reads back what it wrote.

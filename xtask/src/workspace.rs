@@ -18,27 +18,14 @@ impl Workspace {
     /// Asks cargo.
     pub(crate) fn find() -> Result<Self> {
         let answer = capture(
-            cargo()
-                .args([
-                    "metadata",
-                    "--format-version=1",
-                    "--no-deps",
-                    "--manifest-path",
-                ])
-                .arg(own_manifest()),
+            cargo().args(["metadata", "--format-version=1", "--no-deps", "--manifest-path"]).arg(own_manifest()),
         )?;
-        let metadata: serde_json::Value =
-            serde_json::from_str(&answer).context("cargo metadata is not JSON")?;
+        let metadata: serde_json::Value = serde_json::from_str(&answer).context("cargo metadata is not JSON")?;
         let folder = |key: &str| {
-            let text = metadata[key]
-                .as_str()
-                .with_context(|| format!("cargo metadata has no `{key}`"))?;
+            let text = metadata[key].as_str().with_context(|| format!("cargo metadata has no `{key}`"))?;
             anyhow::Ok(PathBuf::from(text))
         };
-        Ok(Self {
-            root: folder("workspace_root")?,
-            target: folder("target_directory")?,
-        })
+        Ok(Self { root: folder("workspace_root")?, target: folder("target_directory")? })
     }
 
     /// The skeleton of the page and its styles, as people write them.

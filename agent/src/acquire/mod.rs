@@ -3,11 +3,14 @@
 //! A [`Source`] yields [`View`]s in capture order: colour, organized depth, intrinsics, and the evidence for the
 //! camera's pose. Simulated and recorded input take the same way through the system as a camera does.
 
+pub mod bop;
+pub mod camera_mask;
 mod error;
 mod view;
+pub mod virtual_cell;
 
 pub use error::AcquireError;
-pub use view::{Chain, DepthImage, Intrinsics, PoseEvidence, RecordedLabels, SourceInfo, Turntable, View, ViewTruth};
+pub use view::{Chain, DepthImage, Intrinsics, PoseEvidence, RecordedLabels, SourceInfo, Turntable, View, ViewTruth, covariance_of_prior};
 
 use semascan_shared::model::Taxonomy;
 

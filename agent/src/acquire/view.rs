@@ -1,7 +1,7 @@
 //! One RGB-D capture and what is known about where it was taken.
 
 use image::RgbImage;
-use nalgebra::{Isometry3, Matrix6, Point3};
+use nalgebra::{Isometry3, Matrix6, Point3, Vector6};
 use semascan_shared::model::Taxonomy;
 
 /// Pinhole camera in pixels; `(0, 0)` is the centre of the first pixel. Optical frame: x right, y down, z forward.
@@ -90,6 +90,12 @@ pub enum PoseEvidence {
     },
     /// Nothing is known.
     None,
+}
+
+/// Diagonal pose covariance from standard deviations of rotation (radians) and translation (metres), camera frame.
+pub fn covariance_of_prior(sigma_rotation: f64, sigma_translation: f64) -> Matrix6<f64> {
+    let (r, t) = (sigma_rotation * sigma_rotation, sigma_translation * sigma_translation);
+    Matrix6::from_diagonal(&Vector6::new(r, r, r, t, t, t))
 }
 
 /// Labels that came with a view: recorded masks or simulated truth. Row-major, one value a pixel.

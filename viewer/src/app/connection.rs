@@ -1,5 +1,7 @@
 //! Where the link to the agent and the graphics device stand.
 
+use super::units;
+
 /// The link to the agent, as the person sees it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Connection {
@@ -39,11 +41,7 @@ impl Connection {
     /// A try begins. After a loss it stays a reconnection until it succeeds.
     pub(super) fn connecting(&mut self, attempt: u32) {
         match self {
-            Self::Reconnecting {
-                attempt: a,
-                retry_ms,
-                ..
-            } => (*a, *retry_ms) = (attempt, 0),
+            Self::Reconnecting { attempt: a, retry_ms, .. } => (*a, *retry_ms) = (attempt, 0),
             _ => *self = Self::Connecting { attempt },
         }
     }
@@ -54,11 +52,7 @@ impl Connection {
             Self::Reconnecting { attempt, .. } | Self::Connecting { attempt } => *attempt,
             _ => 0,
         };
-        *self = Self::Reconnecting {
-            reason,
-            attempt: tries,
-            retry_ms,
-        };
+        *self = Self::Reconnecting { reason, attempt: tries, retry_ms };
     }
 
     /// Counts down to the next try.
@@ -97,7 +91,7 @@ impl Connection {
             Self::Connecting { .. } => "Connecting to the agent.".into(),
             Self::Connected { .. } => "Connected.".into(),
             Self::Reconnecting { .. } => "Connection lost. Reconnecting.".into(),
-            Self::Refused { reason } => format!("The agent refused the connection: {reason}"),
+            Self::Refused { reason } => format!("The agent refused the connection. {}", units::sentence(reason)),
         }
     }
 }

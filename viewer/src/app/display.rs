@@ -4,13 +4,7 @@ pub use crate::render::ColorMode;
 
 impl ColorMode {
     /// All modes in the order of the panel and of the number keys.
-    pub const ALL: [Self; 5] = [
-        Self::Appearance,
-        Self::Component,
-        Self::Confidence,
-        Self::Views,
-        Self::Defect,
-    ];
+    pub const ALL: [Self; 5] = [Self::Appearance, Self::Component, Self::Confidence, Self::Views, Self::Defect];
 
     /// Stable name for addresses, styles and tests.
     pub fn key(self) -> &'static str {
@@ -102,9 +96,9 @@ pub struct Display {
     pub theme: Theme,
     /// Whether the system prefers dark pages.
     pub system_dark: bool,
-    /// Whether points marked as outliers are drawn and exported.
+    /// Whether points marked as outliers are drawn, counted and exported.
     pub outliers: bool,
-    /// Whether points outside the measuring volume are drawn and exported.
+    /// Whether points outside the measuring volume are drawn, counted and exported.
     pub background: bool,
 }
 
@@ -115,7 +109,7 @@ impl Default for Display {
             theme: Theme::default(),
             system_dark: false,
             outliers: false,
-            background: true,
+            background: false,
         }
     }
 }
@@ -132,10 +126,6 @@ impl Display {
 
     /// The other theme than the one on screen.
     pub fn toggled_theme(&self) -> Theme {
-        if self.dark() {
-            Theme::Light
-        } else {
-            Theme::Dark
-        }
+        if self.dark() { Theme::Light } else { Theme::Dark }
     }
 }

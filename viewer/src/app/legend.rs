@@ -37,15 +37,9 @@ pub struct Legend {
 impl Legend {
     /// Takes the classes of an inspection. The same components as before keep their visibility; others start visible.
     pub(super) fn set_taxonomy(&mut self, inspection: &Inspection) {
-        let Taxonomy {
-            components,
-            defects,
-        } = inspection.taxonomy();
+        let Taxonomy { components, defects } = inspection.taxonomy();
         let same = components.len() == self.rows.len()
-            && components
-                .iter()
-                .zip(&self.rows)
-                .all(|(c, row)| c.name == row.class.name);
+            && components.iter().zip(&self.rows).all(|(c, row)| c.name == row.class.name);
         let old = std::mem::take(&mut self.rows);
         let kept = |i: usize| old.get(i).filter(|_| same);
         self.rows = components
@@ -97,9 +91,7 @@ impl Legend {
 
     /// Whether points of `class` are shown; a class that the taxonomy does not know is.
     pub fn visible(&self, class: u16) -> bool {
-        self.rows
-            .get(usize::from(class))
-            .is_none_or(|row| row.visible)
+        self.rows.get(usize::from(class)).is_none_or(|row| row.visible)
     }
 
     /// Visibility by class id.
@@ -119,9 +111,6 @@ impl Legend {
 
     /// Number of points that are shown, marks aside.
     pub fn visible_points(&self) -> u64 {
-        self.rows
-            .iter()
-            .filter(|row| row.visible)
-            .fold(0, |sum, row| sum.saturating_add(row.figures.points))
+        self.rows.iter().filter(|row| row.visible).fold(0, |sum, row| sum.saturating_add(row.figures.points))
     }
 }

@@ -69,11 +69,7 @@ impl Notices {
             text.truncate(end);
             text.push('…');
         }
-        if let Some(same) = self
-            .shown
-            .iter_mut()
-            .find(|n| n.level == level && n.text == text)
-        {
+        if let Some(same) = self.shown.iter_mut().find(|n| n.level == level && n.text == text) {
             same.count = same.count.saturating_add(1);
             same.left_ms = level.lifetime_ms();
             return;
@@ -81,13 +77,7 @@ impl Notices {
         if self.shown.len() == Self::MAX {
             self.shown.remove(0);
         }
-        self.shown.push(Notice {
-            id: self.next_id,
-            level,
-            text,
-            count: 1,
-            left_ms: level.lifetime_ms(),
-        });
+        self.shown.push(Notice { id: self.next_id, level, text, count: 1, left_ms: level.lifetime_ms() });
         self.next_id += 1;
     }
 

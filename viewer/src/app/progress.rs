@@ -30,11 +30,7 @@ impl RunProgress {
             phase: p.phase(),
             views_done: p.views_done,
             views_rejected: p.views_rejected.min(p.views_done),
-            views_expected: if p.views_expected == 0 {
-                0
-            } else {
-                p.views_expected.max(p.views_done)
-            },
+            views_expected: if p.views_expected == 0 { 0 } else { p.views_expected.max(p.views_done) },
             points: p.points,
             chunks: p.chunks,
             model_hash: p.model_hash,
@@ -42,10 +38,14 @@ impl RunProgress {
         };
     }
 
+    /// Whether stages may be at work: the inspection runs, or nothing has been said of it yet.
+    pub(super) fn may_run(&self) -> bool {
+        matches!(self.phase, Phase::Running | Phase::Unspecified)
+    }
+
     /// Share of the expected views that are done, 0..=1; `None` where the number is not known.
     pub fn fraction(&self) -> Option<f64> {
-        (self.views_expected > 0)
-            .then(|| f64::from(self.views_done) / f64::from(self.views_expected))
+        (self.views_expected > 0).then(|| f64::from(self.views_done) / f64::from(self.views_expected))
     }
 
     /// Stable name of the phase for styles and tests.
@@ -80,10 +80,7 @@ impl RunProgress {
             Phase::Unspecified => String::new(),
             Phase::Waiting => "No inspection is running.".into(),
             Phase::Running => format!("Inspection running: {views}."),
-            Phase::Finished => format!(
-                "Inspection finished: {views}, {} rejected.",
-                self.views_rejected
-            ),
+            Phase::Finished => format!("Inspection finished: {views}, {} rejected.", self.views_rejected),
             Phase::Failed => format!("Inspection failed: {}", self.message),
         }
     }

@@ -14,21 +14,13 @@ use semascan_shared::wire::{
 };
 
 fn inspection(id: &str, epoch: u32, components: &[&str]) -> Inspection {
-    let mut inspection = Inspection {
-        id: id.into(),
-        epoch,
-        ..Inspection::default()
-    };
+    let mut inspection = Inspection { id: id.into(), epoch, ..Inspection::default() };
     inspection.set_taxonomy(&Taxonomy::from_names(components, &["corrosion", "wear"]));
     inspection
 }
 
 fn connected(inspection: Inspection, resumed: bool) -> Event {
-    Event::Connected {
-        inspection,
-        resumed,
-        agent: "semascan 0.1.0".into(),
-    }
+    Event::Connected { inspection, resumed, agent: "semascan 0.1.0".into() }
 }
 
 fn state_after(events: impl IntoIterator<Item = Event>) -> AppState {
@@ -40,35 +32,19 @@ fn state_after(events: impl IntoIterator<Item = Event>) -> AppState {
 }
 
 fn view(index: u32) -> ViewReport {
-    ViewReport {
-        index,
-        accepted: true,
-        table_from_camera: Some(Pose::default()),
-        ..ViewReport::default()
-    }
+    ViewReport { index, accepted: true, table_from_camera: Some(Pose::default()), ..ViewReport::default() }
 }
 
 #[test]
 fn a_resumed_connection_keeps_the_views_and_a_new_inspection_drops_them() {
     let motor = || inspection("a", 0, &["housing", "pinion"]);
-    let mut state = state_after([
-        connected(motor(), false),
-        Event::View(view(0)),
-        Event::View(view(1)),
-    ]);
-    state.reduce(Event::Disconnected {
-        reason: "closed".into(),
-        retry_ms: 500,
-    });
+    let mut state = state_after([connected(motor(), false), Event::View(view(0)), Event::View(view(1))]);
+    state.reduce(Event::Disconnected { reason: "closed".into(), retry_ms: 500 });
     assert_eq!(state.views.iter().len(), 2, "a lost link loses nothing");
     state.reduce(connected(motor(), true));
     assert_eq!((state.views.iter().len(), state.resumptions), (2, 1));
     state.reduce(connected(inspection("b", 0, &["housing", "pinion"]), true));
-    assert_eq!(
-        state.views.iter().len(),
-        0,
-        "another inspection cannot be a resumed one"
-    );
+    assert_eq!(state.views.iter().len(), 0, "another inspection cannot be a resumed one");
 }
 
 #[test]
@@ -76,14 +52,7 @@ fn visibility_outlives_an_epoch_but_not_another_taxonomy() {
     let mut state = state_after([
         connected(inspection("a", 0, &["housing", "pinion"]), false),
         Event::ToggleComponent(2),
-        Event::Figures(vec![
-            ClassFigures {
-                points: 5,
-                area: 1e-4,
-                confidence: 0.9
-            };
-            3
-        ]),
+        Event::Figures(vec![ClassFigures { points: 5, area: 1e-4, confidence: 0.9 }; 3]),
     ]);
     assert_eq!(state.legend.visibility(), [true, true, false]);
     assert_eq!(state.legend.visible_points(), 10);
@@ -100,11 +69,7 @@ fn only_this_component_and_back() {
     state.reduce(Event::OnlyComponent(1));
     assert_eq!(state.legend.visibility(), [false, true, false]);
     state.reduce(Event::OnlyComponent(99));
-    assert_eq!(
-        state.legend.visibility(),
-        [false, true, false],
-        "an unknown class hides nothing"
-    );
+    assert_eq!(state.legend.visibility(), [false, true, false], "an unknown class hides nothing");
     state.reduce(Event::AllComponents);
     assert!(state.legend.all_visible());
 }
@@ -113,10 +78,7 @@ fn only_this_component_and_back() {
 fn the_countdown_of_a_reconnection_ends_in_a_try() {
     let mut state = state_after([
         connected(inspection("a", 0, &[]), false),
-        Event::Disconnected {
-            reason: "closed".into(),
-            retry_ms: 2_000,
-        },
+        Event::Disconnected { reason: "closed".into(), retry_ms: 2_000 },
     ]);
     assert_eq!(state.connection.label(), "Reconnecting in 2 s");
     assert!(state.wants_clock());
@@ -125,18 +87,8 @@ fn the_countdown_of_a_reconnection_ends_in_a_try() {
     state.reduce(Event::Connecting { attempt: 1 });
     assert_eq!(state.connection.key(), "reconnecting");
     assert!(!state.wants_clock());
-    state.reduce(Event::Disconnected {
-        reason: "refused".into(),
-        retry_ms: 4_000,
-    });
-    assert!(matches!(
-        state.connection,
-        Connection::Reconnecting {
-            attempt: 1,
-            retry_ms: 4_000,
-            ..
-        }
-    ));
+    state.reduce(Event::Disconnected { reason: "refused".into(), retry_ms: 4_000 });
+    assert!(matches!(state.connection, Connection::Reconnecting { attempt: 1, retry_ms: 4_000, .. }));
 }
 
 #[test]
@@ -150,15 +102,8 @@ fn a_duration_that_arrives_twice_counts_once() {
             message: String::new(),
         })
     };
-    let timings = vec![StageTiming {
-        stage: Stage::Fuse.into(),
-        duration_us: 40_000,
-    }];
-    let state = state_after([
-        ended(0, 40),
-        Event::View(ViewReport { timings, ..view(0) }),
-        ended(1, 20),
-    ]);
+    let timings = vec![StageTiming { stage: Stage::Fuse.into(), duration_us: 40_000 }];
+    let state = state_after([ended(0, 40), Event::View(ViewReport { timings, ..view(0) }), ended(1, 20)]);
     let fuse = state.timings.of(Stage::Fuse);
     assert_eq!((fuse.last_us, fuse.mean_us), (Some(20_000), Some(30_000)));
     assert_eq!(state.timings.scale_us(), 30_000);
@@ -180,15 +125,14 @@ fn a_stage_is_active_from_its_start_to_its_end() {
     state.reduce(stage(StageState::Failed));
     assert_eq!(state.timings.of(Stage::Register).active, None);
     assert_eq!(state.timings.of(Stage::Register).failed, 1);
+    state.reduce(Event::Progress(Progress { phase: Phase::Finished.into(), ..Progress::default() }));
+    state.reduce(stage(StageState::Started));
+    assert_eq!(state.timings.of(Stage::Register).active, None, "told again of a run that is over");
 }
 
 #[test]
 fn the_camera_shown_is_the_selected_one_else_the_latest() {
-    let mut state = state_after([
-        Event::View(view(0)),
-        Event::View(view(4)),
-        Event::View(view(2)),
-    ]);
+    let mut state = state_after([Event::View(view(0)), Event::View(view(4)), Event::View(view(2))]);
     let order: Vec<u32> = state.views.iter().map(|v| v.index).collect();
     assert_eq!(order, [0, 2, 4]);
     assert_eq!(state.views.shown_camera().map(|v| v.index), Some(2));
@@ -203,9 +147,7 @@ fn the_camera_shown_is_the_selected_one_else_the_latest() {
 fn a_repeated_notice_is_counted_and_a_failure_stays() {
     let mut state = AppState::default();
     for _ in 0..3 {
-        state.reduce(Event::Malformed {
-            reason: "no body".into(),
-        });
+        state.reduce(Event::Malformed { reason: "no body".into() });
     }
     state.reduce(Event::Progress(Progress {
         phase: Phase::Failed.into(),
@@ -222,48 +164,31 @@ fn a_repeated_notice_is_counted_and_a_failure_stays() {
 
 #[test]
 fn the_live_region_does_not_tick() {
-    let mut state = state_after([Event::Disconnected {
-        reason: "closed".into(),
-        retry_ms: 9_000,
-    }]);
+    let mut state = state_after([Event::Disconnected { reason: "closed".into(), retry_ms: 9_000 }]);
     let said = state.status();
     state.reduce(Event::Elapsed { ms: 1_000 });
     assert_eq!(state.status(), said);
 }
 
 fn any_inspection() -> impl Strategy<Value = Inspection> {
-    (
-        0..3u8,
-        0..3u32,
-        prop::collection::vec("[a-c]{0,2}", 0..5),
-        any::<u32>(),
-    )
-        .prop_map(|(id, epoch, names, views_expected)| {
-            let mut i = Inspection {
-                id: id.to_string(),
-                epoch,
-                views_expected,
-                ..Inspection::default()
-            };
+    (0..3u8, 0..3u32, prop::collection::vec("[a-c]{0,2}", 0..5), any::<u32>()).prop_map(
+        |(id, epoch, names, views_expected)| {
+            let mut i = Inspection { id: id.to_string(), epoch, views_expected, ..Inspection::default() };
             // Class lists come as the wire has them: maybe empty, ids maybe wrong.
             i.components = names
                 .into_iter()
-                .map(|name| semascan_shared::wire::ClassDef {
-                    id: 7,
-                    name,
-                    color: u32::MAX,
-                })
+                .map(|name| semascan_shared::wire::ClassDef { id: 7, name, color: u32::MAX })
                 .collect();
             i
-        })
+        },
+    )
 }
 
 fn any_event() -> impl Strategy<Value = Event> {
     prop_oneof![
         any::<u32>().prop_map(|attempt| Event::Connecting { attempt }),
         (any_inspection(), any::<bool>()).prop_map(|(i, resumed)| connected(i, resumed)),
-        (".{0,9}", any::<u32>())
-            .prop_map(|(reason, retry_ms)| Event::Disconnected { reason, retry_ms }),
+        (".{0,9}", any::<u32>()).prop_map(|(reason, retry_ms)| Event::Disconnected { reason, retry_ms }),
         ".{0,9}".prop_map(|reason| Event::Refused { reason }),
         any_inspection().prop_map(Event::Cleared),
         (-1..7i32, any::<[u32; 3]>(), any::<u64>()).prop_map(|(phase, [d, r, e], points)| {
@@ -276,40 +201,19 @@ fn any_event() -> impl Strategy<Value = Event> {
                 ..Progress::default()
             })
         }),
-        (0..9u32, -1..8i32, -1..6i32, any::<u64>()).prop_map(
-            |(view, stage, state, duration_us)| {
-                Event::Stage(StageEvent {
-                    view,
-                    stage,
-                    state,
-                    duration_us,
-                    message: String::new(),
-                })
-            }
-        ),
-        (any::<u32>(), any::<bool>(), -1..8i32, any::<u64>()).prop_map(
-            |(index, accepted, stage, duration_us)| {
-                let timings = vec![StageTiming { stage, duration_us }];
-                Event::View(ViewReport {
-                    index: index % 700,
-                    accepted,
-                    timings,
-                    ..ViewReport::default()
-                })
-            }
-        ),
+        (0..9u32, -1..8i32, -1..6i32, any::<u64>()).prop_map(|(view, stage, state, duration_us)| {
+            Event::Stage(StageEvent { view, stage, state, duration_us, message: String::new() })
+        }),
+        (any::<u32>(), any::<bool>(), -1..8i32, any::<u64>()).prop_map(|(index, accepted, stage, duration_us)| {
+            let timings = vec![StageTiming { stage, duration_us }];
+            Event::View(ViewReport { index: index % 700, accepted, timings, ..ViewReport::default() })
+        }),
         ".{0,900}".prop_map(|reason| Event::Malformed { reason }),
         prop::collection::vec((any::<u64>(), any::<f64>(), any::<f64>()), 0..7).prop_map(|list| {
-            let figures = |(points, area, confidence)| ClassFigures {
-                points,
-                area,
-                confidence,
-            };
+            let figures = |(points, area, confidence)| ClassFigures { points, area, confidence };
             Event::Figures(list.into_iter().map(figures).collect())
         }),
-        Just(Event::Gpu(Gpu::Unavailable {
-            reason: "lost".into()
-        })),
+        Just(Event::Gpu(Gpu::Unavailable { reason: "lost".into() })),
         prop::sample::select(ColorMode::ALL.to_vec()).prop_map(Event::ColorMode),
         prop::sample::select(Theme::ALL.to_vec()).prop_map(Event::Theme),
         any::<u16>().prop_map(|c| Event::ToggleComponent(c % 8)),

@@ -8,13 +8,7 @@ use semascan_shared::wire::{Stage, StageEvent, StageState, ViewReport};
 use std::collections::BTreeMap;
 
 /// The stages in the order a view passes through them.
-pub const STAGES: [Stage; 5] = [
-    Stage::Acquire,
-    Stage::Segment,
-    Stage::Register,
-    Stage::Fuse,
-    Stage::Publish,
-];
+pub const STAGES: [Stage; 5] = [Stage::Acquire, Stage::Segment, Stage::Register, Stage::Fuse, Stage::Publish];
 
 /// Name of a stage for people.
 pub fn stage_label(stage: Stage) -> &'static str {
@@ -117,13 +111,7 @@ impl Timings {
 
     /// The longest last or mean duration of any stage in microseconds: the common scale of the bars.
     pub fn scale_us(&self) -> u64 {
-        STAGES
-            .into_iter()
-            .map(|s| self.of(s))
-            .flat_map(|t| [t.last_us, t.mean_us])
-            .flatten()
-            .max()
-            .unwrap_or(0)
+        STAGES.into_iter().map(|s| self.of(s)).flat_map(|t| [t.last_us, t.mean_us]).flatten().max().unwrap_or(0)
     }
 
     /// Durations of one view in the order of [`STAGES`], in microseconds.

@@ -47,11 +47,7 @@ pub fn percent(share: f64) -> String {
         return "–".into();
     }
     let whole = (share.clamp(0.0, 1.0) * 100.0).round();
-    let shown = if whole >= 100.0 && share < 0.9995 {
-        99.0
-    } else {
-        whole
-    };
+    let shown = if whole >= 100.0 && share < 0.9995 { 99.0 } else { whole };
     format!("{shown:.0}{UNIT}%")
 }
 
@@ -75,6 +71,15 @@ pub fn bytes(n: u64) -> String {
     }
 }
 
+/// A reason as it came, made a sentence: a capital in front, a full stop at the end.
+pub fn sentence(reason: &str) -> String {
+    let reason = reason.trim();
+    let mut letters = reason.chars();
+    let Some(first) = letters.next() else { return String::new() };
+    let stop = if reason.ends_with(['.', '!', '?', '…']) { "" } else { "." };
+    format!("{}{}{stop}", first.to_uppercase(), letters.as_str())
+}
+
 /// A file name made of a part's name: lower case, words joined by hyphens, never empty.
 pub fn file_stem(part: &str) -> String {
     let mut stem = String::new();
@@ -86,11 +91,7 @@ pub fn file_stem(part: &str) -> String {
         }
     }
     let stem = stem.trim_end_matches('-');
-    if stem.is_empty() {
-        "semascan-model".into()
-    } else {
-        stem.into()
-    }
+    if stem.is_empty() { "semascan-model".into() } else { stem.into() }
 }
 
 #[cfg(test)]
@@ -125,6 +126,13 @@ mod tests {
         assert_eq!(percent(0.997), "99\u{a0}%");
         assert_eq!(percent(1.0), "100\u{a0}%");
         assert_eq!(percent(f64::NAN), "–");
+    }
+
+    #[test]
+    fn a_reason_becomes_a_sentence() {
+        assert_eq!(sentence("the socket closed"), "The socket closed.");
+        assert_eq!(sentence(" Reload the page. "), "Reload the page.");
+        assert_eq!(sentence(""), "");
     }
 
     #[test]

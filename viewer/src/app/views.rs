@@ -58,10 +58,7 @@ impl Views {
 
     /// The view of that number.
     pub fn get(&self, index: u32) -> Option<&ViewEntry> {
-        self.list
-            .binary_search_by_key(&index, |v| v.index)
-            .ok()
-            .map(|i| &self.list[i])
+        self.list.binary_search_by_key(&index, |v| v.index).ok().map(|i| &self.list[i])
     }
 
     /// The view the person selected.
@@ -104,9 +101,7 @@ impl Views {
         let Some(last) = self.list.len().checked_sub(1) else {
             return;
         };
-        let here = self
-            .selected
-            .and_then(|s| self.list.binary_search_by_key(&s, |v| v.index).ok());
+        let here = self.selected.and_then(|s| self.list.binary_search_by_key(&s, |v| v.index).ok());
         let there = match here {
             Some(i) => i.saturating_add_signed(step as isize).min(last),
             None => last,

@@ -33,31 +33,18 @@ impl Link {
         let sink = std::rc::Rc::new(std::cell::RefCell::new(on_event));
         let on_event = sink.clone();
         let on_message = Closure::<dyn FnMut(MessageEvent)>::new(move |message: MessageEvent| {
-            let bytes = message
-                .data()
-                .dyn_into::<ArrayBuffer>()
-                .map(|b| Uint8Array::new(&b).to_vec())
-                .unwrap_or_default();
-            let event = transfer::decode(&bytes).unwrap_or_else(|error| LinkEvent::Malformed {
-                reason: error.to_string(),
-            });
+            let bytes =
+                message.data().dyn_into::<ArrayBuffer>().map(|b| Uint8Array::new(&b).to_vec()).unwrap_or_default();
+            let event =
+                transfer::decode(&bytes).unwrap_or_else(|error| LinkEvent::Malformed { reason: error.to_string() });
             (on_event.borrow_mut())(event);
         });
         worker.set_onmessage(Some(on_message.as_ref().unchecked_ref()));
         let on_error = Closure::<dyn FnMut(ErrorEvent)>::new(move |error: ErrorEvent| {
             // A script that does not load comes without a message.
-            let why = Reflect::get(&error, &"message".into())
-                .ok()
-                .and_then(|m| m.as_string())
-                .unwrap_or_default();
-            let reason = format!(
-                "the decoding worker failed: {}",
-                if why.is_empty() {
-                    "it did not load"
-                } else {
-                    &why
-                }
-            );
+            let why = Reflect::get(&error, &"message".into()).ok().and_then(|m| m.as_string()).unwrap_or_default();
+            let reason =
+                format!("the decoding worker failed: {}", if why.is_empty() { "it did not load" } else { &why });
             (sink.borrow_mut())(LinkEvent::Refused { reason });
         });
         worker.set_onerror(Some(on_error.as_ref().unchecked_ref()));
@@ -66,11 +53,7 @@ impl Link {
         Reflect::set(&start, &"url".into(), &url.into())?;
         Reflect::set(&start, &"module".into(), &wasm_bindgen::module())?;
         worker.post_message(&start)?;
-        Ok(Self {
-            worker,
-            _on_message: on_message,
-            _on_error: on_error,
-        })
+        Ok(Self { worker, _on_message: on_message, _on_error: on_error })
     }
 
     /// Loses the connection on purpose, as a broken network would; the link then resumes by itself. For tests.

@@ -52,13 +52,7 @@ pub struct Reconnect {
 impl Reconnect {
     /// Starts; the first action is to connect.
     pub fn start() -> (Self, Action) {
-        (
-            Self {
-                state: State::Opening,
-                failures: 0,
-            },
-            Action::Connect { attempt: 1 },
-        )
+        (Self { state: State::Opening, failures: 0 }, Action::Connect { attempt: 1 })
     }
 
     /// The agent said welcome.
@@ -76,9 +70,7 @@ impl Reconnect {
         }
         self.state = State::Waiting;
         self.failures = self.failures.saturating_add(1);
-        Action::Wait {
-            ms: wait_ms(self.failures, random),
-        }
+        Action::Wait { ms: wait_ms(self.failures, random) }
     }
 
     /// The wait is over.
@@ -87,9 +79,7 @@ impl Reconnect {
             return Action::Nothing;
         }
         self.state = State::Opening;
-        Action::Connect {
-            attempt: self.failures.saturating_add(1),
-        }
+        Action::Connect { attempt: self.failures.saturating_add(1) }
     }
 
     /// Refused, or closed by the page: no further attempt.
@@ -110,14 +100,8 @@ impl Reconnect {
 
 fn wait_ms(failures: u32, random: f32) -> u32 {
     let doublings = failures.saturating_sub(1).min(16);
-    let longest = (2 * MIN_WAIT_MS)
-        .saturating_mul(1 << doublings)
-        .min(MAX_WAIT_MS);
-    let random = if random.is_finite() {
-        random.clamp(0.0, 1.0)
-    } else {
-        1.0
-    };
+    let longest = (2 * MIN_WAIT_MS).saturating_mul(1 << doublings).min(MAX_WAIT_MS);
+    let random = if random.is_finite() { random.clamp(0.0, 1.0) } else { 1.0 };
     longest / 2 + ((longest / 2) as f32 * random) as u32
 }
 
@@ -127,11 +111,7 @@ pub fn protocol_mismatch(picked: &str) -> Option<String> {
     if picked == SUBPROTOCOL {
         return None;
     }
-    let theirs = if picked.is_empty() {
-        "no known protocol"
-    } else {
-        picked
-    };
+    let theirs = if picked.is_empty() { "no known protocol" } else { picked };
     Some(format!(
         "this viewer speaks {SUBPROTOCOL}, the agent speaks {theirs}: reload the page, or update the older one"
     ))
@@ -148,9 +128,7 @@ mod tests {
         assert_eq!(first, Action::Connect { attempt: 1 });
         let mut waits = Vec::new();
         for attempt in 2..9 {
-            let Action::Wait { ms } = link.closed(0.0) else {
-                panic!("no wait")
-            };
+            let Action::Wait { ms } = link.closed(0.0) else { panic!("no wait") };
             waits.push(ms);
             assert_eq!(link.timer_fired(), Action::Connect { attempt });
         }
@@ -166,9 +144,7 @@ mod tests {
         let (mut link, _) = Reconnect::start();
         let mut last = 0;
         for _ in 0..4 {
-            let Action::Wait { ms } = link.closed(1.0) else {
-                panic!("no wait")
-            };
+            let Action::Wait { ms } = link.closed(1.0) else { panic!("no wait") };
             assert!(ms > last);
             last = ms;
             link.timer_fired();
@@ -190,21 +166,14 @@ mod tests {
         let (mut link, _) = Reconnect::start();
         assert_eq!(link.timer_fired(), Action::Nothing);
         assert!(matches!(link.closed(0.5), Action::Wait { .. }));
-        assert_eq!(
-            link.closed(0.5),
-            Action::Nothing,
-            "an error and its close event are one failure"
-        );
+        assert_eq!(link.closed(0.5), Action::Nothing, "an error and its close event are one failure");
     }
 
     #[test]
     fn the_mismatch_names_both_versions() {
         assert_eq!(protocol_mismatch("semascan.v1"), None);
         let text = protocol_mismatch("semascan.v2").unwrap_or_default();
-        assert!(
-            text.contains("semascan.v1") && text.contains("semascan.v2"),
-            "{text}"
-        );
+        assert!(text.contains("semascan.v1") && text.contains("semascan.v2"), "{text}");
         assert!(protocol_mismatch("").is_some());
     }
 

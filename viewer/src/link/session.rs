@@ -7,8 +7,8 @@ use super::LinkEvent;
 use semascan_shared::wire::chunk::ChunkDecoder;
 use semascan_shared::wire::server_message::Body;
 use semascan_shared::wire::{
-    ChunkGone, ChunkId, ChunkUpdate, ClientMessage, HeldChunk, Hello, Inspection, Welcome,
-    WireError, client_message, decode_server,
+    ChunkGone, ChunkId, ChunkUpdate, ClientMessage, HeldChunk, Hello, Inspection, Welcome, WireError, client_message,
+    decode_server,
 };
 use std::collections::BTreeMap;
 
@@ -35,28 +35,16 @@ impl Session {
     pub fn hello(&mut self) -> ClientMessage {
         self.welcomed = false;
         let known = self.held.len() <= MAX_HELD;
-        let held_chunk = |(id, revision): (&[i32; 3], &u32)| HeldChunk {
-            id: Some(ChunkId::from_array(*id)),
-            revision: *revision,
-        };
+        let held_chunk =
+            |(id, revision): (&[i32; 3], &u32)| HeldChunk { id: Some(ChunkId::from_array(*id)), revision: *revision };
         let hello = Hello {
             client: concat!("semascan-viewer ", env!("CARGO_PKG_VERSION")).to_owned(),
             capabilities: Vec::new(),
-            inspection_id: if known {
-                self.inspection_id.clone()
-            } else {
-                String::new()
-            },
+            inspection_id: if known { self.inspection_id.clone() } else { String::new() },
             epoch: self.epoch,
-            held: if known {
-                self.held.iter().map(held_chunk).collect()
-            } else {
-                Vec::new()
-            },
+            held: if known { self.held.iter().map(held_chunk).collect() } else { Vec::new() },
         };
-        ClientMessage {
-            body: Some(client_message::Body::Hello(hello)),
-        }
+        ClientMessage { body: Some(client_message::Body::Hello(hello)) }
     }
 
     /// Whether the agent has answered the present connection.
@@ -70,26 +58,17 @@ impl Session {
             Some(body) => self.take(body),
             None => Err(WireError::Empty),
         });
-        event.unwrap_or_else(|error| {
-            Some(LinkEvent::Malformed {
-                reason: error.to_string(),
-            })
-        })
+        event.unwrap_or_else(|error| Some(LinkEvent::Malformed { reason: error.to_string() }))
     }
 
     fn take(&mut self, body: Body) -> Result<Option<LinkEvent>, WireError> {
         let greeting = matches!(body, Body::Welcome(_) | Body::Refused(_));
         if !self.welcomed && !greeting {
-            return Err(WireError::Field {
-                field: "body",
-                reason: "a message before the welcome".to_owned(),
-            });
+            return Err(WireError::Field { field: "body", reason: "a message before the welcome".to_owned() });
         }
         Ok(match body {
             Body::Welcome(welcome) => Some(self.welcome(welcome)?),
-            Body::Refused(refused) => Some(LinkEvent::Refused {
-                reason: refused.reason,
-            }),
+            Body::Refused(refused) => Some(LinkEvent::Refused { reason: refused.reason }),
             Body::Clear(clear) => {
                 let inspection = required("clear.inspection", clear.inspection)?;
                 self.start_over(&inspection);
@@ -108,20 +87,13 @@ impl Session {
         let same = inspection.id == self.inspection_id && inspection.epoch == self.epoch;
         if welcome.resumed && !same {
             let reason = "resumed, but another inspection or epoch than was held".to_owned();
-            return Err(WireError::Field {
-                field: "welcome.resumed",
-                reason,
-            });
+            return Err(WireError::Field { field: "welcome.resumed", reason });
         }
         if !welcome.resumed {
             self.start_over(&inspection);
         }
         self.welcomed = true;
-        Ok(LinkEvent::Connected {
-            inspection,
-            resumed: welcome.resumed,
-            agent: welcome.agent,
-        })
+        Ok(LinkEvent::Connected { inspection, resumed: welcome.resumed, agent: welcome.agent })
     }
 
     fn start_over(&mut self, inspection: &Inspection) {
@@ -135,11 +107,7 @@ impl Session {
             return Ok(None);
         }
         let decoded = self.decoder.decode(update)?;
-        if self
-            .held
-            .get(&decoded.id)
-            .is_some_and(|held| *held >= decoded.revision)
-        {
+        if self.held.get(&decoded.id).is_some_and(|held| *held >= decoded.revision) {
             return Ok(None);
         }
         self.held.insert(decoded.id, decoded.revision);
@@ -157,10 +125,7 @@ impl Session {
 }
 
 fn required<T>(field: &'static str, value: Option<T>) -> Result<T, WireError> {
-    value.ok_or_else(|| WireError::Field {
-        field,
-        reason: "missing".to_owned(),
-    })
+    value.ok_or_else(|| WireError::Field { field, reason: "missing".to_owned() })
 }
 
 #[cfg(test)]
@@ -178,20 +143,12 @@ mod tests {
     }
 
     fn inspection(id: &str, epoch: u32) -> Inspection {
-        Inspection {
-            id: id.to_owned(),
-            epoch,
-            ..Inspection::default()
-        }
+        Inspection { id: id.to_owned(), epoch, ..Inspection::default() }
     }
 
     fn welcome(id: &str, epoch: u32, resumed: bool) -> Vec<u8> {
         let inspection = Some(inspection(id, epoch));
-        bytes(Body::Welcome(Welcome {
-            inspection,
-            resumed,
-            ..Welcome::default()
-        }))
+        bytes(Body::Welcome(Welcome { inspection, resumed, ..Welcome::default() }))
     }
 
     fn chunk(x: i32, epoch: u32, revision: u32) -> Vec<u8> {
@@ -211,36 +168,18 @@ mod tests {
             views: 1,
             flags: PointFlags::default(),
         };
-        let chunk = VoxelChunk {
-            id: [x, 0, 0],
-            voxel,
-            voxels: vec![([0; 3], point)],
-        };
-        bytes(Body::Chunk(
-            encode(&chunk, epoch, revision)
-                .expect("a sound chunk")
-                .update,
-        ))
+        let chunk = VoxelChunk { id: [x, 0, 0], voxel, voxels: vec![([0; 3], point)] };
+        bytes(Body::Chunk(encode(&chunk, epoch, revision).expect("a sound chunk").update))
     }
 
     fn gone(x: i32, epoch: u32, revision: u32) -> Vec<u8> {
         let id = Some(ChunkId::from_array([x, 0, 0]));
-        bytes(Body::Gone(ChunkGone {
-            epoch,
-            id,
-            revision,
-        }))
+        bytes(Body::Gone(ChunkGone { epoch, id, revision }))
     }
 
     fn held(session: &mut Session) -> (String, u32, Vec<([i32; 3], u32)>) {
-        let Some(client_message::Body::Hello(hello)) = session.hello().body else {
-            panic!("no hello")
-        };
-        let held = hello
-            .held
-            .iter()
-            .map(|h| (h.id.unwrap_or_default().to_array(), h.revision))
-            .collect();
+        let Some(client_message::Body::Hello(hello)) = session.hello().body else { panic!("no hello") };
+        let held = hello.held.iter().map(|h| (h.id.unwrap_or_default().to_array(), h.revision)).collect();
         (hello.inspection_id, hello.epoch, held)
     }
 
@@ -249,25 +188,13 @@ mod tests {
         let mut session = Session::new();
         assert_eq!(held(&mut session), (String::new(), 0, vec![]));
         session.receive(&welcome("a", 1, false));
-        assert!(matches!(
-            session.receive(&chunk(0, 1, 3)),
-            Some(LinkEvent::Chunk(_))
-        ));
-        assert!(matches!(
-            session.receive(&chunk(1, 1, 1)),
-            Some(LinkEvent::Chunk(_))
-        ));
-        assert!(matches!(
-            session.receive(&gone(1, 1, 2)),
-            Some(LinkEvent::ChunkGone { id: [1, 0, 0] })
-        ));
+        assert!(matches!(session.receive(&chunk(0, 1, 3)), Some(LinkEvent::Chunk(_))));
+        assert!(matches!(session.receive(&chunk(1, 1, 1)), Some(LinkEvent::Chunk(_))));
+        assert!(matches!(session.receive(&gone(1, 1, 2)), Some(LinkEvent::ChunkGone { id: [1, 0, 0] })));
         assert_eq!(held(&mut session), ("a".to_owned(), 1, vec![([0; 3], 3)]));
         assert!(!session.is_welcomed(), "a hello opens a new connection");
         let event = session.receive(&welcome("a", 1, true));
-        assert!(matches!(
-            event,
-            Some(LinkEvent::Connected { resumed: true, .. })
-        ));
+        assert!(matches!(event, Some(LinkEvent::Connected { resumed: true, .. })));
         assert_eq!(held(&mut session).2, [([0; 3], 3)]);
     }
 
@@ -278,19 +205,10 @@ mod tests {
         session.receive(&chunk(0, 2, 5));
         assert!(session.receive(&chunk(0, 2, 5)).is_none(), "held already");
         assert!(session.receive(&chunk(0, 2, 4)).is_none(), "older");
-        assert!(
-            session.receive(&chunk(7, 1, 9)).is_none(),
-            "of an earlier epoch"
-        );
-        assert!(
-            session.receive(&gone(0, 2, 4)).is_none(),
-            "emptied before it was filled again"
-        );
+        assert!(session.receive(&chunk(7, 1, 9)).is_none(), "of an earlier epoch");
+        assert!(session.receive(&gone(0, 2, 4)).is_none(), "emptied before it was filled again");
         assert!(session.receive(&gone(9, 2, 4)).is_none(), "never held");
-        assert!(matches!(
-            session.receive(&chunk(0, 2, 6)),
-            Some(LinkEvent::Chunk(_))
-        ));
+        assert!(matches!(session.receive(&chunk(0, 2, 6)), Some(LinkEvent::Chunk(_))));
     }
 
     #[test]
@@ -298,13 +216,8 @@ mod tests {
         let mut session = Session::new();
         session.receive(&welcome("a", 1, false));
         session.receive(&chunk(0, 1, 3));
-        let clear = bytes(Body::Clear(Clear {
-            inspection: Some(inspection("a", 2)),
-        }));
-        assert!(matches!(
-            session.receive(&clear),
-            Some(LinkEvent::Cleared(_))
-        ));
+        let clear = bytes(Body::Clear(Clear { inspection: Some(inspection("a", 2)) }));
+        assert!(matches!(session.receive(&clear), Some(LinkEvent::Cleared(_))));
         assert_eq!(held(&mut session), ("a".to_owned(), 2, vec![]));
         session.receive(&welcome("a", 2, true));
         session.receive(&chunk(0, 2, 1));
@@ -327,32 +240,18 @@ mod tests {
         assert!(reason(session.receive(&welcome("a", 1, true))).contains("welcome.resumed"));
         assert!(!session.is_welcomed());
         session.receive(&welcome("a", 1, false));
-        let empty = bytes(Body::Chunk(ChunkUpdate {
-            epoch: 1,
-            ..ChunkUpdate::default()
-        }));
+        let empty = bytes(Body::Chunk(ChunkUpdate { epoch: 1, ..ChunkUpdate::default() }));
         reason(session.receive(&empty));
-        assert!(
-            matches!(session.receive(&early), Some(LinkEvent::Progress(_))),
-            "the link goes on"
-        );
+        assert!(matches!(session.receive(&early), Some(LinkEvent::Progress(_))), "the link goes on");
     }
 
     #[test]
     fn a_refusal_may_come_at_any_time() {
-        let refused = bytes(Body::Refused(Refused {
-            reason: "full".to_owned(),
-        }));
+        let refused = bytes(Body::Refused(Refused { reason: "full".to_owned() }));
         let mut session = Session::new();
-        assert!(matches!(
-            session.receive(&refused),
-            Some(LinkEvent::Refused { .. })
-        ));
+        assert!(matches!(session.receive(&refused), Some(LinkEvent::Refused { .. })));
         session.receive(&welcome("a", 1, false));
-        assert!(matches!(
-            session.receive(&refused),
-            Some(LinkEvent::Refused { .. })
-        ));
+        assert!(matches!(session.receive(&refused), Some(LinkEvent::Refused { .. })));
     }
 
     proptest! {

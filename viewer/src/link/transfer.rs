@@ -53,11 +53,7 @@ pub fn encode(event: &LinkEvent) -> Vec<u8> {
     };
     match event {
         LinkEvent::Connecting { attempt } => block(kind::CONNECTING, &attempt.to_le_bytes()),
-        LinkEvent::Connected {
-            inspection,
-            resumed,
-            agent,
-        } => {
+        LinkEvent::Connected { inspection, resumed, agent } => {
             let welcome = wire::Welcome {
                 agent: agent.clone(),
                 capabilities: Vec::new(),
@@ -87,15 +83,10 @@ pub fn encode(event: &LinkEvent) -> Vec<u8> {
 /// # Errors
 /// [`TransferError`] if they are not what [`encode`] makes.
 pub fn decode(bytes: &[u8]) -> Result<LinkEvent, TransferError> {
-    let mut reader = Reader {
-        rest: bytes,
-        total: bytes.len(),
-    };
+    let mut reader = Reader { rest: bytes, total: bytes.len() };
     let [kind, ..] = reader.array::<4>()?;
     Ok(match kind {
-        kind::CONNECTING => LinkEvent::Connecting {
-            attempt: u32::from_le_bytes(reader.array()?),
-        },
+        kind::CONNECTING => LinkEvent::Connecting { attempt: u32::from_le_bytes(reader.array()?) },
         kind::CONNECTED => {
             let welcome: wire::Welcome = message(reader.rest)?;
             LinkEvent::Connected {
@@ -106,23 +97,16 @@ pub fn decode(bytes: &[u8]) -> Result<LinkEvent, TransferError> {
         }
         kind::DISCONNECTED => {
             let retry_ms = u32::from_le_bytes(reader.array()?);
-            LinkEvent::Disconnected {
-                reason: text(reader.rest),
-                retry_ms,
-            }
+            LinkEvent::Disconnected { reason: text(reader.rest), retry_ms }
         }
-        kind::REFUSED => LinkEvent::Refused {
-            reason: text(reader.rest),
-        },
+        kind::REFUSED => LinkEvent::Refused { reason: text(reader.rest) },
         kind::CLEARED => LinkEvent::Cleared(message(reader.rest)?),
         kind::PROGRESS => LinkEvent::Progress(message(reader.rest)?),
         kind::STAGE => LinkEvent::Stage(message(reader.rest)?),
         kind::VIEW => LinkEvent::View(message(reader.rest)?),
         kind::CHUNK => LinkEvent::Chunk(decode_chunk(&mut reader)?),
         kind::GONE => LinkEvent::ChunkGone { id: reader.id()? },
-        kind::MALFORMED => LinkEvent::Malformed {
-            reason: text(reader.rest),
-        },
+        kind::MALFORMED => LinkEvent::Malformed { reason: text(reader.rest) },
         other => return Err(TransferError::Kind(other)),
     })
 }
@@ -175,20 +159,9 @@ fn decode_chunk(reader: &mut Reader<'_>) -> Result<DecodedChunk, TransferError> 
         defect_sigma: reader.column(n)?,
         instances: reader.column(n)?,
         views: reader.column(n)?,
-        flags: reader
-            .column::<u16>(n)?
-            .into_iter()
-            .map(PointFlags)
-            .collect(),
+        flags: reader.column::<u16>(n)?.into_iter().map(PointFlags).collect(),
     };
-    Ok(DecodedChunk {
-        id,
-        revision,
-        epoch,
-        voxel,
-        hash,
-        cloud,
-    })
+    Ok(DecodedChunk { id, revision, epoch, voxel, hash, cloud })
 }
 
 fn message<M: Message + Default>(bytes: &[u8]) -> Result<M, TransferError> {
@@ -206,10 +179,7 @@ struct Reader<'a> {
 
 impl Reader<'_> {
     fn array<const N: usize>(&mut self) -> Result<[u8; N], TransferError> {
-        let (head, rest) = self
-            .rest
-            .split_first_chunk()
-            .ok_or(TransferError::Length(self.total))?;
+        let (head, rest) = self.rest.split_first_chunk().ok_or(TransferError::Length(self.total))?;
         self.rest = rest;
         Ok(*head)
     }
@@ -220,10 +190,7 @@ impl Reader<'_> {
 
     fn column<T: bytemuck::Pod>(&mut self, n: usize) -> Result<Vec<T>, TransferError> {
         let len = n.saturating_mul(size_of::<T>());
-        let (head, rest) = self
-            .rest
-            .split_at_checked(len)
-            .ok_or(TransferError::Length(self.total))?;
+        let (head, rest) = self.rest.split_at_checked(len).ok_or(TransferError::Length(self.total))?;
         self.rest = rest;
         let mut column = vec![T::zeroed(); n];
         bytemuck::cast_slice_mut(&mut column).copy_from_slice(head);
@@ -271,72 +238,29 @@ mod tests {
     fn chunks_cross_unchanged() {
         for n in [0, 1, 5, 300] {
             let sent = chunk(n);
-            let LinkEvent::Chunk(got) = round_trip(&LinkEvent::Chunk(sent.clone())) else {
-                panic!("not a chunk")
-            };
+            let LinkEvent::Chunk(got) = round_trip(&LinkEvent::Chunk(sent.clone())) else { panic!("not a chunk") };
             assert_eq!(
-                (
-                    got.id,
-                    got.revision,
-                    got.epoch,
-                    got.voxel,
-                    got.hash,
-                    got.cloud
-                ),
-                (
-                    sent.id,
-                    sent.revision,
-                    sent.epoch,
-                    sent.voxel,
-                    sent.hash,
-                    sent.cloud
-                )
+                (got.id, got.revision, got.epoch, got.voxel, got.hash, got.cloud),
+                (sent.id, sent.revision, sent.epoch, sent.voxel, sent.hash, sent.cloud)
             );
         }
     }
 
     #[test]
     fn every_control_event_crosses_unchanged() {
-        let inspection = wire::Inspection {
-            id: "a".into(),
-            epoch: 2,
-            part: "ß".into(),
-            ..wire::Inspection::default()
-        };
+        let inspection =
+            wire::Inspection { id: "a".into(), epoch: 2, part: "ß".into(), ..wire::Inspection::default() };
         let events = [
             LinkEvent::Connecting { attempt: 3 },
-            LinkEvent::Connected {
-                inspection: inspection.clone(),
-                resumed: true,
-                agent: "x 1".into(),
-            },
-            LinkEvent::Disconnected {
-                reason: "gone".into(),
-                retry_ms: 250,
-            },
-            LinkEvent::Refused {
-                reason: "no".into(),
-            },
+            LinkEvent::Connected { inspection: inspection.clone(), resumed: true, agent: "x 1".into() },
+            LinkEvent::Disconnected { reason: "gone".into(), retry_ms: 250 },
+            LinkEvent::Refused { reason: "no".into() },
             LinkEvent::Cleared(inspection),
-            LinkEvent::Progress(wire::Progress {
-                points: 5,
-                model_hash: 9,
-                ..wire::Progress::default()
-            }),
-            LinkEvent::Stage(wire::StageEvent {
-                view: 1,
-                duration_us: 2,
-                ..wire::StageEvent::default()
-            }),
-            LinkEvent::View(wire::ViewReport {
-                index: 4,
-                thumbnail_jpeg: vec![1, 2],
-                ..wire::ViewReport::default()
-            }),
+            LinkEvent::Progress(wire::Progress { points: 5, model_hash: 9, ..wire::Progress::default() }),
+            LinkEvent::Stage(wire::StageEvent { view: 1, duration_us: 2, ..wire::StageEvent::default() }),
+            LinkEvent::View(wire::ViewReport { index: 4, thumbnail_jpeg: vec![1, 2], ..wire::ViewReport::default() }),
             LinkEvent::ChunkGone { id: [1, -2, 3] },
-            LinkEvent::Malformed {
-                reason: "field".into(),
-            },
+            LinkEvent::Malformed { reason: "field".into() },
         ];
         for event in events {
             assert_eq!(format!("{:?}", round_trip(&event)), format!("{event:?}"));

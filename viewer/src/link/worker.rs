@@ -23,14 +23,7 @@ pub fn worker_start(url: String) -> Result<(), JsValue> {
     console_error_panic_hook::set_once();
     let scope: DedicatedWorkerGlobalScope = js_sys::global().dyn_into()?;
     let (reconnect, first) = Reconnect::start();
-    let worker = Worker {
-        scope: scope.clone(),
-        url,
-        session: Session::new(),
-        reconnect,
-        socket: None,
-        timer: None,
-    };
+    let worker = Worker { scope: scope.clone(), url, session: Session::new(), reconnect, socket: None, timer: None };
     let shared = Rc::new(RefCell::new(worker));
     let this = shared.clone();
     let on_message = Closure::<dyn FnMut(MessageEvent)>::new(move |message: MessageEvent| {
@@ -58,10 +51,7 @@ struct Worker {
 impl Worker {
     fn tell(&self, event: &LinkEvent) {
         let buffer = Uint8Array::from(transfer::encode(event).as_slice()).buffer();
-        if let Err(error) = self
-            .scope
-            .post_message_with_transfer(&buffer, &Array::of1(&buffer))
-        {
+        if let Err(error) = self.scope.post_message_with_transfer(&buffer, &Array::of1(&buffer)) {
             web_sys::console::error_2(&"semascan: the page could not be told".into(), &error);
         }
     }
@@ -79,16 +69,12 @@ impl Worker {
             return self.refuse(reason);
         }
         // A send can only fail on a socket that is not open, and then its close event follows.
-        let _ = socket
-            .socket
-            .send_with_u8_array(&self.session.hello().encode_to_vec());
+        let _ = socket.socket.send_with_u8_array(&self.session.hello().encode_to_vec());
     }
 
     fn take_in(&mut self, data: &JsValue) {
         let Some(buffer) = data.dyn_ref::<ArrayBuffer>() else {
-            return self.tell(&LinkEvent::Malformed {
-                reason: "a text message".to_owned(),
-            });
+            return self.tell(&LinkEvent::Malformed { reason: "a text message".to_owned() });
         };
         let Some(event) = self.session.receive(&Uint8Array::new(buffer).to_vec()) else {
             return;
@@ -113,10 +99,9 @@ fn follow(shared: &Shared, action: Action) {
             match Socket::open(&url, shared) {
                 Ok(socket) => {
                     let this = shared.clone();
-                    let timer =
-                        Timer::start(&shared.borrow().scope, WELCOME_TIMEOUT_MS, move || {
-                            lose(&this, "no answer from the agent");
-                        });
+                    let timer = Timer::start(&shared.borrow().scope, WELCOME_TIMEOUT_MS, move || {
+                        lose(&this, "no answer from the agent");
+                    });
                     let mut worker = shared.borrow_mut();
                     worker.socket = Some(socket);
                     worker.timer = timer.ok();
@@ -147,10 +132,7 @@ fn lose(shared: &Shared, reason: &str) {
         let action = worker.reconnect.closed(js_sys::Math::random() as f32);
         if let Action::Wait { ms } = action {
             worker.socket = None;
-            worker.tell(&LinkEvent::Disconnected {
-                reason: reason.to_owned(),
-                retry_ms: ms,
-            });
+            worker.tell(&LinkEvent::Disconnected { reason: reason.to_owned(), retry_ms: ms });
         }
         action
     };
@@ -172,23 +154,16 @@ impl Socket {
         let this = shared.clone();
         let on_open = Closure::<dyn FnMut(Event)>::new(move |_| this.borrow_mut().say_hello());
         let this = shared.clone();
-        let on_message = Closure::<dyn FnMut(MessageEvent)>::new(move |m: MessageEvent| {
-            this.borrow_mut().take_in(&m.data())
-        });
+        let on_message =
+            Closure::<dyn FnMut(MessageEvent)>::new(move |m: MessageEvent| this.borrow_mut().take_in(&m.data()));
         let this = shared.clone();
         // A failed connection fires `error` without any detail and then `close`: one handler is enough.
-        let on_close = Closure::<dyn FnMut(CloseEvent)>::new(move |event: CloseEvent| {
-            lose(&this, &close_reason(&event))
-        });
+        let on_close =
+            Closure::<dyn FnMut(CloseEvent)>::new(move |event: CloseEvent| lose(&this, &close_reason(&event)));
         socket.set_onopen(Some(on_open.as_ref().unchecked_ref()));
         socket.set_onmessage(Some(on_message.as_ref().unchecked_ref()));
         socket.set_onclose(Some(on_close.as_ref().unchecked_ref()));
-        Ok(Self {
-            socket,
-            _on_open: on_open,
-            _on_message: on_message,
-            _on_close: on_close,
-        })
+        Ok(Self { socket, _on_open: on_open, _on_message: on_message, _on_close: on_close })
     }
 }
 
@@ -219,21 +194,11 @@ struct Timer {
 }
 
 impl Timer {
-    fn start(
-        scope: &DedicatedWorkerGlobalScope,
-        ms: u32,
-        on_time: impl FnMut() + 'static,
-    ) -> Result<Self, JsValue> {
+    fn start(scope: &DedicatedWorkerGlobalScope, ms: u32, on_time: impl FnMut() + 'static) -> Result<Self, JsValue> {
         let on_time = Closure::<dyn FnMut()>::new(on_time);
-        let id = scope.set_timeout_with_callback_and_timeout_and_arguments_0(
-            on_time.as_ref().unchecked_ref(),
-            ms as i32,
-        )?;
-        Ok(Self {
-            scope: scope.clone(),
-            id,
-            _on_time: on_time,
-        })
+        let id =
+            scope.set_timeout_with_callback_and_timeout_and_arguments_0(on_time.as_ref().unchecked_ref(), ms as i32)?;
+        Ok(Self { scope: scope.clone(), id, _on_time: on_time })
     }
 }
 

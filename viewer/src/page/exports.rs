@@ -1,6 +1,6 @@
 //! The visible part of the model as the bytes of a file. The writers are those of `semascan inspect`.
 
-use super::scene::Scene;
+use super::scene::hidden_flags;
 use crate::app::{AppState, units};
 use semascan_shared::export::glb::GlbOptions;
 use semascan_shared::export::{ExportError, ExportFilter, glb, ply};
@@ -48,11 +48,7 @@ pub struct ExportFile {
 ///
 /// # Errors
 /// [`ExportError`] if the model is too large for the format.
-pub fn export(
-    cloud: &SemanticCloud,
-    state: &AppState,
-    format: ExportFormat,
-) -> Result<ExportFile, ExportError> {
+pub fn export(cloud: &SemanticCloud, state: &AppState, format: ExportFormat) -> Result<ExportFile, ExportError> {
     let cloud = filter(state).apply(cloud);
     let taxonomy = state.inspection.taxonomy();
     let inspection = &state.inspection;
@@ -68,32 +64,18 @@ pub fn export(
             ply::write_cloud(&mut bytes, &cloud, &taxonomy, &comments)?;
         }
         ExportFormat::Glb => {
-            let options = GlbOptions {
-                part: inspection.part.clone(),
-                voxel: inspection.voxel as f32,
-            };
+            let options = GlbOptions { part: inspection.part.clone(), voxel: inspection.voxel as f32 };
             glb::write_points(&mut bytes, &cloud, &taxonomy, &options)?;
         }
     }
-    let name = format!(
-        "{}.{}",
-        units::file_stem(&inspection.part),
-        format.extension()
-    );
-    Ok(ExportFile {
-        name,
-        bytes,
-        points: cloud.len(),
-    })
+    let name = format!("{}.{}", units::file_stem(&inspection.part), format.extension());
+    Ok(ExportFile { name, bytes, points: cloud.len() })
 }
 
 /// What is hidden on screen is left out of the file.
 fn filter(state: &AppState) -> ExportFilter {
     let hidden = state.legend.rows.iter().filter(|row| !row.visible);
-    ExportFilter {
-        hidden_labels: hidden.map(|row| row.class.id).collect(),
-        skip_flags: Scene::of(state).hidden().bits(),
-    }
+    ExportFilter { hidden_labels: hidden.map(|row| row.class.id).collect(), skip_flags: hidden_flags(state).bits() }
 }
 
 #[cfg(test)]
@@ -122,11 +104,7 @@ mod tests {
 
     fn shown() -> AppState {
         let mut state = AppState::default();
-        let mut inspection = Inspection {
-            part: "Starter motor 7".into(),
-            voxel: 0.001,
-            ..Inspection::default()
-        };
+        let mut inspection = Inspection { part: "Starter motor 7".into(), voxel: 0.001, ..Inspection::default() };
         inspection.set_taxonomy(&Taxonomy::from_names(&["housing", "pinion gear"], &[]));
         state.reduce(Event::Cleared(inspection));
         state
@@ -134,26 +112,17 @@ mod tests {
 
     #[test]
     fn a_file_holds_what_is_seen_and_names_the_classes() {
-        let cloud: SemanticCloud = [
-            point(1, 0),
-            point(2, 0),
-            point(2, 0),
-            point(1, PointFlags::RADIUS_OUTLIER),
-        ]
-        .into_iter()
-        .collect();
+        let cloud: SemanticCloud =
+            [point(1, 0), point(2, 0), point(2, 0), point(1, PointFlags::RADIUS_OUTLIER)].into_iter().collect();
         let mut state = shown();
-        let exported =
-            |state: &AppState, format| export(&cloud, state, format).expect("a small model fits");
+        let exported = |state: &AppState, format| export(&cloud, state, format).expect("a small model fits");
         let all = exported(&state, ExportFormat::Ply);
         assert_eq!((all.name.as_str(), all.points), ("starter-motor-7.ply", 3));
         state.reduce(Event::OnlyComponent(2));
         let pinion = exported(&state, ExportFormat::Ply);
         assert_eq!(pinion.points, 2);
         let text = String::from_utf8_lossy(&pinion.bytes);
-        assert!(
-            text.contains("element vertex 2") && text.contains("comment label 2 pinion gear #")
-        );
+        assert!(text.contains("element vertex 2") && text.contains("comment label 2 pinion gear #"));
         state.reduce(Event::AllComponents);
         state.reduce(Event::ShowOutliers(true));
         assert_eq!(exported(&state, ExportFormat::Ply).points, 4);

@@ -28,12 +28,7 @@ pub(super) struct Graphics {
 
 impl Graphics {
     pub(super) fn new(choice: BackendChoice) -> Self {
-        Self {
-            choice,
-            renderer: RefCell::default(),
-            pointer: RefCell::default(),
-            losses: Cell::default(),
-        }
+        Self { choice, renderer: RefCell::default(), pointer: RefCell::default(), losses: Cell::default() }
     }
 
     /// Starts to draw on the page's canvas.
@@ -54,15 +49,10 @@ impl Graphics {
         graphics.pointer.borrow_mut().take();
         graphics.losses.set(graphics.losses.get() + 1);
         if graphics.losses.get() > MOST_LOSSES {
-            Self::unavailable(
-                stage,
-                format!("The graphics device was lost again and again: {reason}."),
-            );
+            Self::unavailable(stage, format!("The graphics device was lost again and again: {reason}"));
             return;
         }
-        web_sys::console::warn_1(
-            &format!("semascan: graphics device lost: {reason}; opening another").into(),
-        );
+        web_sys::console::warn_1(&format!("semascan: graphics device lost: {reason}; opening another").into());
         stage.send.run(Event::Gpu(Gpu::Starting));
         let stage = stage.clone();
         spawn_local(async move {
@@ -110,7 +100,7 @@ impl Graphics {
     fn ready(stage: &Rc<Stage>, made: Result<Renderer, RenderError>) {
         let renderer = match made {
             Ok(renderer) => renderer,
-            Err(error) => return Self::unavailable(stage, format!("{error}.")),
+            Err(error) => return Self::unavailable(stage, error.to_string()),
         };
         let steer = stage.clone();
         match CameraPointer::attach(renderer.canvas(), move |input| steer.steer(input)) {

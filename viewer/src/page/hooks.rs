@@ -25,10 +25,7 @@ pub(super) fn tell_no_backend(document: &Document) {
 
 fn set(document: &Document, name: &str, value: &str) {
     // The renderer may have put a fresh canvas in the place of the old one, so it is looked up every time.
-    if let Some(canvas) = document
-        .get_element_by_id("viewport")
-        .and_then(|c| c.dyn_into::<HtmlElement>().ok())
-    {
+    if let Some(canvas) = document.get_element_by_id("viewport").and_then(|c| c.dyn_into::<HtmlElement>().ok()) {
         // Fails only for names that are no identifiers.
         let _ = canvas.dataset().set(name, value);
     }

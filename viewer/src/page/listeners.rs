@@ -25,14 +25,9 @@ pub(super) fn keyboard(window: &Window, stage: &Rc<Stage>) -> Result<(), JsValue
     let stage = stage.clone();
     let on_key = Closure::<dyn FnMut(KeyboardEvent)>::new(move |event: KeyboardEvent| {
         let command = event.ctrl_key() || event.alt_key() || event.meta_key();
-        let modifiers = Modifiers {
-            shift: event.shift_key(),
-            command,
-        };
+        let modifiers = Modifiers { shift: event.shift_key(), command };
         let focus = focus(&stage.document);
-        let found = stage
-            .state
-            .with_untracked(|s| action(&event.key(), modifiers, focus, s));
+        let found = stage.state.with_untracked(|s| action(&event.key(), modifiers, focus, s));
         if let Some(found) = found {
             event.prevent_default();
             match found {
@@ -48,9 +43,7 @@ pub(super) fn keyboard(window: &Window, stage: &Rc<Stage>) -> Result<(), JsValue
 
 fn focus(document: &Document) -> Focus {
     match document.active_element() {
-        Some(element) if !matches!(element.tag_name().as_str(), "BODY" | "CANVAS") => {
-            Focus::Control
-        }
+        Some(element) if !matches!(element.tag_name().as_str(), "BODY" | "CANVAS") => Focus::Control,
         _ => Focus::Model,
     }
 }
@@ -60,11 +53,7 @@ pub(super) fn size(window: &Window, stage: &Rc<Stage>, place: Element) -> Result
     let (window, stage, element) = (window.clone(), stage.clone(), place.clone());
     let measure = move || {
         let ratio = window.device_pixel_ratio().min(MOST_RATIO) as f32;
-        stage.resize(Size {
-            width: element.client_width() as f32,
-            height: element.client_height() as f32,
-            ratio,
-        });
+        stage.resize(Size { width: element.client_width() as f32, height: element.client_height() as f32, ratio });
     };
     measure();
     let on_size = Closure::<dyn FnMut(JsValue)>::new(move |_| measure());
@@ -79,10 +68,9 @@ pub(super) fn system_theme(window: &Window, ui: Ui) -> Result<(), JsValue> {
         return Ok(());
     };
     ui.send.run(Event::SystemDark(query.matches()));
-    let on_change =
-        Closure::<dyn FnMut(MediaQueryListEvent)>::new(move |e: MediaQueryListEvent| {
-            ui.send.run(Event::SystemDark(e.matches()));
-        });
+    let on_change = Closure::<dyn FnMut(MediaQueryListEvent)>::new(move |e: MediaQueryListEvent| {
+        ui.send.run(Event::SystemDark(e.matches()));
+    });
     query.add_event_listener_with_callback("change", on_change.as_ref().unchecked_ref())?;
     on_change.forget();
     Ok(())
@@ -115,11 +103,7 @@ pub(super) fn frame_of_page(window: &Window, document: &Document, ui: Ui) {
     let page = document.clone();
     Effect::new(move |_| {
         let part = part.get();
-        page.set_title(&if part.is_empty() {
-            "Semascan".into()
-        } else {
-            format!("{part} · Semascan")
-        });
+        page.set_title(&if part.is_empty() { "Semascan".into() } else { format!("{part} · Semascan") });
     });
 }
 
@@ -132,10 +116,7 @@ pub(super) fn clock(ui: Ui) {
         }
         let tick = move || ui.send.run(Event::Elapsed { ms: CLOCK_MS });
         let every = Duration::from_millis(CLOCK_MS.into());
-        wanted
-            .get()
-            .then(|| set_interval_with_handle(tick, every).ok())
-            .flatten()
+        wanted.get().then(|| set_interval_with_handle(tick, every).ok()).flatten()
     });
 }
 

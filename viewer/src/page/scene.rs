@@ -1,9 +1,7 @@
 //! From the state to what a frame shall show.
 
 use crate::app::AppState;
-use crate::render::{
-    CameraFrustum, ClassMask, ColorMode, DrawRequest, HiddenFlags, Palette, Theme, Turntable,
-};
+use crate::render::{CameraFrustum, ClassMask, ColorMode, DrawRequest, HiddenFlags, Palette, Theme, Turntable};
 use semascan_shared::wire::ViewReport;
 
 /// The part of the state that shows in the picture; when it is equal, the picture is.
@@ -29,22 +27,11 @@ impl Scene {
         Self {
             color_mode: state.display.color_mode,
             visible,
-            hidden: HiddenFlags {
-                outliers: !state.display.outliers,
-                background: !state.display.background,
-            },
+            hidden: hidden_flags(state),
             palette: Palette::from_taxonomy(&state.inspection.taxonomy()),
             views_top: u16::try_from(state.views_scale()).unwrap_or(u16::MAX),
-            theme: if state.display.dark() {
-                Theme::Dark
-            } else {
-                Theme::Light
-            },
-            turntable: state
-                .inspection
-                .turntable
-                .as_ref()
-                .and_then(Turntable::from_wire),
+            theme: if state.display.dark() { Theme::Dark } else { Theme::Light },
+            turntable: state.inspection.turntable.as_ref().and_then(Turntable::from_wire),
             frusta: frusta(state),
         }
     }
@@ -60,31 +47,19 @@ impl Scene {
         request.turntable = self.turntable;
         request.frusta = self.frusta.clone();
     }
+}
 
-    /// Component classes that are shown.
-    pub fn visible(&self) -> ClassMask {
-        self.visible
-    }
-
-    /// Marked points that are not.
-    pub fn hidden(&self) -> HiddenFlags {
-        self.hidden
-    }
+/// Marked points that are left out: of the picture, of the figures and of exports.
+pub fn hidden_flags(state: &AppState) -> HiddenFlags {
+    HiddenFlags { outliers: !state.display.outliers, background: !state.display.background }
 }
 
 /// The cameras of the accepted views, and strongly the one that is looked at.
 fn frusta(state: &AppState) -> Vec<CameraFrustum> {
     let current = state.views.shown_camera().map(|v| v.index);
-    let shown = state
-        .views
-        .iter()
-        .filter(|v| v.accepted || Some(v.index) == current);
+    let shown = state.views.iter().filter(|v| v.accepted || Some(v.index) == current);
     let camera = |v: &crate::app::views::ViewEntry| {
-        let report = ViewReport {
-            table_from_camera: v.pose,
-            intrinsics: v.intrinsics,
-            ..ViewReport::default()
-        };
+        let report = ViewReport { table_from_camera: v.pose, intrinsics: v.intrinsics, ..ViewReport::default() };
         CameraFrustum::from_wire(&report, Some(v.index) == current)
     };
     shown.filter_map(camera).collect()
@@ -101,19 +76,8 @@ mod tests {
         Event::View(ViewReport {
             index,
             accepted,
-            table_from_camera: Some(Pose {
-                qw: 1.0,
-                tz: 0.5,
-                ..Pose::default()
-            }),
-            intrinsics: Some(Intrinsics {
-                width: 640,
-                height: 480,
-                fx: 600.0,
-                fy: 600.0,
-                cx: 320.0,
-                cy: 240.0,
-            }),
+            table_from_camera: Some(Pose { qw: 1.0, tz: 0.5, ..Pose::default() }),
+            intrinsics: Some(Intrinsics { width: 640, height: 480, fx: 600.0, fy: 600.0, cx: 320.0, cy: 240.0 }),
             ..ViewReport::default()
         })
     }
@@ -125,16 +89,10 @@ mod tests {
         inspection.set_taxonomy(&Taxonomy::from_names(&["housing", "pinion"], &[]));
         state.reduce(Event::Cleared(inspection));
         state.reduce(Event::ToggleComponent(2));
-        state.reduce(Event::ShowBackground(false));
+        state.reduce(Event::ShowOutliers(true));
         let scene = Scene::of(&state);
-        assert!(scene.visible().has(1) && !scene.visible().has(2));
-        assert_eq!(
-            scene.hidden(),
-            HiddenFlags {
-                outliers: true,
-                background: true
-            }
-        );
+        assert!(scene.visible.has(1) && !scene.visible.has(2));
+        assert_eq!(scene.hidden, HiddenFlags { outliers: false, background: true });
         assert_eq!(scene.palette.components.len(), 3);
     }
 
@@ -144,20 +102,10 @@ mod tests {
         for event in [view(0, true), view(1, false), view(2, true)] {
             state.reduce(event);
         }
-        let strong = |state: &AppState| {
-            Scene::of(state)
-                .frusta
-                .iter()
-                .map(|f| f.current)
-                .collect::<Vec<_>>()
-        };
+        let strong = |state: &AppState| Scene::of(state).frusta.iter().map(|f| f.current).collect::<Vec<_>>();
         assert_eq!(strong(&state), [false, true]);
         state.reduce(Event::SelectView(Some(1)));
-        assert_eq!(
-            strong(&state),
-            [false, true, false],
-            "a selected rejected view is drawn"
-        );
+        assert_eq!(strong(&state), [false, true, false], "a selected rejected view is drawn");
     }
 
     #[test]

@@ -61,14 +61,8 @@ mod tests {
     fn arrows_belong_to_the_control_that_has_the_focus() {
         let state = AppState::default();
         assert_eq!(pressed("ArrowLeft", Focus::Control, &state), None);
-        assert!(matches!(
-            pressed("ArrowLeft", Focus::Model, &state),
-            Some(Action::Camera(_))
-        ));
-        assert_eq!(
-            pressed("f", Focus::Control, &state),
-            Some(Action::Camera(CameraInput::Fit))
-        );
+        assert!(matches!(pressed("ArrowLeft", Focus::Model, &state), Some(Action::Camera(_))));
+        assert_eq!(pressed("f", Focus::Control, &state), Some(Action::Camera(CameraInput::Fit)));
     }
 
     #[test]
@@ -76,10 +70,7 @@ mod tests {
         let mut state = AppState::default();
         state.reduce(Event::Help(true));
         assert_eq!(pressed("c", Focus::Model, &state), None);
-        assert_eq!(
-            pressed("?", Focus::Model, &state),
-            Some(Action::State(Event::Help(false)))
-        );
+        assert_eq!(pressed("?", Focus::Model, &state), Some(Action::State(Event::Help(false))));
     }
 
     #[test]
@@ -101,10 +92,7 @@ mod tests {
     fn escape_without_a_selection_and_the_browsers_own_keys_are_left_alone() {
         let state = AppState::default();
         assert_eq!(pressed("Escape", Focus::Model, &state), None);
-        let command = Modifiers {
-            command: true,
-            ..Modifiers::default()
-        };
+        let command = Modifiers { command: true, ..Modifiers::default() };
         assert_eq!(action("a", command, Focus::Model, &state), None);
     }
 }

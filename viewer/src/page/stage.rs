@@ -4,7 +4,7 @@ use super::figures::{app_event, class_figures};
 use super::graphics::Graphics;
 use super::hooks;
 use super::pace::Pace;
-use super::scene::Scene;
+use super::scene::{Scene, hidden_flags};
 use super::ticker::Ticker;
 use crate::app::{AppState, Event};
 use crate::link::LinkEvent;
@@ -43,7 +43,9 @@ pub(super) struct Stage {
     follows: Cell<bool>,
     size: Cell<Size>,
     pace: Cell<Pace>,
-    /// Time of the last frame and of the last input, in the clock of animation frames.
+    /// The person moved the camera since the last frame.
+    steered: Cell<bool>,
+    /// Time of the last frame, and of the last one that followed an input, in the clock of animation frames.
     now: Cell<f64>,
     moved_at: Cell<f64>,
     draw_due: Cell<bool>,
@@ -77,6 +79,7 @@ impl Stage {
                 follows: Cell::new(true),
                 size: Cell::default(),
                 pace: Cell::default(),
+                steered: Cell::default(),
                 now: Cell::default(),
                 moved_at: Cell::new(f64::NEG_INFINITY),
                 draw_due: Cell::new(true),
@@ -96,17 +99,12 @@ impl Stage {
             self.redraw();
         }
         if let LinkEvent::Connected { inspection, .. } | LinkEvent::Cleared(inspection) = &event
-            && self
-                .state
-                .with_untracked(|s| s.inspection.id != inspection.id)
+            && self.state.with_untracked(|s| s.inspection.id != inspection.id)
         {
             self.follows.set(true);
         }
         // Every chunk of a final model is sent before the word that it is final: that word finds the figures counted.
-        let settles = matches!(
-            event,
-            LinkEvent::Progress(_) | LinkEvent::Connected { .. } | LinkEvent::Cleared(_)
-        );
+        let settles = matches!(event, LinkEvent::Progress(_) | LinkEvent::Connected { .. } | LinkEvent::Cleared(_));
         if let Some(event) = app_event(event) {
             self.send.run(event);
         }
@@ -121,15 +119,20 @@ impl Stage {
         self.ticker.request();
     }
 
+    /// The model's figures are due.
+    pub(super) fn recount(&self) {
+        self.figures_due.set(true);
+        self.ticker.request();
+    }
+
     /// Follows the person's hand.
     pub(super) fn steer(&self, input: CameraInput) {
-        self.follows
-            .set(matches!(input, CameraInput::Fit | CameraInput::View(_)));
+        self.follows.set(matches!(input, CameraInput::Fit | CameraInput::View(_)));
         self.bounds.set(self.model.borrow().bounds());
         let mut camera = self.camera.get();
         camera.apply(input, self.bounds.get());
         self.camera.set(camera);
-        self.moved_at.set(self.now.get());
+        self.steered.set(true);
         self.redraw();
     }
 
@@ -155,8 +158,7 @@ impl Stage {
     }
 
     fn frame(self: &Rc<Self>, now: f64) {
-        // The clock stands while no frame is wanted; input that woke it counts from here.
-        if self.moved_at.get() == self.now.get() {
+        if self.steered.take() {
             self.moved_at.set(now);
         }
         self.now.set(now);
@@ -170,11 +172,7 @@ impl Stage {
         let points = self.model.borrow().point_count();
         let moving = now - self.moved_at.get() < MOVING_MS;
         let mut pace = self.pace.get();
-        let budget = if moving {
-            pace.moving(now, points)
-        } else {
-            None
-        };
+        let budget = if moving { pace.moving(now, points) } else { None };
         if !moving {
             pace.still();
         }
@@ -210,8 +208,7 @@ impl Stage {
             point_budget: budget,
             ..DrawRequest::default()
         };
-        self.state
-            .with_untracked(|s| Scene::of(s).fill(&mut request));
+        self.state.with_untracked(|s| Scene::of(s).fill(&mut request));
         if let Some(reason) = self.graphics.draw(&request, size) {
             Graphics::lost(self, reason);
         }
@@ -221,9 +218,10 @@ impl Stage {
     fn count(&self) {
         if self.figures_due.replace(false) {
             self.figures_at.set(self.now.get());
+            let hidden = self.state.with_untracked(hidden_flags);
             let (figures, hash) = {
                 let model = self.model.borrow();
-                (class_figures(&model), model.hash())
+                (class_figures(&model, hidden), model.hash())
             };
             hooks::tell_hash(&self.document, hash);
             self.send.run(Event::Figures(figures));

@@ -22,19 +22,13 @@ impl Ticker {
             flag.set(false);
             on_frame(now);
         });
-        Self {
-            window,
-            pending,
-            callback,
-        }
+        Self { window, pending, callback }
     }
 
     /// Asks for one frame, unless one is under way already.
     pub(super) fn request(&self) {
         if !self.pending.replace(true) {
-            let asked = self
-                .window
-                .request_animation_frame(self.callback.as_ref().unchecked_ref());
+            let asked = self.window.request_animation_frame(self.callback.as_ref().unchecked_ref());
             self.pending.set(asked.is_ok());
         }
     }

@@ -17,15 +17,10 @@ pub(super) fn ExportPanel(ui: Ui) -> impl IntoView {
     let what = move || match (points.get(), shown.get()) {
         (0, (_, 0)) => "There are no points yet.".to_owned(),
         (0, _) => "All components are hidden.".to_owned(),
-        (_, (n, all)) if n == all => {
-            "Everything that is visible, with class names and colours.".to_owned()
-        }
+        (_, (n, all)) if n == all => "All that is visible, with class names.".to_owned(),
         (_, (n, all)) => format!("Visible components only: {n} of {all}."),
     };
-    let button = move |format: ExportFormat,
-                       id: &'static str,
-                       name: &'static str,
-                       about: &'static str| {
+    let button = move |format: ExportFormat, id: &'static str, name: &'static str, about: &'static str| {
         view! {
             <button
                 class="button" type="button" data-testid=id prop:disabled=move || points.get() == 0

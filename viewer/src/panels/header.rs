@@ -2,8 +2,8 @@
 
 use super::Ui;
 use super::icons::{HELP, Icon, THEME};
-use crate::app::Event;
 use crate::app::connection::Connection;
+use crate::app::{Event, units};
 use leptos::prelude::*;
 
 /// Brand, part, connection, buttons.
@@ -12,11 +12,7 @@ pub(super) fn Header(ui: Ui) -> impl IntoView {
     let part = ui.part(|s| s.inspection.part.clone());
     let source = ui.part(|s| s.inspection.source.clone());
     let dark = ui.part(|s| s.display.dark());
-    let toggle = move |_| {
-        ui.send.run(Event::Theme(
-            ui.state.with_untracked(|s| s.display.toggled_theme()),
-        ))
-    };
+    let toggle = move |_| ui.send.run(Event::Theme(ui.state.with_untracked(|s| s.display.toggled_theme())));
     view! {
         <a class="brand" href="./" aria-label="Semascan">
             <svg class="brand-mark" viewBox="0 0 24 24" aria-hidden="true" focusable="false">
@@ -55,7 +51,7 @@ fn Link(ui: Ui) -> impl IntoView {
     let connection = ui.part(|s| s.connection.clone());
     let agent = ui.part(|s| match &s.connection {
         Connection::Connected { agent } => format!("Connected to {agent}"),
-        Connection::Reconnecting { reason, .. } | Connection::Refused { reason } => reason.clone(),
+        Connection::Reconnecting { reason, .. } | Connection::Refused { reason } => units::sentence(reason),
         Connection::Connecting { .. } => String::new(),
     });
     view! {

@@ -22,10 +22,7 @@ const GROUPS: [(&str, &[(&[&str], &str)]); 4] = [
             (&["←", "→", "↑", "↓"], "Orbit; with Shift, pan"),
             (&["+", "−"], "Zoom"),
             (&["F"], "Fit the model into view"),
-            (
-                &["1", "…", "7"],
-                "Isometric, front, back, left, right, top, bottom",
-            ),
+            (&["1", "…", "7"], "Isometric, front, back, left, right, top, bottom"),
         ],
     ),
     (
@@ -38,15 +35,7 @@ const GROUPS: [(&str, &[(&[&str], &str)]); 4] = [
             (&["T"], "Light or dark theme"),
         ],
     ),
-    (
-        "Views",
-        &[
-            (&["N"], "Next view"),
-            (&["P"], "Previous view"),
-            (&["Esc"], "Close the view"),
-            (&["?"], "This help"),
-        ],
-    ),
+    ("Views", &[(&["N"], "Next view"), (&["P"], "Previous view"), (&["Esc"], "Close the view"), (&["?"], "This help")]),
 ];
 
 /// A modal dialog, open while the state says so.

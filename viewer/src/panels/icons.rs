@@ -25,8 +25,7 @@ pub(super) const DOWNLOAD: &str = "M8 2.5v7.5M4.75 6.9 8 10.1l3.25-3.2M2.75 13.2
 /// Triangle with an exclamation mark.
 pub(super) const WARNING: &str = "M8 2.25 14.25 13.25H1.75zM8 6.5v3M8 11.3v.1";
 /// Circled tick.
-pub(super) const DONE: &str =
-    "M8 1.75a6.25 6.25 0 1 0 0 12.5 6.25 6.25 0 0 0 0-12.5M5.25 8.25l2 2 3.5-4.25";
+pub(super) const DONE: &str = "M8 1.75a6.25 6.25 0 1 0 0 12.5 6.25 6.25 0 0 0 0-12.5M5.25 8.25l2 2 3.5-4.25";
 /// Chevron to the left.
 pub(super) const PREVIOUS: &str = "M10 3.5 5.5 8l4.5 4.5";
 /// Chevron to the right.

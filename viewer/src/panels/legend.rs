@@ -8,12 +8,7 @@ use leptos::prelude::*;
 /// The component classes as a table.
 #[component]
 pub(super) fn LegendPanel(ui: Ui) -> impl IntoView {
-    let classes = ui.part(|s| {
-        s.legend
-            .listed()
-            .map(|r| r.class.clone())
-            .collect::<Vec<_>>()
-    });
+    let classes = ui.part(|s| s.legend.listed().map(|r| r.class.clone()).collect::<Vec<_>>());
     let all = ui.part(|s| s.legend.all_visible());
     view! {
         <section class="panel" aria-labelledby="legend-title">
@@ -73,7 +68,7 @@ fn LegendRow(ui: Ui, class: u16) -> impl IntoView {
                         style:--swatch=move || of(|r| css_color(r.class.color))
                         prop:checked=visible on:change=move |_| ui.send.run(Event::ToggleComponent(class))
                     />
-                    <span>{name}</span>
+                    <span title=name>{name}</span>
                 </label>
                 <button
                     class="text-button legend-only" type="button" data-testid=format!("legend-only-{class}")
@@ -92,20 +87,12 @@ fn LegendRow(ui: Ui, class: u16) -> impl IntoView {
 
 /// Class 0 carries every point without evidence for a component.
 fn display_name(row: &Row) -> String {
-    if row.class.id == 0 {
-        "unlabelled".into()
-    } else {
-        row.class.name.clone()
-    }
+    if row.class.id == 0 { "unlabelled".into() } else { row.class.name.clone() }
 }
 
 /// A figure that has a meaning only where there are points.
 fn known(row: &Row, figure: impl FnOnce() -> String) -> String {
-    if row.figures.points == 0 {
-        "–".into()
-    } else {
-        figure()
-    }
+    if row.figures.points == 0 { "–".into() } else { figure() }
 }
 
 /// A colour as styles have it.

@@ -27,6 +27,8 @@
 //! | `[data-testid=viewport-message]` | what stands in place of the model; `data-state` |
 //! | `#status` | the live region |
 
+#![allow(unreachable_pub)] // The component macro makes a public structure of each panel's properties.
+
 mod display;
 mod export;
 mod header;
@@ -86,18 +88,13 @@ impl Ui {
 /// A missing element of the skeleton, by its id.
 pub fn mount(document: &Document, ui: Ui) -> Result<(), JsValue> {
     let place = |id: &str| -> Result<HtmlElement, JsValue> {
-        let element = document
-            .get_element_by_id(id)
-            .ok_or_else(|| JsValue::from_str(&format!("the page has no #{id}")))?;
+        let element =
+            document.get_element_by_id(id).ok_or_else(|| JsValue::from_str(&format!("the page has no #{id}")))?;
         element.set_text_content(None);
         Ok(element.unchecked_into())
     };
     mount_to(place("header")?, move || view! { <header::Header ui/> }).forget();
-    mount_to(
-        place("overlay")?,
-        move || view! { <viewport::Overlay ui/> <view_detail::ViewDetail ui/> },
-    )
-    .forget();
+    mount_to(place("overlay")?, move || view! { <viewport::Overlay ui/> <view_detail::ViewDetail ui/> }).forget();
     mount_to(place("views")?, move || view! { <views::ViewStrip ui/> }).forget();
     mount_to(place("panels")?, move || {
         view! {
@@ -109,11 +106,7 @@ pub fn mount(document: &Document, ui: Ui) -> Result<(), JsValue> {
     })
     .forget();
     mount_to(place("help")?, move || view! { <help::Help ui/> }).forget();
-    mount_to(
-        place("notices")?,
-        move || view! { <notices::NoticeList ui/> },
-    )
-    .forget();
+    mount_to(place("notices")?, move || view! { <notices::NoticeList ui/> }).forget();
     let status = ui.part(AppState::status);
     mount_to(place("status")?, move || move || status.get()).forget();
     Ok(())

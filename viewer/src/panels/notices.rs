@@ -19,13 +19,7 @@ pub(super) fn NoticeList(ui: Ui) -> impl IntoView {
 
 #[component]
 fn NoticeCard(ui: Ui, notice: Notice) -> impl IntoView {
-    let Notice {
-        id,
-        level,
-        text,
-        count,
-        ..
-    } = notice;
+    let Notice { id, level, text, count, .. } = notice;
     let icon = if level == Level::Info { DONE } else { WARNING };
     view! {
         <div class="notice" data-testid="notice" data-level=level.key()>

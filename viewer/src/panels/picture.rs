@@ -35,10 +35,7 @@ impl Drop for ObjectUrl {
 pub(super) fn Picture(view: ViewEntry, alt: String) -> impl IntoView {
     let photo = ObjectUrl::new(&view.thumbnail_jpeg, "image/jpeg");
     let overlay = ObjectUrl::new(&view.overlay_png, "image/png");
-    let sources = (
-        photo.as_ref().map(|u| u.0.clone()),
-        overlay.as_ref().map(|u| u.0.clone()),
-    );
+    let sources = (photo.as_ref().map(|u| u.0.clone()), overlay.as_ref().map(|u| u.0.clone()));
     let kept = StoredValue::new((photo, overlay));
     on_cleanup(move || kept.dispose());
     view! {

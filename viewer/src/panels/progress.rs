@@ -40,7 +40,7 @@ pub(super) fn ProgressPanel(ui: Ui) -> impl IntoView {
             <p class="headline"><span class="headline-figure">{views}</span> {of}</p>
             <ProgressBar ui/>
             <Show when=move || progress.with(|p| p.phase == Phase::Failed && !p.message.is_empty())>
-                <p class="callout callout-error"><Icon path=WARNING/> <span>{move || progress.with(|p| p.message.clone())}</span></p>
+                <p class="callout callout-error"><Icon path=WARNING/> <span>{move || progress.with(|p| units::sentence(&p.message))}</span></p>
             </Show>
             <dl class="figures">
                 <div><dt>"Points"</dt><dd>{move || progress.with(|p| units::count(p.points))}</dd></div>
@@ -105,9 +105,7 @@ fn StageBar(ui: Ui, stage: Stage) -> impl IntoView {
         let (time, scale) = time.get();
         of(&time).map(|us| us as f64 / scale.max(1) as f64 * 100.0)
     };
-    let text = move |of: fn(&StageTime) -> Option<u64>| {
-        of(&time.get().0).map_or_else(|| "–".into(), units::duration)
-    };
+    let text = move |of: fn(&StageTime) -> Option<u64>| of(&time.get().0).map_or_else(|| "–".into(), units::duration);
     view! {
         <li
             class="stage-row" data-testid=format!("stage-{}", stage_key(stage))

@@ -56,7 +56,7 @@ fn Card(ui: Ui, view: ViewEntry, labels: RwSignal<bool>) -> impl IntoView {
             })}
             {(!accepted).then(|| view! {
                 <p class="callout callout-warning">
-                    <Icon path=WARNING/> <span>{format!("Rejected: {reason}")}</span>
+                    <Icon path=WARNING/> <span>{format!("Rejected. {}", units::sentence(&reason))}</span>
                 </p>
             })}
             <dl class="detail-figures">

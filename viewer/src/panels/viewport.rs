@@ -6,7 +6,7 @@ use super::legend::css_color;
 use super::{Command, Ui};
 use crate::app::connection::{Connection, Gpu};
 use crate::app::display::ColorMode;
-use crate::app::{AppState, Event};
+use crate::app::{AppState, Event, units};
 use crate::render::colormap::css_gradient;
 use crate::tools::CameraInput;
 use leptos::prelude::*;
@@ -71,41 +71,30 @@ fn ColorScale(ui: Ui) -> impl IntoView {
             </figure>
         }
     };
-    let classes =
-        move || {
-            let rows = defects.get().into_iter().skip(1).map(|class| view! {
-            <li>
-                <span class="scale-dot" style:background-color=css_color(class.color)></span>
-                {class.name}
-            </li>
-        });
-            let rows = rows.collect::<Vec<_>>();
-            let none = rows
-                .is_empty()
-                .then(|| view! { <li>"This source names no defects."</li> });
+    let classes = move || {
+        let rows = defects.get().into_iter().skip(1).map(|class| {
             view! {
-                <figure class="scale is-raised" data-testid="color-scale">
-                    <figcaption>"Defect"</figcaption>
-                    <ul class="scale-classes">{rows} {none}</ul>
-                </figure>
+                <li>
+                    <span class="scale-dot" style:background-color=css_color(class.color)></span>
+                    {class.name}
+                </li>
             }
-        };
-    move || match mode.get() {
-        ColorMode::Confidence => {
-            ramp("Confidence", ["0 %", "50 %", "100 %"].map(String::from)).into_any()
+        });
+        let rows = rows.collect::<Vec<_>>();
+        let none = rows.is_empty().then(|| view! { <li>"This source names no defects."</li> });
+        view! {
+            <figure class="scale is-raised" data-testid="color-scale">
+                <figcaption>"Defect"</figcaption>
+                <ul class="scale-classes">{rows} {none}</ul>
+            </figure>
         }
+    };
+    move || match mode.get() {
+        ColorMode::Confidence => ramp("Confidence", ["0 %", "50 %", "100 %"].map(String::from)).into_any(),
         ColorMode::Views => {
             let top = top.get();
-            let middle = if top % 2 == 0 {
-                (top / 2).to_string()
-            } else {
-                String::new()
-            };
-            ramp(
-                "Views that saw the point",
-                ["0".into(), middle, top.to_string()],
-            )
-            .into_any()
+            let middle = if top % 2 == 0 { (top / 2).to_string() } else { String::new() };
+            ramp("Views that saw the point", ["0".into(), middle, top.to_string()]).into_any()
         }
         ColorMode::Defect => classes().into_any(),
         ColorMode::Appearance | ColorMode::Component => ().into_any(),
@@ -116,18 +105,18 @@ fn ColorScale(ui: Ui) -> impl IntoView {
 #[component]
 fn LinkBanner(ui: Ui) -> impl IntoView {
     let text = ui.part(|s| match &s.connection {
-        _ if s.legend.visible_points() == 0 => None,
-        Connection::Reconnecting { reason, .. } => Some(format!(
-            "Connection lost: {reason}. The model may be out of date."
-        )),
-        Connection::Refused { reason } => {
-            Some(format!("The agent closed the connection: {reason}"))
+        _ if !s.has_model() => None,
+        Connection::Reconnecting { reason, .. } => {
+            Some(format!("Connection lost. {} The model may be out of date.", units::sentence(reason)))
         }
+        Connection::Refused { reason } => Some(format!("The agent closed the connection. {}", units::sentence(reason))),
         _ => None,
     });
     move || {
-        text.get().map(|text| view! {
-            <p class="banner is-raised" data-testid="banner"><Icon path=UNLINKED/> <span>{text}</span></p>
+        text.get().map(|text| {
+            view! {
+                <p class="banner is-raised" data-testid="banner"><Icon path=UNLINKED/> <span>{text}</span></p>
+            }
         })
     }
 }
@@ -144,65 +133,32 @@ struct Empty {
 }
 
 impl Empty {
-    fn new(
-        key: &'static str,
-        icon: &'static str,
-        title: &'static str,
-        text: impl Into<String>,
-    ) -> Self {
-        Self {
-            key,
-            icon,
-            title,
-            text: text.into(),
-            busy: false,
-            reload: false,
-        }
+    fn new(key: &'static str, icon: &'static str, title: &'static str, text: impl Into<String>) -> Self {
+        Self { key, icon, title, text: text.into(), busy: false, reload: false }
     }
 
     /// The most important thing that keeps the model from being seen, if anything does.
     fn of(state: &AppState) -> Option<Self> {
         if let Gpu::Unavailable { reason } = &state.gpu {
             let text =
-                format!("{reason} The panels, the live figures and the exports keep working.");
-            return Some(Self {
-                reload: true,
-                ..Self::new("gpu", WARNING, "The 3D view is not available", text)
-            });
+                format!("{} The panels, the live figures and the exports keep working.", units::sentence(reason));
+            return Some(Self { reload: true, ..Self::new("gpu", WARNING, "The 3D view is not available", text) });
         }
-        if state.legend.rows.iter().any(|row| row.figures.points > 0) {
+        if state.has_model() {
             return None;
         }
         Some(match (&state.connection, state.progress.phase) {
             (Connection::Connecting { .. }, _) => Self {
                 busy: true,
-                ..Self::new(
-                    "connecting",
-                    UNLINKED,
-                    "Connecting to the agent",
-                    "This takes a moment.",
-                )
+                ..Self::new("connecting", UNLINKED, "Connecting to the agent", "This takes a moment.")
             },
             (Connection::Reconnecting { reason, .. }, _) => {
-                let text = format!("{reason}. It is tried again by itself.");
-                Self {
-                    busy: true,
-                    ..Self::new(
-                        "reconnecting",
-                        UNLINKED,
-                        "The agent cannot be reached",
-                        text,
-                    )
-                }
+                let text = format!("{} The viewer keeps trying.", units::sentence(reason));
+                Self { busy: true, ..Self::new("reconnecting", UNLINKED, "No connection to the agent", text) }
             }
             (Connection::Refused { reason }, _) => Self {
                 reload: true,
-                ..Self::new(
-                    "refused",
-                    WARNING,
-                    "The agent refused the connection",
-                    reason,
-                )
+                ..Self::new("refused", WARNING, "The agent refused the connection", units::sentence(reason))
             },
             (_, Phase::Failed) => {
                 let why = Some(state.progress.message.as_str()).filter(|m| !m.is_empty());
@@ -210,23 +166,15 @@ impl Empty {
                     "failed",
                     WARNING,
                     "The inspection failed",
-                    why.unwrap_or("The agent gave no reason."),
+                    units::sentence(why.unwrap_or("The agent gave no reason.")),
                 )
             }
-            (_, Phase::Finished) => Self::new(
-                "finished",
-                MODEL,
-                "The inspection found no surface",
-                "No view could be added to the model.",
-            ),
+            (_, Phase::Finished) => {
+                Self::new("finished", MODEL, "The inspection found no surface", "No view could be added to the model.")
+            }
             (_, Phase::Running) => Self {
                 busy: true,
-                ..Self::new(
-                    "running",
-                    MODEL,
-                    "Capturing the first view",
-                    "The model appears here as it grows.",
-                )
+                ..Self::new("running", MODEL, "Capturing the first view", "The model appears here as it grows.")
             },
             (_, Phase::Waiting | Phase::Unspecified) => Self::new(
                 "waiting",
@@ -243,7 +191,7 @@ fn Message(ui: Ui) -> impl IntoView {
     let empty = ui.part(Empty::of);
     move || {
         empty.get().map(|Empty { key, icon, title, text, busy, reload }| view! {
-            <div class="message" data-testid="viewport-message" data-state=key>
+            <div class="message is-raised" data-testid="viewport-message" data-state=key>
                 <span class="message-icon" class:is-busy=busy><Icon path=icon/></span>
                 <h2>{title}</h2>
                 <p>{text}</p>

@@ -15,38 +15,28 @@ pub(super) fn ViewStrip(ui: Ui) -> impl IntoView {
     let count = ui.part(|s| s.views.iter().len());
     let selected = ui.part(|s| s.views.selected().map(|v| v.index));
     let pending = ui.part(|s| {
-        let missing = s
-            .progress
-            .views_expected
-            .saturating_sub(s.progress.views_done);
+        let missing = s.progress.views_expected.saturating_sub(s.progress.views_done);
         // Views that are still to come get a place each, as far as the strip shows them anyway.
-        if s.progress.phase == Phase::Running {
-            missing.min(24)
-        } else {
-            0
-        }
+        if s.progress.phase == Phase::Running { missing.min(24) } else { 0 }
     });
     let list = NodeRef::<leptos::html::Ol>::new();
+    // The buttons are in the page one frame after the state knows of them.
+    let reveal_soon = move |selector: String| {
+        request_animation_frame(move || {
+            let button = list.get_untracked().and_then(|l| l.query_selector(&selector).ok().flatten());
+            if let Some(button) = button {
+                reveal(&button);
+            }
+        });
+    };
     Effect::new(move |_| {
-        count.track();
-        if selected.get_untracked().is_none()
-            && let Some(last) = list.get().and_then(|l| {
-                l.query_selector("li.view:last-of-type button")
-                    .ok()
-                    .flatten()
-            })
-        {
-            reveal(&last);
+        if count.get() > 0 && selected.get_untracked().is_none() {
+            reveal_soon("li:nth-last-child(1 of .view) button".into());
         }
     });
     Effect::new(move |_| {
-        let chosen = selected.get().map(|i| format!("[data-testid=view-{i}]"));
-        let button = chosen.and_then(|s| {
-            list.get_untracked()
-                .and_then(|l| l.query_selector(&s).ok().flatten())
-        });
-        if let Some(button) = button {
-            reveal(&button);
+        if let Some(index) = selected.get() {
+            reveal_soon(format!("[data-testid=view-{index}]"));
         }
     });
     view! {
@@ -72,16 +62,9 @@ pub(super) fn ViewStrip(ui: Ui) -> impl IntoView {
 fn ViewCard(ui: Ui, view: ViewEntry, selected: Memo<Option<u32>>) -> impl IntoView {
     let index = view.index;
     let is_selected = move || selected.get() == Some(index);
-    let toggle = move |_| {
-        ui.send
-            .run(Event::SelectView((!is_selected()).then_some(index)))
-    };
+    let toggle = move |_| ui.send.run(Event::SelectView((!is_selected()).then_some(index)));
     let (accepted, reason) = (view.accepted, view.reason.clone());
-    let name = if accepted {
-        format!("View {}", index + 1)
-    } else {
-        format!("View {}, rejected: {reason}", index + 1)
-    };
+    let name = if accepted { format!("View {}", index + 1) } else { format!("View {}, rejected: {reason}", index + 1) };
     view! {
         <li class="view">
             <button

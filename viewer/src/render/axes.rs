@@ -15,17 +15,10 @@ pub fn segments(right: Vec3, up: Vec3) -> Vec<Segment> {
     ];
     let mut segments = Vec::new();
     for (axis, color, letter) in axes {
-        segments.push(Segment {
-            from: Vec3::ZERO,
-            to: axis * LENGTH,
-            color,
-            width: 2.0,
-        });
+        segments.push(Segment { from: Vec3::ZERO, to: axis * LENGTH, color, width: 2.0 });
         for stroke in letter() {
-            let points: Vec<Vec3> = stroke
-                .iter()
-                .map(|[u, v]| axis * LENGTH * 1.3 + (right * *u + up * *v) * 0.13)
-                .collect();
+            let points: Vec<Vec3> =
+                stroke.iter().map(|[u, v]| axis * LENGTH * 1.3 + (right * *u + up * *v) * 0.13).collect();
             segments.extend(polyline(&points, color, 1.5));
         }
     }
@@ -35,17 +28,11 @@ pub fn segments(right: Vec3, up: Vec3) -> Vec<Segment> {
 type Letter = fn() -> Vec<Vec<[f32; 2]>>;
 
 fn letter_x() -> Vec<Vec<[f32; 2]>> {
-    vec![
-        vec![[-0.7, -1.0], [0.7, 1.0]],
-        vec![[-0.7, 1.0], [0.7, -1.0]],
-    ]
+    vec![vec![[-0.7, -1.0], [0.7, 1.0]], vec![[-0.7, 1.0], [0.7, -1.0]]]
 }
 
 fn letter_y() -> Vec<Vec<[f32; 2]>> {
-    vec![
-        vec![[-0.7, 1.0], [0.0, 0.1], [0.7, 1.0]],
-        vec![[0.0, 0.1], [0.0, -1.0]],
-    ]
+    vec![vec![[-0.7, 1.0], [0.0, 0.1], [0.7, 1.0]], vec![[0.0, 0.1], [0.0, -1.0]]]
 }
 
 fn letter_z() -> Vec<Vec<[f32; 2]>> {
@@ -60,18 +47,11 @@ mod tests {
     fn each_axis_points_along_itself_and_letters_face_the_camera() {
         let segments = segments(Vec3::X, Vec3::Z);
         for axis in [Vec3::X, Vec3::Y, Vec3::Z] {
-            assert!(
-                segments
-                    .iter()
-                    .any(|s| s.from == Vec3::ZERO && s.to == axis)
-            );
+            assert!(segments.iter().any(|s| s.from == Vec3::ZERO && s.to == axis));
         }
         let letters = segments.iter().filter(|s| s.from != Vec3::ZERO);
         for s in letters {
-            assert!(
-                (s.from - s.to).y.abs() < 1e-6,
-                "strokes lie in the picture plane"
-            );
+            assert!((s.from - s.to).y.abs() < 1e-6, "strokes lie in the picture plane");
         }
     }
 }

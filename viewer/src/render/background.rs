@@ -41,13 +41,7 @@ impl Background {
             Theme::Dark => (0x20_2730, 0x10_1419),
             Theme::Light => (0xf8_fafb, 0xdf_e5ec),
         };
-        self.uniform.write(
-            gpu,
-            &Content {
-                top: rgba(top, 1.0),
-                bottom: rgba(bottom, 1.0),
-            },
-        );
+        self.uniform.write(gpu, &Content { top: rgba(top, 1.0), bottom: rgba(bottom, 1.0) });
     }
 
     pub(super) fn draw(&self, pass: &mut RenderPass<'_>) {

@@ -11,11 +11,7 @@ pub struct Census(BTreeMap<(u16, u16), usize>);
 impl Census {
     /// Counts the points of a chunk by class and hiding marks.
     pub fn of(cloud: &SemanticCloud) -> Self {
-        let every = HiddenFlags {
-            outliers: true,
-            background: true,
-        }
-        .bits();
+        let every = HiddenFlags { outliers: true, background: true }.bits();
         let mut counts = BTreeMap::new();
         for (label, flags) in cloud.labels.iter().zip(&cloud.flags) {
             *counts.entry((*label, flags.0 & every)).or_default() += 1;
@@ -31,11 +27,7 @@ impl Census {
     /// How many of them are shown.
     pub fn shown(&self, classes: &ClassMask, hidden: HiddenFlags) -> usize {
         let seen = |(label, flags): &(u16, u16)| classes.has(*label) && flags & hidden.bits() == 0;
-        self.0
-            .iter()
-            .filter(|(key, _)| seen(key))
-            .map(|(_, n)| n)
-            .sum()
+        self.0.iter().filter(|(key, _)| seen(key)).map(|(_, n)| n).sum()
     }
 }
 
@@ -48,32 +40,13 @@ mod tests {
     fn it_counts_what_the_shader_shows() {
         let mut cloud = SemanticCloud::default();
         cloud.labels = vec![0, 1, 1, 2, 2, 2];
-        let marks = [
-            0,
-            0,
-            PointFlags::RADIUS_OUTLIER,
-            PointFlags::BACKGROUND,
-            PointFlags::UNLABELLED,
-            0,
-        ];
+        let marks = [0, 0, PointFlags::RADIUS_OUTLIER, PointFlags::BACKGROUND, PointFlags::UNLABELLED, 0];
         cloud.flags = marks.map(PointFlags).to_vec();
         let census = Census::of(&cloud);
-        let nothing = HiddenFlags {
-            outliers: false,
-            background: false,
-        };
+        let nothing = HiddenFlags { outliers: false, background: false };
         assert_eq!(census.shown(&ClassMask::ALL, nothing), 6);
         assert_eq!(census.shown(&ClassMask::ALL, HiddenFlags::default()), 5);
-        assert_eq!(
-            census.shown(
-                &ClassMask::ALL,
-                HiddenFlags {
-                    outliers: true,
-                    background: true
-                }
-            ),
-            4
-        );
+        assert_eq!(census.shown(&ClassMask::ALL, HiddenFlags { outliers: true, background: true }), 4);
         let mut without_two = ClassMask::ALL;
         without_two.set(2, false);
         assert_eq!(census.shown(&without_two, nothing), 3);

@@ -27,15 +27,8 @@ const VIRIDIS: [Color; 16] = [
 /// sRGB colour of a share, 0..=1; what is outside is clamped, NaN counts as 0.
 pub fn ramp(share: f32) -> Color {
     let last = VIRIDIS.len() - 1;
-    let at = if share.is_nan() {
-        0.0
-    } else {
-        share.clamp(0.0, 1.0)
-    } * last as f32;
-    let (low, t) = (
-        (at as usize).min(last - 1),
-        at - (at as usize).min(last - 1) as f32,
-    );
+    let at = if share.is_nan() { 0.0 } else { share.clamp(0.0, 1.0) } * last as f32;
+    let (low, t) = ((at as usize).min(last - 1), at - (at as usize).min(last - 1) as f32);
     std::array::from_fn(|c| {
         let (a, b) = (f32::from(VIRIDIS[low][c]), f32::from(VIRIDIS[low + 1][c]));
         (a + (b - a) * t).round() as u8
@@ -44,10 +37,7 @@ pub fn ramp(share: f32) -> Color {
 
 /// The ramp as CSS: a `linear-gradient` to the right, for legends.
 pub fn css_gradient() -> String {
-    let stops: Vec<String> = VIRIDIS
-        .iter()
-        .map(|[r, g, b]| format!("rgb({r} {g} {b})"))
-        .collect();
+    let stops: Vec<String> = VIRIDIS.iter().map(|[r, g, b]| format!("rgb({r} {g} {b})")).collect();
     format!("linear-gradient(to right, {})", stops.join(", "))
 }
 
@@ -65,9 +55,7 @@ mod tests {
 
     #[test]
     fn it_gets_lighter_all_the_way() {
-        let luma = |[r, g, b]: Color| {
-            0.2126 * f32::from(r) + 0.7152 * f32::from(g) + 0.0722 * f32::from(b)
-        };
+        let luma = |[r, g, b]: Color| 0.2126 * f32::from(r) + 0.7152 * f32::from(g) + 0.0722 * f32::from(b);
         for i in 0..100 {
             let (a, b) = (i as f32 / 100.0, (i + 1) as f32 / 100.0);
             assert!(luma(ramp(b)) > luma(ramp(a)) - 0.5, "{a}");

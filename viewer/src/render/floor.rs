@@ -47,20 +47,9 @@ impl Floor {
             Theme::Dark => rgba(0x9f_b2c8, 0.40),
             Theme::Light => rgba(0x46_586e, 0.40),
         };
-        let FloorPlace {
-            center: [x, y],
-            height,
-            reach,
-        } = place;
+        let FloorPlace { center: [x, y], height, reach } = place;
         let step = [round_step(reach / (REACH * 10.0)), 0.0, 0.0, 0.0];
-        self.uniform.write(
-            gpu,
-            &Content {
-                place: [x, y, height, reach],
-                step,
-                line,
-            },
-        );
+        self.uniform.write(gpu, &Content { place: [x, y, height, reach], step, line });
     }
 
     pub(super) fn draw(&self, pass: &mut RenderPass<'_>) {
@@ -82,24 +71,17 @@ impl FloorPlace {
     /// Under the model; at the origin while there is none.
     pub(super) fn under(model: Option<Bounds>) -> Self {
         match model {
-            Some(b) => Self {
-                center: b.center().truncate().into(),
-                height: b.min.z,
-                reach: b.radius().max(0.05) * REACH,
-            },
-            None => Self {
-                center: [0.0; 2],
-                height: 0.0,
-                reach: 0.1 * REACH,
-            },
+            Some(b) => {
+                Self { center: b.center().truncate().into(), height: b.min.z, reach: b.radius().max(0.05) * REACH }
+            }
+            None => Self { center: [0.0; 2], height: 0.0, reach: 0.1 * REACH },
         }
     }
 
     /// The box that it fills.
     pub(super) fn bounds(&self) -> Bounds {
         let [x, y] = self.center;
-        let corner =
-            |side: f32| glam::Vec3::new(x + side * self.reach, y + side * self.reach, self.height);
+        let corner = |side: f32| glam::Vec3::new(x + side * self.reach, y + side * self.reach, self.height);
         Bounds::from_corners(corner(-1.0), corner(1.0))
     }
 }

@@ -45,14 +45,7 @@ impl Frame {
         Self::new(clip, view, Vec2::splat(side), focal, scale, (near, far))
     }
 
-    fn new(
-        clip: Mat4,
-        view: Mat4,
-        pixels: Vec2,
-        focal: f32,
-        scale: f32,
-        (near, far): (f32, f32),
-    ) -> Self {
+    fn new(clip: Mat4, view: Mat4, pixels: Vec2, focal: f32, scale: f32, (near, far): (f32, f32)) -> Self {
         // Clip depth of a point at distance d: a + b / d.
         let a = far / (far - near);
         Self {

@@ -15,34 +15,13 @@ pub fn segments(frustum: &CameraFrustum, depth: f32, theme: Theme) -> Vec<Segmen
     let depth = if frustum.current { depth } else { depth * 0.5 };
     let [w, h] = frustum.half_size;
     // Camera frame: x right, y down, z forward.
-    let table = |x: f32, y: f32, z: f32| {
-        frustum.translation + frustum.rotation * (Vec3::new(x, y, z) * depth)
-    };
+    let table = |x: f32, y: f32, z: f32| frustum.translation + frustum.rotation * (Vec3::new(x, y, z) * depth);
     let eye = frustum.translation;
-    let corners = [
-        table(-w, -h, 1.0),
-        table(w, -h, 1.0),
-        table(w, h, 1.0),
-        table(-w, h, 1.0),
-        table(-w, -h, 1.0),
-    ];
+    let corners = [table(-w, -h, 1.0), table(w, -h, 1.0), table(w, h, 1.0), table(-w, h, 1.0), table(-w, -h, 1.0)];
     let mut segments: Vec<Segment> = polyline(&corners, color, width).collect();
-    segments.extend(corners[..4].iter().map(|corner| Segment {
-        from: eye,
-        to: *corner,
-        color,
-        width,
-    }));
-    let roof = [
-        table(-w * 0.4, -h * 1.12, 1.0),
-        table(0.0, -h * 1.5, 1.0),
-        table(w * 0.4, -h * 1.12, 1.0),
-    ];
-    segments.extend(polyline(
-        &[roof[0], roof[1], roof[2], roof[0]],
-        color,
-        width,
-    ));
+    segments.extend(corners[..4].iter().map(|corner| Segment { from: eye, to: *corner, color, width }));
+    let roof = [table(-w * 0.4, -h * 1.12, 1.0), table(0.0, -h * 1.5, 1.0), table(w * 0.4, -h * 1.12, 1.0)];
+    segments.extend(polyline(&[roof[0], roof[1], roof[2], roof[0]], color, width));
     segments
 }
 
@@ -54,28 +33,16 @@ mod tests {
     fn frustum(current: bool) -> CameraFrustum {
         // Looks straight down from 0.5 m: half a turn about x takes camera z (forward) to table -z.
         let rotation = Quat::from_rotation_x(std::f32::consts::PI);
-        CameraFrustum {
-            rotation,
-            translation: Vec3::new(0.0, 0.0, 0.5),
-            half_size: [0.5, 0.4],
-            current,
-        }
+        CameraFrustum { rotation, translation: Vec3::new(0.0, 0.0, 0.5), half_size: [0.5, 0.4], current }
     }
 
     #[test]
     fn the_pyramid_opens_where_the_camera_looks() {
         let segments = segments(&frustum(true), 0.1, Theme::Dark);
-        let rays: Vec<_> = segments
-            .iter()
-            .filter(|s| s.from == Vec3::new(0.0, 0.0, 0.5))
-            .collect();
+        let rays: Vec<_> = segments.iter().filter(|s| s.from == Vec3::new(0.0, 0.0, 0.5)).collect();
         assert_eq!(rays.len(), 4);
         for ray in rays {
-            assert!(
-                (ray.to.z - 0.4).abs() < 1e-6 && (ray.to.x.abs() - 0.05).abs() < 1e-6,
-                "{}",
-                ray.to
-            );
+            assert!((ray.to.z - 0.4).abs() < 1e-6 && (ray.to.x.abs() - 0.05).abs() < 1e-6, "{}", ray.to);
         }
     }
 
@@ -83,19 +50,13 @@ mod tests {
     fn the_roof_is_on_the_upper_side_of_the_picture() {
         // Image y points down; after half a turn about x that is table -y, so up is table +y.
         let segments = segments(&frustum(true), 0.1, Theme::Dark);
-        let highest = segments
-            .iter()
-            .flat_map(|s| [s.from.y, s.to.y])
-            .fold(f32::MIN, f32::max);
+        let highest = segments.iter().flat_map(|s| [s.from.y, s.to.y]).fold(f32::MIN, f32::max);
         assert!((highest - 0.06).abs() < 1e-6, "{highest}");
     }
 
     #[test]
     fn earlier_poses_are_smaller_and_fainter() {
-        let (now, before) = (
-            segments(&frustum(true), 0.1, Theme::Light),
-            segments(&frustum(false), 0.1, Theme::Light),
-        );
+        let (now, before) = (segments(&frustum(true), 0.1, Theme::Light), segments(&frustum(false), 0.1, Theme::Light));
         assert!(before[0].color[3] < now[0].color[3] && before[0].width < now[0].width);
         assert!(before[4].from.distance(before[4].to) < now[4].from.distance(now[4].to));
     }

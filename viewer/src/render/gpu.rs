@@ -6,9 +6,9 @@ use std::sync::Arc;
 use wasm_bindgen::prelude::*;
 use web_sys::HtmlCanvasElement;
 use wgpu::{
-    Backends, CompositeAlphaMode, Device, DeviceDescriptor, Features, Instance, InstanceDescriptor,
-    Limits, PresentMode, Queue, RequestAdapterOptions, Surface, SurfaceColorSpace,
-    SurfaceConfiguration, TextureFormat, TextureUsages,
+    Backends, CompositeAlphaMode, Device, DeviceDescriptor, Features, Instance, InstanceDescriptor, Limits,
+    PresentMode, Queue, RequestAdapterOptions, Surface, SurfaceColorSpace, SurfaceConfiguration, TextureFormat,
+    TextureUsages,
 };
 
 /// A graphics interface of the browser.
@@ -45,10 +45,7 @@ pub(super) struct Gpu {
 impl Gpu {
     /// Opens `backend` on `canvas`. A canvas that has given out one kind of context gives no other: take a fresh one
     /// after a failure.
-    pub(super) async fn open(
-        canvas: HtmlCanvasElement,
-        backend: Backend,
-    ) -> Result<Self, RenderError> {
+    pub(super) async fn open(canvas: HtmlCanvasElement, backend: Backend) -> Result<Self, RenderError> {
         let fail = |what: &str, why: String| RenderError::Backend {
             backend: backend.name(),
             reason: format!("{what}: {why}"),
@@ -60,41 +57,24 @@ impl Gpu {
             Backend::WebGpu => Backends::BROWSER_WEBGPU,
             Backend::WebGl2 => Backends::GL,
         };
-        let instance = Instance::new(InstanceDescriptor {
-            backends,
-            ..InstanceDescriptor::new_without_display_handle()
-        });
+        let instance =
+            Instance::new(InstanceDescriptor { backends, ..InstanceDescriptor::new_without_display_handle() });
         let target = wgpu::SurfaceTarget::Canvas(canvas.clone());
-        let surface = instance
-            .create_surface(target)
-            .map_err(|e| fail("surface", e.to_string()))?;
-        let options = RequestAdapterOptions {
-            compatible_surface: Some(&surface),
-            ..RequestAdapterOptions::default()
-        };
-        let adapter = instance
-            .request_adapter(&options)
-            .await
-            .map_err(|e| fail("adapter", e.to_string()))?;
+        let surface = instance.create_surface(target).map_err(|e| fail("surface", e.to_string()))?;
+        let options = RequestAdapterOptions { compatible_surface: Some(&surface), ..RequestAdapterOptions::default() };
+        let adapter = instance.request_adapter(&options).await.map_err(|e| fail("adapter", e.to_string()))?;
         let descriptor = DeviceDescriptor {
             label: Some("semascan"),
             required_features: Features::empty(),
             required_limits: Limits::downlevel_webgl2_defaults().using_resolution(adapter.limits()),
             ..DeviceDescriptor::default()
         };
-        let (device, queue) = adapter
-            .request_device(&descriptor)
-            .await
-            .map_err(|e| fail("device", e.to_string()))?;
+        let (device, queue) = adapter.request_device(&descriptor).await.map_err(|e| fail("device", e.to_string()))?;
 
         // Colours are encoded by the shaders: a plain format is the only kind that both interfaces offer.
         let formats = surface.get_capabilities(&adapter).formats;
-        let plain =
-            |f: &&TextureFormat| matches!(f, TextureFormat::Rgba8Unorm | TextureFormat::Bgra8Unorm);
-        let format = *formats
-            .iter()
-            .find(plain)
-            .ok_or_else(|| fail("surface", format!("formats {formats:?}")))?;
+        let plain = |f: &&TextureFormat| matches!(f, TextureFormat::Rgba8Unorm | TextureFormat::Bgra8Unorm);
+        let format = *formats.iter().find(plain).ok_or_else(|| fail("surface", format!("formats {formats:?}")))?;
         let config = SurfaceConfiguration {
             usage: TextureUsages::RENDER_ATTACHMENT,
             format,
@@ -110,30 +90,18 @@ impl Gpu {
 
         let loss = Loss::default();
         let told = loss.clone();
-        device.set_device_lost_callback(move |reason, message| {
-            told.tell(format!("{reason:?}: {message}"))
-        });
+        device.set_device_lost_callback(move |reason, message| told.tell(format!("{reason:?}: {message}")));
         device.on_uncaptured_error(Arc::new(|error: wgpu::Error| {
             web_sys::console::error_1(&format!("semascan: graphics error: {error}").into());
         }));
         let told = loss.clone();
-        let on_context_lost = Closure::<dyn FnMut(JsValue)>::new(move |_| {
-            told.tell("the WebGL2 context was lost".to_owned())
-        });
+        let on_context_lost =
+            Closure::<dyn FnMut(JsValue)>::new(move |_| told.tell("the WebGL2 context was lost".to_owned()));
         let listener = on_context_lost.as_ref().unchecked_ref();
         canvas
             .add_event_listener_with_callback(CONTEXT_LOST, listener)
             .map_err(|e| fail("canvas", format!("{e:?}")))?;
-        Ok(Self {
-            backend,
-            canvas,
-            device,
-            queue,
-            surface,
-            config,
-            loss,
-            on_context_lost,
-        })
+        Ok(Self { backend, canvas, device, queue, surface, config, loss, on_context_lost })
     }
 
     /// Sets the size of the picture in device pixels.
@@ -151,9 +119,7 @@ impl Drop for Gpu {
     fn drop(&mut self) {
         let listener = self.on_context_lost.as_ref().unchecked_ref();
         // The canvas may be gone from the page; nothing is left to do then.
-        let _ = self
-            .canvas
-            .remove_event_listener_with_callback(CONTEXT_LOST, listener);
+        let _ = self.canvas.remove_event_listener_with_callback(CONTEXT_LOST, listener);
     }
 }
 

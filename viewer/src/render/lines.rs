@@ -6,8 +6,8 @@ use super::pipeline::Primitive;
 use super::segment::Segment;
 use bytemuck::{Pod, Zeroable};
 use wgpu::{
-    BlendState, Buffer, BufferDescriptor, BufferUsages, CompareFunction, PrimitiveTopology,
-    RenderPass, RenderPipeline, VertexBufferLayout, VertexStepMode,
+    BlendState, Buffer, BufferDescriptor, BufferUsages, CompareFunction, PrimitiveTopology, RenderPass, RenderPipeline,
+    VertexBufferLayout, VertexStepMode,
 };
 
 /// Vertices of a segment: two triangles. The segments are few, so each vertex carries its segment.
@@ -36,8 +36,7 @@ pub(super) struct LineBuffer {
 
 impl Lines {
     pub(super) fn new(gpu: &Gpu, frame: &FrameUniform) -> Self {
-        let attributes =
-            wgpu::vertex_attr_array![0 => Float32x3, 1 => Float32x3, 2 => Unorm8x4, 3 => Float32];
+        let attributes = wgpu::vertex_attr_array![0 => Float32x3, 1 => Float32x3, 2 => Unorm8x4, 3 => Float32];
         let pipeline = Primitive {
             name: "lines",
             shader: include_str!("lines.wgsl"),
@@ -67,12 +66,7 @@ impl Lines {
 
 impl LineBuffer {
     pub(super) fn write(&mut self, gpu: &Gpu, segments: &[Segment]) {
-        let vertex = |s: &Segment| Vertex {
-            from: s.from.into(),
-            to: s.to.into(),
-            color: s.color,
-            width: s.width,
-        };
+        let vertex = |s: &Segment| Vertex { from: s.from.into(), to: s.to.into(), color: s.color, width: s.width };
         let vertices: Vec<Vertex> = segments.iter().flat_map(|s| [vertex(s); CORNERS]).collect();
         self.vertices = vertices.len() as u32;
         if vertices.is_empty() {

@@ -5,8 +5,8 @@ use super::gpu::Gpu;
 use super::request::ClassMask;
 use super::request::{DrawRequest, Palette};
 use wgpu::{
-    Extent3d, TexelCopyBufferLayout, Texture, TextureDescriptor, TextureDimension, TextureFormat,
-    TextureUsages, TextureView, TextureViewDescriptor,
+    Extent3d, TexelCopyBufferLayout, Texture, TextureDescriptor, TextureDimension, TextureFormat, TextureUsages,
+    TextureView, TextureViewDescriptor,
 };
 
 const WIDTH: usize = 256;
@@ -34,60 +34,29 @@ impl Lookup {
             view_formats: &[],
         });
         let view = texture.create_view(&TextureViewDescriptor::default());
-        Self {
-            texture,
-            view,
-            written: None,
-        }
+        Self { texture, view, written: None }
     }
 
     /// Writes the tables if they have changed.
     pub(super) fn prepare(&mut self, gpu: &Gpu, request: &DrawRequest) {
         let wanted = (&request.palette, &request.visible_classes);
-        if self
-            .written
-            .as_ref()
-            .is_some_and(|(palette, mask)| (palette, mask) == wanted)
-        {
+        if self.written.as_ref().is_some_and(|(palette, mask)| (palette, mask) == wanted) {
             return;
         }
         let mut texels = vec![[0_u8; 4]; WIDTH * ROWS];
         for class in 0..WIDTH {
-            let [r, g, b] = request
-                .palette
-                .components
-                .get(class)
-                .copied()
-                .unwrap_or(UNKNOWN);
+            let [r, g, b] = request.palette.components.get(class).copied().unwrap_or(UNKNOWN);
             let shown = request.visible_classes.has(class as u16);
             texels[class] = [r, g, b, if shown { 255 } else { 0 }];
-            let [r, g, b] = request
-                .palette
-                .defects
-                .get(class)
-                .copied()
-                .unwrap_or(UNKNOWN);
+            let [r, g, b] = request.palette.defects.get(class).copied().unwrap_or(UNKNOWN);
             texels[WIDTH + class] = [r, g, b, 255];
             let [r, g, b] = ramp(class as f32 / (WIDTH - 1) as f32);
             texels[2 * WIDTH + class] = [r, g, b, 255];
         }
-        let layout = TexelCopyBufferLayout {
-            offset: 0,
-            bytes_per_row: Some(WIDTH as u32 * 4),
-            rows_per_image: None,
-        };
-        gpu.queue.write_texture(
-            self.texture.as_image_copy(),
-            bytemuck::cast_slice(&texels),
-            layout,
-            SIZE,
-        );
+        let layout = TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(WIDTH as u32 * 4), rows_per_image: None };
+        gpu.queue.write_texture(self.texture.as_image_copy(), bytemuck::cast_slice(&texels), layout, SIZE);
         self.written = Some((request.palette.clone(), request.visible_classes));
     }
 }
 
-const SIZE: Extent3d = Extent3d {
-    width: WIDTH as u32,
-    height: ROWS as u32,
-    depth_or_array_layers: 1,
-};
+const SIZE: Extent3d = Extent3d { width: WIDTH as u32, height: ROWS as u32, depth_or_array_layers: 1 };

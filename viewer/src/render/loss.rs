@@ -80,10 +80,7 @@ mod tests {
         loss.tell("first".into());
         loss.tell("second".into());
         assert_eq!(count.0.load(Ordering::Relaxed), 1);
-        assert_eq!(
-            wait.as_mut().poll(&mut context),
-            Poll::Ready("first".to_owned())
-        );
+        assert_eq!(wait.as_mut().poll(&mut context), Poll::Ready("first".to_owned()));
         assert_eq!(loss.reason().as_deref(), Some("first"));
     }
 }

@@ -2,13 +2,11 @@
 
 use super::gpu::Gpu;
 use wgpu::{
-    BindGroup, BindGroupDescriptor, BindGroupEntry, BindGroupLayout, BindGroupLayoutDescriptor,
-    BindGroupLayoutEntry, BindingType, BlendState, Buffer, BufferBindingType, BufferDescriptor,
-    BufferUsages, ColorTargetState, ColorWrites, CompareFunction, DepthBiasState,
-    DepthStencilState, FragmentState, MultisampleState, PipelineCompilationOptions,
-    PipelineLayoutDescriptor, PrimitiveState, PrimitiveTopology, RenderPipeline,
-    RenderPipelineDescriptor, ShaderModuleDescriptor, ShaderSource, ShaderStages, StencilState,
-    TextureFormat, VertexBufferLayout, VertexState,
+    BindGroup, BindGroupDescriptor, BindGroupEntry, BindGroupLayout, BindGroupLayoutDescriptor, BindGroupLayoutEntry,
+    BindingType, BlendState, Buffer, BufferBindingType, BufferDescriptor, BufferUsages, ColorTargetState, ColorWrites,
+    CompareFunction, DepthBiasState, DepthStencilState, FragmentState, MultisampleState, PipelineCompilationOptions,
+    PipelineLayoutDescriptor, PrimitiveState, PrimitiveTopology, RenderPipeline, RenderPipelineDescriptor,
+    ShaderModuleDescriptor, ShaderSource, ShaderStages, StencilState, TextureFormat, VertexBufferLayout, VertexState,
 };
 
 /// Depth buffer of every pass.
@@ -46,11 +44,7 @@ impl Primitive<'_> {
         });
         let (vertex, fragment) = (format!("vs_{}", self.name), format!("fs_{}", self.name));
         let buffers: Vec<_> = self.vertices.iter().cloned().map(Some).collect();
-        let target = ColorTargetState {
-            format: gpu.config.format,
-            blend: self.blend,
-            write_mask: ColorWrites::ALL,
-        };
+        let target = ColorTargetState { format: gpu.config.format, blend: self.blend, write_mask: ColorWrites::ALL };
         device.create_render_pipeline(&RenderPipelineDescriptor {
             label: Some(self.name),
             layout: Some(&layout),
@@ -60,10 +54,7 @@ impl Primitive<'_> {
                 compilation_options: PipelineCompilationOptions::default(),
                 buffers: &buffers,
             },
-            primitive: PrimitiveState {
-                topology: self.topology,
-                ..PrimitiveState::default()
-            },
+            primitive: PrimitiveState { topology: self.topology, ..PrimitiveState::default() },
             depth_stencil: Some(DepthStencilState {
                 format: DEPTH_FORMAT,
                 depth_write_enabled: Some(self.writes_depth),
@@ -96,31 +87,18 @@ impl<T: bytemuck::Pod> Uniform<T> {
     pub(super) fn new(gpu: &Gpu, name: &str) -> Self {
         let buffer = buffer::<T>(gpu, name);
         let entries = [uniform_entry(0)];
-        let layout = gpu
-            .device
-            .create_bind_group_layout(&BindGroupLayoutDescriptor {
-                label: Some(name),
-                entries: &entries,
-            });
+        let layout =
+            gpu.device.create_bind_group_layout(&BindGroupLayoutDescriptor { label: Some(name), entries: &entries });
         let group = gpu.device.create_bind_group(&BindGroupDescriptor {
             label: Some(name),
             layout: &layout,
-            entries: &[BindGroupEntry {
-                binding: 0,
-                resource: buffer.as_entire_binding(),
-            }],
+            entries: &[BindGroupEntry { binding: 0, resource: buffer.as_entire_binding() }],
         });
-        Self {
-            layout,
-            group,
-            buffer,
-            content: std::marker::PhantomData,
-        }
+        Self { layout, group, buffer, content: std::marker::PhantomData }
     }
 
     pub(super) fn write(&self, gpu: &Gpu, content: &T) {
-        gpu.queue
-            .write_buffer(&self.buffer, 0, bytemuck::bytes_of(content));
+        gpu.queue.write_buffer(&self.buffer, 0, bytemuck::bytes_of(content));
     }
 }
 
@@ -139,11 +117,7 @@ pub(super) fn uniform_entry(binding: u32) -> BindGroupLayoutEntry {
     BindGroupLayoutEntry {
         binding,
         visibility: ShaderStages::VERTEX_FRAGMENT,
-        ty: BindingType::Buffer {
-            ty: BufferBindingType::Uniform,
-            has_dynamic_offset: false,
-            min_binding_size: None,
-        },
+        ty: BindingType::Buffer { ty: BufferBindingType::Uniform, has_dynamic_offset: false, min_binding_size: None },
         count: None,
     }
 }
@@ -151,10 +125,5 @@ pub(super) fn uniform_entry(binding: u32) -> BindGroupLayoutEntry {
 /// An sRGB colour (0xRRGGBB) with opacity, as shaders take it.
 pub(super) fn rgba(rgb: u32, opacity: f32) -> [f32; 4] {
     let [_, r, g, b] = rgb.to_be_bytes();
-    [
-        f32::from(r) / 255.0,
-        f32::from(g) / 255.0,
-        f32::from(b) / 255.0,
-        opacity,
-    ]
+    [f32::from(r) / 255.0, f32::from(g) / 255.0, f32::from(b) / 255.0, opacity]
 }

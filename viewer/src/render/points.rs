@@ -13,11 +13,10 @@ use bytemuck::{Pod, Zeroable};
 use semascan_shared::model::SemanticCloud;
 use std::collections::BTreeMap;
 use wgpu::{
-    BindGroup, BindGroupDescriptor, BindGroupEntry, BindGroupLayout, BindGroupLayoutDescriptor,
-    BindGroupLayoutEntry, BindingResource, BindingType, Buffer, CompareFunction, Extent3d,
-    Origin3d, PrimitiveTopology, RenderPass, RenderPipeline, ShaderStages, TexelCopyBufferLayout,
-    TexelCopyTextureInfo, Texture, TextureDescriptor, TextureDimension, TextureFormat,
-    TextureSampleType, TextureUsages, TextureViewDescriptor, TextureViewDimension,
+    BindGroup, BindGroupDescriptor, BindGroupEntry, BindGroupLayout, BindGroupLayoutDescriptor, BindGroupLayoutEntry,
+    BindingResource, BindingType, Buffer, CompareFunction, Extent3d, Origin3d, PrimitiveTopology, RenderPass,
+    RenderPipeline, ShaderStages, TexelCopyBufferLayout, TexelCopyTextureInfo, Texture, TextureDescriptor,
+    TextureDimension, TextureFormat, TextureSampleType, TextureUsages, TextureViewDescriptor, TextureViewDimension,
 };
 
 /// Radius of a splat in voxels: neighbours on a tilted surface are up to sqrt(3) apart and half of that would just close
@@ -64,10 +63,7 @@ impl Points {
         let lookup = Lookup::new(gpu);
         let style_layout = device.create_bind_group_layout(&BindGroupLayoutDescriptor {
             label: Some("points"),
-            entries: &[
-                uniform_entry(0),
-                texture_entry(1, TextureSampleType::Float { filterable: false }),
-            ],
+            entries: &[uniform_entry(0), texture_entry(1, TextureSampleType::Float { filterable: false })],
         });
         let page_layout = device.create_bind_group_layout(&BindGroupLayoutDescriptor {
             label: Some("page"),
@@ -78,14 +74,8 @@ impl Points {
             label: Some("points"),
             layout: &style_layout,
             entries: &[
-                BindGroupEntry {
-                    binding: 0,
-                    resource: uniform.as_entire_binding(),
-                },
-                BindGroupEntry {
-                    binding: 1,
-                    resource: BindingResource::TextureView(&lookup.view),
-                },
+                BindGroupEntry { binding: 0, resource: uniform.as_entire_binding() },
+                BindGroupEntry { binding: 1, resource: BindingResource::TextureView(&lookup.view) },
             ],
         });
         let pipeline = Primitive {
@@ -150,11 +140,7 @@ impl Points {
 
     /// How many points the frame shows.
     pub(super) fn shown(&self, request: &DrawRequest) -> usize {
-        let all: usize = self
-            .census
-            .values()
-            .map(|c| c.shown(&request.visible_classes, request.hidden_flags))
-            .sum();
+        let all: usize = self.census.values().map(|c| c.shown(&request.visible_classes, request.hidden_flags)).sum();
         all * self.slots as usize / BLOCK_POINTS
     }
 
@@ -162,16 +148,8 @@ impl Points {
         self.lookup.prepare(gpu, request);
         self.slots = slots_within(request.point_budget, self.held);
         let thinned = BLOCK_POINTS as f32 / self.slots as f32;
-        let growth = if thinned > 1.0 {
-            thinned.sqrt() * THINNED_GROWTH
-        } else {
-            1.0
-        };
-        let voxel = if request.voxel.is_finite() && request.voxel > 0.0 {
-            request.voxel
-        } else {
-            1e-3
-        };
+        let growth = if thinned > 1.0 { thinned.sqrt() * THINNED_GROWTH } else { 1.0 };
+        let voxel = if request.voxel.is_finite() && request.voxel > 0.0 { request.voxel } else { 1e-3 };
         let (mode, shading) = match request.color_mode {
             // The picture of the part carries its own light: only a hint of ours.
             ColorMode::Appearance => (0, 0.55),
@@ -182,16 +160,10 @@ impl Points {
         };
         let views_scale = 1.0 / f32::from(request.views_top.max(1));
         let content = Content {
-            size: [
-                voxel * RADIUS_VOXELS * growth,
-                MIN_PIXELS / 2.0,
-                views_scale,
-                shading,
-            ],
+            size: [voxel * RADIUS_VOXELS * growth, MIN_PIXELS / 2.0, views_scale, shading],
             select: [self.slots, mode, u32::from(request.hidden_flags.bits()), 0],
         };
-        gpu.queue
-            .write_buffer(&self.uniform, 0, bytemuck::bytes_of(&content));
+        gpu.queue.write_buffer(&self.uniform, 0, bytemuck::bytes_of(&content));
     }
 
     pub(super) fn draw(&self, pass: &mut RenderPass<'_>) {
@@ -210,21 +182,10 @@ impl Points {
         let [x, y] = block.texel();
         let width = 2 * BLOCK_POINTS as u32;
         gpu.queue.write_texture(
-            TexelCopyTextureInfo {
-                origin: Origin3d { x, y, z: 0 },
-                ..self.pages[block.page].texture.as_image_copy()
-            },
+            TexelCopyTextureInfo { origin: Origin3d { x, y, z: 0 }, ..self.pages[block.page].texture.as_image_copy() },
             bytemuck::cast_slice(records),
-            TexelCopyBufferLayout {
-                offset: 0,
-                bytes_per_row: Some(width * TEXEL_BYTES as u32),
-                rows_per_image: None,
-            },
-            Extent3d {
-                width,
-                height: 1,
-                depth_or_array_layers: 1,
-            },
+            TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(width * TEXEL_BYTES as u32), rows_per_image: None },
+            Extent3d { width, height: 1, depth_or_array_layers: 1 },
         );
     }
 }
@@ -233,11 +194,7 @@ impl Page {
     fn new(gpu: &Gpu, layout: &BindGroupLayout) -> Self {
         let texture = gpu.device.create_texture(&TextureDescriptor {
             label: Some("page"),
-            size: Extent3d {
-                width: PAGE_WIDTH as u32,
-                height: PAGE_HEIGHT as u32,
-                depth_or_array_layers: 1,
-            },
+            size: Extent3d { width: PAGE_WIDTH as u32, height: PAGE_HEIGHT as u32, depth_or_array_layers: 1 },
             mip_level_count: 1,
             sample_count: 1,
             dimension: TextureDimension::D2,
@@ -249,10 +206,7 @@ impl Page {
         let group = gpu.device.create_bind_group(&BindGroupDescriptor {
             label: Some("page"),
             layout,
-            entries: &[BindGroupEntry {
-                binding: 0,
-                resource: BindingResource::TextureView(&view),
-            }],
+            entries: &[BindGroupEntry { binding: 0, resource: BindingResource::TextureView(&view) }],
         });
         Self { texture, group }
     }
@@ -269,11 +223,7 @@ fn texture_entry(binding: u32, sample_type: TextureSampleType) -> BindGroupLayou
     BindGroupLayoutEntry {
         binding,
         visibility: ShaderStages::VERTEX,
-        ty: BindingType::Texture {
-            sample_type,
-            view_dimension: TextureViewDimension::D2,
-            multisampled: false,
-        },
+        ty: BindingType::Texture { sample_type, view_dimension: TextureViewDimension::D2, multisampled: false },
         count: None,
     }
 }

@@ -56,9 +56,7 @@ impl Page {
     /// One past the highest occupied block.
     fn end(&self) -> usize {
         let top = self.0.iter().rposition(|w| *w != 0);
-        top.map_or(0, |word| {
-            word * 64 + 64 - self.0[word].leading_zeros() as usize
-        })
+        top.map_or(0, |word| word * 64 + 64 - self.0[word].leading_zeros() as usize)
     }
 }
 
@@ -128,10 +126,7 @@ impl Pool {
         let mut blocks = Page::EMPTY;
         let index = blocks.take_lowest().unwrap_or(0);
         self.pages.push(blocks);
-        Block {
-            page: self.pages.len() - 1,
-            index,
-        }
+        Block { page: self.pages.len() - 1, index }
     }
 }
 
@@ -147,10 +142,7 @@ mod tests {
         for round in 0..10_000 {
             pool.place([0, 0, 0], 300 + round % 700);
         }
-        assert_eq!(
-            pool.used_blocks().collect::<Vec<_>>(),
-            [(300 + 9_999 % 700_usize).div_ceil(BLOCK_POINTS)]
-        );
+        assert_eq!(pool.used_blocks().collect::<Vec<_>>(), [(300 + 9_999 % 700_usize).div_ceil(BLOCK_POINTS)]);
     }
 
     #[test]

@@ -102,19 +102,10 @@ mod tests {
     #[test]
     fn fields_are_where_the_shader_looks() {
         let record = pack(&point([1.0, 2.0, 3.0], [0.0, 0.0, 1.0]));
-        assert_eq!(
-            record[..3]
-                .iter()
-                .map(|w| f32::from_bits(*w))
-                .collect::<Vec<_>>(),
-            [1.0, 2.0, 3.0]
-        );
+        assert_eq!(record[..3].iter().map(|w| f32::from_bits(*w)).collect::<Vec<_>>(), [1.0, 2.0, 3.0]);
         assert_eq!(record[4].to_le_bytes(), [1, 2, 3, 255]);
         assert_eq!((record[5] & 0xffff, record[5] >> 16), (7, 9));
-        assert_eq!(
-            (record[6] & 0xffff, record[6] >> 16),
-            (11, u32::from(PointFlags::BACKGROUND))
-        );
+        assert_eq!((record[6] & 0xffff, record[6] >> 16), (11, u32::from(PointFlags::BACKGROUND)));
         assert_eq!(record[7] >> 30, 3);
     }
 

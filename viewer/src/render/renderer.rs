@@ -21,10 +21,9 @@ use glam::{Vec2, Vec3};
 use semascan_shared::model::SemanticCloud;
 use web_sys::HtmlCanvasElement;
 use wgpu::{
-    Color, CommandEncoderDescriptor, CurrentSurfaceTexture, Extent3d, LoadOp, Operations,
-    RenderPassColorAttachment, RenderPassDepthStencilAttachment, RenderPassDescriptor, StoreOp,
-    SurfaceTexture, TextureDescriptor, TextureDimension, TextureUsages, TextureView,
-    TextureViewDescriptor,
+    Color, CommandEncoderDescriptor, CurrentSurfaceTexture, Extent3d, LoadOp, Operations, RenderPassColorAttachment,
+    RenderPassDepthStencilAttachment, RenderPassDescriptor, StoreOp, SurfaceTexture, TextureDescriptor,
+    TextureDimension, TextureUsages, TextureView, TextureViewDescriptor,
 };
 
 /// Why there is no picture.
@@ -100,10 +99,7 @@ impl Renderer {
     ///
     /// # Errors
     /// [`RenderError`] if no interface, or not the one chosen, draws.
-    pub async fn new(
-        canvas: HtmlCanvasElement,
-        choice: BackendChoice,
-    ) -> Result<Self, RenderError> {
+    pub async fn new(canvas: HtmlCanvasElement, choice: BackendChoice) -> Result<Self, RenderError> {
         let first = match choice {
             BackendChoice::Auto => Backend::WebGpu,
             BackendChoice::WebGpu => return Self::open(canvas, Backend::WebGpu).await,
@@ -115,10 +111,7 @@ impl Renderer {
         };
         web_sys::console::warn_1(&format!("semascan: {webgpu}; trying webgl2").into());
         let fresh = replace_canvas(&canvas)?;
-        let nothing = |error: RenderError| RenderError::Nothing {
-            webgpu,
-            webgl2: error.to_string(),
-        };
+        let nothing = |error: RenderError| RenderError::Nothing { webgpu, webgl2: error.to_string() };
         Self::open(fresh, Backend::WebGl2).await.map_err(nothing)
     }
 
@@ -185,17 +178,10 @@ impl Renderer {
 
     /// Sets the size of the picture in CSS pixels and how many device pixels one of them has.
     pub fn resize(&mut self, width: f32, height: f32, device_pixel_ratio: f32) {
-        let scale = if device_pixel_ratio.is_finite() {
-            device_pixel_ratio.clamp(0.25, 8.0)
-        } else {
-            1.0
-        };
+        let scale = if device_pixel_ratio.is_finite() { device_pixel_ratio.clamp(0.25, 8.0) } else { 1.0 };
         let before = (self.gpu.config.width, self.gpu.config.height);
         self.scale = scale;
-        self.gpu.resize(
-            (width * scale).round() as u32,
-            (height * scale).round() as u32,
-        );
+        self.gpu.resize((width * scale).round() as u32, (height * scale).round() as u32);
         if before != (self.gpu.config.width, self.gpu.config.height) {
             self.depth = depth_buffer(&self.gpu);
         }
@@ -229,15 +215,8 @@ impl Renderer {
         }
         self.prepare(request);
         let texture = self.acquire()?;
-        let view = texture
-            .texture
-            .create_view(&TextureViewDescriptor::default());
-        let mut encoder = self
-            .gpu
-            .device
-            .create_command_encoder(&CommandEncoderDescriptor {
-                label: Some("frame"),
-            });
+        let view = texture.texture.create_view(&TextureViewDescriptor::default());
+        let mut encoder = self.gpu.device.create_command_encoder(&CommandEncoderDescriptor { label: Some("frame") });
         {
             let mut pass = encoder.begin_render_pass(&RenderPassDescriptor {
                 label: Some("frame"),
@@ -245,17 +224,11 @@ impl Renderer {
                     view: &view,
                     depth_slice: None,
                     resolve_target: None,
-                    ops: Operations {
-                        load: LoadOp::Clear(Color::BLACK),
-                        store: StoreOp::Store,
-                    },
+                    ops: Operations { load: LoadOp::Clear(Color::BLACK), store: StoreOp::Store },
                 })],
                 depth_stencil_attachment: Some(RenderPassDepthStencilAttachment {
                     view: &self.depth,
-                    depth_ops: Some(Operations {
-                        load: LoadOp::Clear(1.0),
-                        store: StoreOp::Discard,
-                    }),
+                    depth_ops: Some(Operations { load: LoadOp::Clear(1.0), store: StoreOp::Discard }),
                     stencil_ops: None,
                 }),
                 timestamp_writes: None,
@@ -281,10 +254,7 @@ impl Renderer {
         self.gpu.queue.submit([encoder.finish()]);
         self.gpu.queue.present(texture);
         self.frames += 1;
-        let stats = FrameStats {
-            points: self.points.shown(request),
-            frames: self.frames,
-        };
+        let stats = FrameStats { points: self.points.shown(request), frames: self.frames };
         self.tell(stats);
         Ok(stats)
     }
@@ -308,11 +278,7 @@ impl Renderer {
             }
         }
         let depth = model.map_or(0.08, |b| b.radius() * 0.6).clamp(0.03, 0.3);
-        let segments: Vec<_> = request
-            .frusta
-            .iter()
-            .flat_map(|f| frustum::segments(f, depth, request.theme))
-            .collect();
+        let segments: Vec<_> = request.frusta.iter().flat_map(|f| frustum::segments(f, depth, request.theme)).collect();
         for segment in &segments {
             scene.include(segment.from);
             scene.include(segment.to);
@@ -320,16 +286,11 @@ impl Renderer {
         self.frusta.write(gpu, &segments);
         let forward = request.camera.forward();
         let right = forward.cross(Vec3::Z).normalize_or(Vec3::X);
-        self.axes
-            .write(gpu, &axes::segments(right, right.cross(forward)));
+        self.axes.write(gpu, &axes::segments(right, right.cross(forward)));
         if let Some(side) = self.axes_side() {
-            self.axes_frame
-                .write(gpu, &Frame::axes(&request.camera, side, self.scale));
+            self.axes_frame.write(gpu, &Frame::axes(&request.camera, side, self.scale));
         }
-        self.frame.write(
-            gpu,
-            &Frame::scene(&request.camera, pixels, self.scale, scene),
-        );
+        self.frame.write(gpu, &Frame::scene(&request.camera, pixels, self.scale, scene));
         self.background.prepare(gpu, request.theme);
         self.points.prepare(gpu, request);
     }
@@ -344,16 +305,12 @@ impl Renderer {
     fn acquire(&self) -> Result<SurfaceTexture, RenderError> {
         let gone = |what: &str| RenderError::Lost(format!("the surface is {what}"));
         match self.gpu.surface.get_current_texture() {
-            CurrentSurfaceTexture::Success(texture)
-            | CurrentSurfaceTexture::Suboptimal(texture) => Ok(texture),
+            CurrentSurfaceTexture::Success(texture) | CurrentSurfaceTexture::Suboptimal(texture) => Ok(texture),
             // Once more with a fresh configuration, then give up.
             _ => {
-                self.gpu
-                    .surface
-                    .configure(&self.gpu.device, &self.gpu.config);
+                self.gpu.surface.configure(&self.gpu.device, &self.gpu.config);
                 match self.gpu.surface.get_current_texture() {
-                    CurrentSurfaceTexture::Success(texture)
-                    | CurrentSurfaceTexture::Suboptimal(texture) => Ok(texture),
+                    CurrentSurfaceTexture::Success(texture) | CurrentSurfaceTexture::Suboptimal(texture) => Ok(texture),
                     other => Err(gone(&format!("{other:?}"))),
                 }
             }
@@ -378,11 +335,7 @@ impl Renderer {
 fn depth_buffer(gpu: &Gpu) -> TextureView {
     let texture = gpu.device.create_texture(&TextureDescriptor {
         label: Some("depth"),
-        size: Extent3d {
-            width: gpu.config.width,
-            height: gpu.config.height,
-            depth_or_array_layers: 1,
-        },
+        size: Extent3d { width: gpu.config.width, height: gpu.config.height, depth_or_array_layers: 1 },
         mip_level_count: 1,
         sample_count: 1,
         dimension: TextureDimension::D2,

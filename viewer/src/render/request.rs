@@ -75,11 +75,7 @@ impl ClassMask {
     pub fn set(&mut self, class: u16, member: bool) {
         let bit = class.min(255);
         let word = &mut self.0[usize::from(bit / 64)];
-        if member {
-            *word |= 1 << (bit % 64)
-        } else {
-            *word &= !(1 << (bit % 64))
-        }
+        if member { *word |= 1 << (bit % 64) } else { *word &= !(1 << (bit % 64)) }
     }
 }
 
@@ -94,10 +90,7 @@ pub struct HiddenFlags {
 
 impl Default for HiddenFlags {
     fn default() -> Self {
-        Self {
-            outliers: true,
-            background: false,
-        }
+        Self { outliers: true, background: false }
     }
 }
 
@@ -105,16 +98,8 @@ impl HiddenFlags {
     /// The bits of `PointFlags` that hide a point.
     pub fn bits(self) -> u16 {
         use semascan_shared::model::PointFlags;
-        let outliers = if self.outliers {
-            PointFlags::OUTLIER
-        } else {
-            0
-        };
-        let background = if self.background {
-            PointFlags::BACKGROUND
-        } else {
-            0
-        };
+        let outliers = if self.outliers { PointFlags::OUTLIER } else { 0 };
+        let background = if self.background { PointFlags::BACKGROUND } else { 0 };
         outliers | background
     }
 }
@@ -131,13 +116,8 @@ pub struct Palette {
 impl Palette {
     /// The colours of a taxonomy.
     pub fn from_taxonomy(taxonomy: &Taxonomy) -> Self {
-        let colors = |classes: &[semascan_shared::model::ClassDef]| {
-            classes.iter().map(|c| c.color).collect()
-        };
-        Self {
-            components: colors(&taxonomy.components),
-            defects: colors(&taxonomy.defects),
-        }
+        let colors = |classes: &[semascan_shared::model::ClassDef]| classes.iter().map(|c| c.color).collect();
+        Self { components: colors(&taxonomy.components), defects: colors(&taxonomy.defects) }
     }
 }
 
@@ -154,8 +134,7 @@ impl Turntable {
     /// From the wire; `None` if the figures make no disc.
     pub fn from_wire(message: &wire::Turntable) -> Option<Self> {
         let (radius, height) = (message.radius as f32, message.height as f32);
-        (radius.is_finite() && radius > 0.0 && height.is_finite())
-            .then_some(Self { radius, height })
+        (radius.is_finite() && radius > 0.0 && height.is_finite()).then_some(Self { radius, height })
     }
 }
 
@@ -175,33 +154,14 @@ pub struct CameraFrustum {
 impl CameraFrustum {
     /// From a view's report; `None` without a pose or intrinsics, or if their figures make no camera.
     pub fn from_wire(report: &wire::ViewReport, current: bool) -> Option<Self> {
-        let (pose, camera) = (
-            report.table_from_camera.as_ref()?,
-            report.intrinsics.as_ref()?,
-        );
-        let rotation = Quat::from_xyzw(
-            pose.qx as f32,
-            pose.qy as f32,
-            pose.qz as f32,
-            pose.qw as f32,
-        );
+        let (pose, camera) = (report.table_from_camera.as_ref()?, report.intrinsics.as_ref()?);
+        let rotation = Quat::from_xyzw(pose.qx as f32, pose.qy as f32, pose.qz as f32, pose.qw as f32);
         let translation = Vec3::new(pose.tx as f32, pose.ty as f32, pose.tz as f32);
         let half = |size: u32, focal: f64| (f64::from(size) / (2.0 * focal)) as f32;
-        let half_size = [
-            half(camera.width, camera.fx),
-            half(camera.height, camera.fy),
-        ];
-        let sound =
-            rotation.is_finite() && rotation.length_squared() > 0.5 && translation.is_finite();
-        let open = half_size
-            .iter()
-            .all(|h| h.is_finite() && *h > 0.0 && *h < 10.0);
-        (sound && open).then(|| Self {
-            rotation: rotation.normalize(),
-            translation,
-            half_size,
-            current,
-        })
+        let half_size = [half(camera.width, camera.fx), half(camera.height, camera.fy)];
+        let sound = rotation.is_finite() && rotation.length_squared() > 0.5 && translation.is_finite();
+        let open = half_size.iter().all(|h| h.is_finite() && *h > 0.0 && *h < 10.0);
+        (sound && open).then(|| Self { rotation: rotation.normalize(), translation, half_size, current })
     }
 }
 
@@ -265,11 +225,7 @@ mod tests {
             mask.set(class, true);
         }
         for class in 0..256 {
-            assert_eq!(
-                mask.has(class),
-                [0, 63, 64, 200, 255].contains(&class),
-                "{class}"
-            );
+            assert_eq!(mask.has(class), [0, 63, 64, 200, 255].contains(&class), "{class}");
         }
         assert!(mask.has(60_000), "classes from 255 on are one");
         mask.set(64, false);
@@ -278,35 +234,19 @@ mod tests {
 
     #[test]
     fn cameras_from_hostile_reports_are_not_drawn() {
-        let pose = wire::Pose {
-            qw: 1.0,
-            ..wire::Pose::default()
-        };
-        let intrinsics = wire::Intrinsics {
-            width: 640,
-            height: 480,
-            fx: 600.0,
-            fy: 600.0,
-            cx: 320.0,
-            cy: 240.0,
-        };
+        let pose = wire::Pose { qw: 1.0, ..wire::Pose::default() };
+        let intrinsics = wire::Intrinsics { width: 640, height: 480, fx: 600.0, fy: 600.0, cx: 320.0, cy: 240.0 };
         let report = |pose: &wire::Pose, camera: &wire::Intrinsics| wire::ViewReport {
             table_from_camera: Some(*pose),
             intrinsics: Some(*camera),
             ..wire::ViewReport::default()
         };
         assert!(CameraFrustum::from_wire(&report(&pose, &intrinsics), true).is_some());
-        let nan = wire::Pose {
-            tx: f64::NAN,
-            ..pose
-        };
+        let nan = wire::Pose { tx: f64::NAN, ..pose };
         assert!(CameraFrustum::from_wire(&report(&nan, &intrinsics), true).is_none());
         let null = wire::Pose { qw: 0.0, ..pose };
         assert!(CameraFrustum::from_wire(&report(&null, &intrinsics), true).is_none());
-        let flat = wire::Intrinsics {
-            fx: 0.0,
-            ..intrinsics
-        };
+        let flat = wire::Intrinsics { fx: 0.0, ..intrinsics };
         assert!(CameraFrustum::from_wire(&report(&pose, &flat), true).is_none());
         assert!(CameraFrustum::from_wire(&wire::ViewReport::default(), true).is_none());
     }

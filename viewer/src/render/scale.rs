@@ -24,19 +24,8 @@ mod tests {
 
     #[test]
     fn steps_are_round_and_not_longer_than_asked() {
-        for (length, step) in [
-            (0.0625, 0.05),
-            (0.05, 0.05),
-            (0.049, 0.02),
-            (0.013, 0.01),
-            (0.0199, 0.01),
-            (3.0, 2.0),
-        ] {
-            assert!(
-                (round_step(length) - step).abs() < step * 1e-4,
-                "{length}: {}",
-                round_step(length)
-            );
+        for (length, step) in [(0.0625, 0.05), (0.05, 0.05), (0.049, 0.02), (0.013, 0.01), (0.0199, 0.01), (3.0, 2.0)] {
+            assert!((round_step(length) - step).abs() < step * 1e-4, "{length}: {}", round_step(length));
         }
         assert_eq!(round_step(f32::NAN), 1e-3);
         assert_eq!(round_step(-1.0), 1e-3);

@@ -17,10 +17,5 @@ pub struct Segment {
 
 /// Joins `points` to a line.
 pub fn polyline(points: &[Vec3], color: [u8; 4], width: f32) -> impl Iterator<Item = Segment> {
-    points.windows(2).map(move |pair| Segment {
-        from: pair[0],
-        to: pair[1],
-        color,
-        width,
-    })
+    points.windows(2).map(move |pair| Segment { from: pair[0], to: pair[1], color, width })
 }

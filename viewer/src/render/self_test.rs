@@ -29,19 +29,14 @@ pub(super) async fn run(renderer: &mut Renderer) -> Result<(), RenderError> {
         camera,
         bounds: Some(bounds),
         color_mode: ColorMode::Component,
-        palette: Palette {
-            components: vec![[0; 3], GREEN],
-            defects: Vec::new(),
-        },
+        palette: Palette { components: vec![[0; 3], GREEN], defects: Vec::new() },
         voxel: 0.02,
         ..DrawRequest::default()
     };
     let mut last = Err(failed(renderer, "no frame was drawn".to_owned()));
     // The second frame is what a device that dies over its first one does not survive.
     for _ in 0..2 {
-        last = renderer
-            .draw(&request)
-            .and_then(|_| middle_is_green(renderer));
+        last = renderer.draw(&request).and_then(|_| middle_is_green(renderer));
         sleep(GRACE_MS / 2).await;
         if let Some(reason) = renderer.loss() {
             return Err(failed(renderer, format!("the device was lost: {reason}")));
@@ -52,10 +47,7 @@ pub(super) async fn run(renderer: &mut Renderer) -> Result<(), RenderError> {
 }
 
 fn failed(renderer: &Renderer, reason: String) -> RenderError {
-    RenderError::SelfTest {
-        backend: renderer.backend().name(),
-        reason,
-    }
+    RenderError::SelfTest { backend: renderer.backend().name(), reason }
 }
 
 fn one_point() -> SemanticCloud {
@@ -78,15 +70,12 @@ fn one_point() -> SemanticCloud {
 
 fn middle_is_green(renderer: &Renderer) -> Result<(), RenderError> {
     let canvas = renderer.canvas();
-    let [r, g, b, _] = middle_pixel(canvas)
-        .map_err(|e| failed(renderer, format!("the canvas cannot be read: {e:?}")))?;
+    let [r, g, b, _] =
+        middle_pixel(canvas).map_err(|e| failed(renderer, format!("the canvas cannot be read: {e:?}")))?;
     if g > 150 && r < 100 && b < 100 {
         return Ok(());
     }
-    Err(failed(
-        renderer,
-        format!("drew green, the canvas shows ({r}, {g}, {b})"),
-    ))
+    Err(failed(renderer, format!("drew green, the canvas shows ({r}, {g}, {b})")))
 }
 
 /// The pixel in the middle; must be asked for in the task that drew the frame.
@@ -95,14 +84,8 @@ fn middle_pixel(canvas: &HtmlCanvasElement) -> Result<[u8; 4], JsValue> {
     let flat: HtmlCanvasElement = page.create_element("canvas")?.unchecked_into();
     flat.set_width(1);
     flat.set_height(1);
-    let context: CanvasRenderingContext2d = flat
-        .get_context("2d")?
-        .ok_or("no 2D canvas")?
-        .unchecked_into();
-    let (x, y) = (
-        f64::from(canvas.width() / 2),
-        f64::from(canvas.height() / 2),
-    );
+    let context: CanvasRenderingContext2d = flat.get_context("2d")?.ok_or("no 2D canvas")?.unchecked_into();
+    let (x, y) = (f64::from(canvas.width() / 2), f64::from(canvas.height() / 2));
     context.draw_image_with_html_canvas_element(canvas, -x, -y)?;
     let data = context.get_image_data(0.0, 0.0, 1.0, 1.0)?.data().0;
     data.as_slice().try_into().map_err(|_| "no pixel".into())
@@ -110,8 +93,7 @@ fn middle_pixel(canvas: &HtmlCanvasElement) -> Result<[u8; 4], JsValue> {
 
 async fn sleep(ms: i32) {
     let mut start = |resolve: Function, _reject: Function| {
-        let timer = web_sys::window()
-            .map(|w| w.set_timeout_with_callback_and_timeout_and_arguments_0(&resolve, ms));
+        let timer = web_sys::window().map(|w| w.set_timeout_with_callback_and_timeout_and_arguments_0(&resolve, ms));
         if !matches!(timer, Some(Ok(_))) {
             // Without a clock there is nothing to wait for.
             let _ = resolve.call0(&JsValue::UNDEFINED);

@@ -13,17 +13,11 @@ pub struct Bounds {
 
 impl Bounds {
     /// Holds nothing; the neutral element of [`Bounds::union`].
-    pub const EMPTY: Self = Self {
-        min: Vec3::INFINITY,
-        max: Vec3::NEG_INFINITY,
-    };
+    pub const EMPTY: Self = Self { min: Vec3::INFINITY, max: Vec3::NEG_INFINITY };
 
     /// The box between two corners given in any order.
     pub fn from_corners(a: Vec3, b: Vec3) -> Self {
-        Self {
-            min: a.min(b),
-            max: a.max(b),
-        }
+        Self { min: a.min(b), max: a.max(b) }
     }
 
     /// Whether it holds no point.
@@ -41,28 +35,17 @@ impl Bounds {
 
     /// The box around both.
     pub fn union(self, other: Self) -> Self {
-        Self {
-            min: self.min.min(other.min),
-            max: self.max.max(other.max),
-        }
+        Self { min: self.min.min(other.min), max: self.max.max(other.max) }
     }
 
     /// Its middle; the origin if it is empty.
     pub fn center(&self) -> Vec3 {
-        if self.is_empty() {
-            Vec3::ZERO
-        } else {
-            (self.min + self.max) / 2.0
-        }
+        if self.is_empty() { Vec3::ZERO } else { (self.min + self.max) / 2.0 }
     }
 
     /// Radius of the sphere around it, metres; 0 if it is empty.
     pub fn radius(&self) -> f32 {
-        if self.is_empty() {
-            0.0
-        } else {
-            (self.max - self.min).length() / 2.0
-        }
+        if self.is_empty() { 0.0 } else { (self.max - self.min).length() / 2.0 }
     }
 }
 
@@ -86,12 +69,6 @@ mod tests {
         bounds.include(Vec3::new(0.0, f32::INFINITY, 0.0));
         assert!(bounds.is_empty());
         bounds.include(Vec3::X);
-        assert_eq!(
-            bounds,
-            Bounds {
-                min: Vec3::X,
-                max: Vec3::X
-            }
-        );
+        assert_eq!(bounds, Bounds { min: Vec3::X, max: Vec3::X });
     }
 }

@@ -155,8 +155,7 @@ impl OrbitCamera {
         let aspect = self.viewport.x / self.viewport.y;
         let half = (FOV_Y / 2.0).min(((FOV_Y / 2.0).tan() * aspect).atan());
         self.target = center;
-        self.distance =
-            (radius.max(0.002) * 1.08 / half.sin()).clamp(*DISTANCE.start(), *DISTANCE.end());
+        self.distance = (radius.max(0.002) * 1.08 / half.sin()).clamp(*DISTANCE.start(), *DISTANCE.end());
     }
 
     /// Looks from a standard direction at the same target.
@@ -252,10 +251,7 @@ mod tests {
         for view in [Isometric, Front, Back, Left, Right, Top, Bottom] {
             let mut camera = camera();
             camera.look_from(view);
-            assert!(
-                pixel(&camera, camera.target()).distance(Vec2::new(400.0, 300.0)) < 0.1,
-                "{view:?}"
-            );
+            assert!(pixel(&camera, camera.target()).distance(Vec2::new(400.0, 300.0)) < 0.1, "{view:?}");
             assert!(camera.view_from_table().is_finite());
         }
     }
@@ -314,18 +310,14 @@ mod tests {
             camera.set_viewport(width, height);
             camera.fit(bounds);
             for corner in 0..8 {
-                let pick =
-                    |bit: u32, lo: f32, hi: f32| if corner & (1 << bit) == 0 { lo } else { hi };
+                let pick = |bit: u32, lo: f32, hi: f32| if corner & (1 << bit) == 0 { lo } else { hi };
                 let corner = Vec3::new(
                     pick(0, bounds.min.x, bounds.max.x),
                     pick(1, bounds.min.y, bounds.max.y),
                     pick(2, bounds.min.z, bounds.max.z),
                 );
                 let seen = pixel(&camera, corner);
-                assert!(
-                    seen.cmpge(Vec2::ZERO).all() && seen.cmple(camera.viewport).all(),
-                    "{seen}"
-                );
+                assert!(seen.cmpge(Vec2::ZERO).all() && seen.cmple(camera.viewport).all(), "{seen}");
             }
         }
     }

@@ -52,12 +52,7 @@ impl Gesture {
 
     /// A pointer moved; what that asks of the camera, in order.
     pub fn moved(&mut self, id: i32, at: Vec2) -> Vec<CameraInput> {
-        let Some(index) = self
-            .pointers
-            .iter()
-            .position(|p| p.id == id)
-            .filter(|_| at.is_finite())
-        else {
+        let Some(index) = self.pointers.iter().position(|p| p.id == id).filter(|_| at.is_finite()) else {
             return Vec::new();
         };
         let before = self.pointers[index].at;
@@ -71,14 +66,9 @@ impl Gesture {
             }];
         }
         let (new_middle, new_span) = self.middle_and_span();
-        let mut inputs = vec![CameraInput::Pan {
-            pixels: new_middle - middle,
-        }];
+        let mut inputs = vec![CameraInput::Pan { pixels: new_middle - middle }];
         if span > MIN_PINCH && new_span > MIN_PINCH {
-            inputs.push(CameraInput::Zoom {
-                factor: span / new_span,
-                at: Some(new_middle),
-            });
+            inputs.push(CameraInput::Zoom { factor: span / new_span, at: Some(new_middle) });
         }
         inputs
     }
@@ -95,15 +85,8 @@ impl Gesture {
 
     /// The wheel turned by so many pixels (down is positive: away) with the pointer at `at`.
     pub fn wheel(pixels: f32, at: Vec2) -> CameraInput {
-        let pixels = if pixels.is_finite() {
-            pixels.clamp(-MAX_WHEEL, MAX_WHEEL)
-        } else {
-            0.0
-        };
-        CameraInput::Zoom {
-            factor: (pixels * ZOOM_PER_WHEEL_PIXEL).exp(),
-            at: Some(at),
-        }
+        let pixels = if pixels.is_finite() { pixels.clamp(-MAX_WHEEL, MAX_WHEEL) } else { 0.0 };
+        CameraInput::Zoom { factor: (pixels * ZOOM_PER_WHEEL_PIXEL).exp(), at: Some(at) }
     }
 
     fn middle_and_span(&self) -> (Vec2, f32) {
@@ -124,10 +107,7 @@ mod tests {
         let step = Vec2::new(3.0, -2.0);
         let mut gesture = Gesture::default();
         gesture.down(1, Button::Primary, Vec2::ZERO);
-        assert_eq!(
-            gesture.moved(1, step),
-            [CameraInput::Orbit { pixels: step }]
-        );
+        assert_eq!(gesture.moved(1, step), [CameraInput::Orbit { pixels: step }]);
         gesture.up(1);
         assert!(gesture.moved(1, step).is_empty() && !gesture.is_active());
         gesture.down(1, Button::Secondary, Vec2::ZERO);
@@ -143,15 +123,7 @@ mod tests {
         let middle = Vec2::new(200.0, 100.0);
         assert_eq!(
             inputs,
-            [
-                CameraInput::Pan {
-                    pixels: Vec2::new(50.0, 0.0)
-                },
-                CameraInput::Zoom {
-                    factor: 0.5,
-                    at: Some(middle)
-                }
-            ]
+            [CameraInput::Pan { pixels: Vec2::new(50.0, 0.0) }, CameraInput::Zoom { factor: 0.5, at: Some(middle) }]
         );
     }
 
@@ -174,9 +146,7 @@ mod tests {
         assert!(gesture.moved(2, Vec2::ONE).is_empty());
         assert!(gesture.moved(0, Vec2::NAN).is_empty());
         for wheel in [f32::NAN, f32::INFINITY, 1e30] {
-            let CameraInput::Zoom { factor, .. } = Gesture::wheel(wheel, Vec2::ZERO) else {
-                panic!("not a zoom")
-            };
+            let CameraInput::Zoom { factor, .. } = Gesture::wheel(wheel, Vec2::ZERO) else { panic!("not a zoom") };
             assert!(factor.is_finite() && factor > 0.0 && factor < 2.0);
         }
     }

@@ -29,25 +29,15 @@ pub fn key_input(key: &str, modifiers: Modifiers) -> Option<CameraInput> {
     let arrow = |x: f32, y: f32| {
         let pixels = Vec2::new(x, y) * STEP;
         // An arrow turns or moves the view, as scrolling does: the model goes the other way.
-        if modifiers.shift {
-            CameraInput::Pan { pixels: -pixels }
-        } else {
-            CameraInput::Orbit { pixels }
-        }
+        if modifiers.shift { CameraInput::Pan { pixels: -pixels } } else { CameraInput::Orbit { pixels } }
     };
     Some(match key {
         "ArrowLeft" => arrow(-1.0, 0.0),
         "ArrowRight" => arrow(1.0, 0.0),
         "ArrowUp" => arrow(0.0, -1.0),
         "ArrowDown" => arrow(0.0, 1.0),
-        "+" | "=" => CameraInput::Zoom {
-            factor: 1.0 / ZOOM,
-            at: None,
-        },
-        "-" | "_" => CameraInput::Zoom {
-            factor: ZOOM,
-            at: None,
-        },
+        "+" | "=" => CameraInput::Zoom { factor: 1.0 / ZOOM, at: None },
+        "-" | "_" => CameraInput::Zoom { factor: ZOOM, at: None },
         "f" | "F" => CameraInput::Fit,
         "1" => CameraInput::View(StandardView::Isometric),
         "2" => CameraInput::View(StandardView::Front),
@@ -66,10 +56,7 @@ mod tests {
 
     #[test]
     fn the_browsers_shortcuts_stay_the_browsers() {
-        let command = Modifiers {
-            command: true,
-            ..Modifiers::default()
-        };
+        let command = Modifiers { command: true, ..Modifiers::default() };
         assert_eq!(key_input("f", command), None);
         assert_eq!(key_input("+", command), None);
         assert_eq!(key_input("q", Modifiers::default()), None);
@@ -77,18 +64,9 @@ mod tests {
 
     #[test]
     fn shift_turns_orbiting_into_panning() {
-        let shift = Modifiers {
-            shift: true,
-            ..Modifiers::default()
-        };
-        assert!(matches!(
-            key_input("ArrowLeft", Modifiers::default()),
-            Some(CameraInput::Orbit { .. })
-        ));
-        assert!(matches!(
-            key_input("ArrowLeft", shift),
-            Some(CameraInput::Pan { .. })
-        ));
+        let shift = Modifiers { shift: true, ..Modifiers::default() };
+        assert!(matches!(key_input("ArrowLeft", Modifiers::default()), Some(CameraInput::Orbit { .. })));
+        assert!(matches!(key_input("ArrowLeft", shift), Some(CameraInput::Pan { .. })));
     }
 
     #[test]

@@ -25,38 +25,24 @@ impl CameraPointer {
     ///
     /// # Errors
     /// What the browser says when a listener cannot be added.
-    pub fn attach(
-        canvas: &HtmlCanvasElement,
-        on_input: impl FnMut(CameraInput) + 'static,
-    ) -> Result<Self, JsValue> {
+    pub fn attach(canvas: &HtmlCanvasElement, on_input: impl FnMut(CameraInput) + 'static) -> Result<Self, JsValue> {
         let gesture = Rc::new(RefCell::new(Gesture::default()));
         let on_input = Rc::new(RefCell::new(on_input));
         canvas.style().set_property("touch-action", "none")?;
-        let mut pointer = Self {
-            canvas: canvas.clone(),
-            listeners: Vec::new(),
-        };
+        let mut pointer = Self { canvas: canvas.clone(), listeners: Vec::new() };
 
         let (state, element) = (gesture.clone(), canvas.clone());
         pointer.listen("pointerdown", move |event| {
             let event: PointerEvent = event.unchecked_into();
-            let button = if event.button() == 0 && !event.shift_key() {
-                Button::Primary
-            } else {
-                Button::Secondary
-            };
+            let button = if event.button() == 0 && !event.shift_key() { Button::Primary } else { Button::Secondary };
             // Capture fails if the pointer is already gone; the drag then simply ends at the edge.
             let _ = element.set_pointer_capture(event.pointer_id());
-            state
-                .borrow_mut()
-                .down(event.pointer_id(), button, position(&event));
+            state.borrow_mut().down(event.pointer_id(), button, position(&event));
         })?;
         let (state, sink) = (gesture.clone(), on_input.clone());
         pointer.listen("pointermove", move |event| {
             let event: PointerEvent = event.unchecked_into();
-            let inputs = state
-                .borrow_mut()
-                .moved(event.pointer_id(), position(&event));
+            let inputs = state.borrow_mut().moved(event.pointer_id(), position(&event));
             for input in inputs {
                 (sink.borrow_mut())(input);
             }
@@ -82,25 +68,16 @@ impl CameraPointer {
         let sink = on_input;
         pointer.listen("dblclick", move |_| (sink.borrow_mut())(CameraInput::Fit))?;
         // The right button pans.
-        pointer.listen("contextmenu", |event| {
-            event.unchecked_into::<MouseEvent>().prevent_default()
-        })?;
+        pointer.listen("contextmenu", |event| event.unchecked_into::<MouseEvent>().prevent_default())?;
         Ok(pointer)
     }
 
-    fn listen(
-        &mut self,
-        name: &'static str,
-        handler: impl FnMut(JsValue) + 'static,
-    ) -> Result<(), JsValue> {
+    fn listen(&mut self, name: &'static str, handler: impl FnMut(JsValue) + 'static) -> Result<(), JsValue> {
         let closure = Closure::<dyn FnMut(JsValue)>::new(handler);
         let options = AddEventListenerOptions::new();
         options.set_passive(false);
         let function = closure.as_ref().unchecked_ref();
-        self.canvas
-            .add_event_listener_with_callback_and_add_event_listener_options(
-                name, function, &options,
-            )?;
+        self.canvas.add_event_listener_with_callback_and_add_event_listener_options(name, function, &options)?;
         self.listeners.push((name, closure));
         Ok(())
     }
@@ -110,9 +87,7 @@ impl Drop for CameraPointer {
     fn drop(&mut self) {
         for (name, closure) in &self.listeners {
             // The canvas may be gone from the page; nothing is left to do then.
-            let _ = self
-                .canvas
-                .remove_event_listener_with_callback(name, closure.as_ref().unchecked_ref());
+            let _ = self.canvas.remove_event_listener_with_callback(name, closure.as_ref().unchecked_ref());
         }
     }
 }

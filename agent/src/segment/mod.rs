@@ -1,0 +1,109 @@
+//! Pixels -> class probabilities and uncertainty.
+//!
+//! A [`Segmenter`] is the seam that networks plug into; [`RecordedSegmenter`] passes on labels that came with the view
+//! (recorded masks, simulated truth).
+
+mod recorded;
+
+pub use recorded::RecordedSegmenter;
+
+use crate::acquire::View;
+
+/// Class membership of every pixel, row-major.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ClassField {
+    /// One class a pixel, certain.
+    Hard(Vec<u16>),
+    /// `classes` probabilities a pixel, pixel-major, with the uncertainty `sigma = sqrt(sum_c u_c^2)` of each pixel.
+    /// Eight bits each: 48 kept views of six classes fit in memory, and what is fused is what a rebuild fuses again.
+    Soft {
+        /// Number of classes, `none` included.
+        classes: usize,
+        /// `pixels * classes` values, 255 = certain.
+        probabilities: Vec<u8>,
+        /// One value a pixel, 255 = 1.
+        sigma: Vec<u8>,
+    },
+}
+
+impl ClassField {
+    /// Uncertainty of pixel `i`.
+    pub fn sigma(&self, i: usize) -> f32 {
+        match self {
+            Self::Hard(_) => 0.0,
+            Self::Soft { sigma, .. } => f32::from(sigma.get(i).copied().unwrap_or(u8::MAX)) / 255.0,
+        }
+    }
+
+    /// Most probable class of pixel `i`; 0 past the end.
+    pub fn best(&self, i: usize) -> u16 {
+        match self {
+            Self::Hard(labels) => labels.get(i).copied().unwrap_or(0),
+            Self::Soft { classes, probabilities, .. } => {
+                let p = probabilities.get(i * classes..(i + 1) * classes).unwrap_or(&[]);
+                let best = p.iter().enumerate().fold((0, 0_u8), |b, (c, &p)| if p > b.1 { (c, p) } else { b });
+                best.0 as u16
+            }
+        }
+    }
+
+    /// Adds `weight` times pixel `i`'s class probabilities to `evidence` (one slot a class).
+    pub fn add_evidence(&self, i: usize, weight: f32, evidence: &mut [f32]) {
+        match self {
+            Self::Hard(labels) => {
+                if let Some(slot) = labels.get(i).and_then(|&c| evidence.get_mut(usize::from(c))) {
+                    *slot += weight;
+                }
+            }
+            Self::Soft { classes, probabilities, .. } => {
+                let p = probabilities.get(i * classes..(i + 1) * classes).unwrap_or(&[]);
+                for (slot, p) in evidence.iter_mut().zip(p) {
+                    *slot += weight * f32::from(*p) / 255.0;
+                }
+            }
+        }
+    }
+}
+
+/// What a segmenter says of one view.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Segmentation {
+    /// Component classes (column K of P0 Eq. 2).
+    pub components: ClassField,
+    /// Defect classes (column D of P0 Eq. 3); each task has an uncertainty of its own.
+    pub defects: ClassField,
+    /// Instance of each pixel; 0 = not separated.
+    pub instances: Vec<u16>,
+}
+
+/// Why a view could not be segmented.
+#[derive(Debug, thiserror::Error)]
+pub enum SegmentError {
+    /// The view has no recorded labels although they were asked for.
+    #[error("view {view} carries no recorded labels")]
+    NoLabels {
+        /// The view.
+        view: u32,
+    },
+    /// The labels do not fit the picture.
+    #[error("view {view}: {field} holds {found} values for {expected} pixels")]
+    WrongSize {
+        /// The view.
+        view: u32,
+        /// What does not fit.
+        field: &'static str,
+        /// Its length.
+        found: usize,
+        /// The number of pixels.
+        expected: usize,
+    },
+}
+
+/// Labels every pixel of a view.
+pub trait Segmenter: Send {
+    /// Class probabilities of `view`'s pixels.
+    ///
+    /// # Errors
+    /// [`SegmentError`] if the view cannot be segmented; it is then reported and left out.
+    fn segment(&mut self, view: &View) -> Result<Segmentation, SegmentError>;
+}

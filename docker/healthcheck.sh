@@ -1,0 +1,8 @@
+#!/usr/bin/env bash
+# Succeeds while the agent answers /healthz with 200. Plain bash: the image has no HTTP client.
+set -euo pipefail
+port="${SEMASCAN_PORT:-8787}"
+exec 3<>"/dev/tcp/127.0.0.1/$port"
+printf 'GET /healthz HTTP/1.1\r\nHost: 127.0.0.1:%s\r\nConnection: close\r\n\r\n' "$port" >&3
+read -r -t 2 status <&3
+[[ "$status" == "HTTP/1.1 200"* ]]

@@ -1,0 +1,26 @@
+// Golden pictures: the same seed looks the same, pixel by pixel, on each backend.
+
+import { after, before, it } from 'node:test';
+import { assertGolden } from './support/golden.mjs';
+import { LIMIT, onEveryBackend } from './support/session.mjs';
+import { Viewer } from './support/viewer.mjs';
+
+onEveryBackend(
+  'golden pictures',
+  (session, backend) => {
+    let viewer;
+    before(async () => {
+      viewer = await Viewer.open(session.browser, session.agent.url);
+      await viewer.finished();
+    }, LIMIT);
+    after(() => viewer?.close());
+
+    for (const mode of ['appearance', 'component', 'confidence']) {
+      it(mode, LIMIT, async () => {
+        await viewer.colorMode(mode);
+        await assertGolden(await viewer.picture(), `${backend}-${mode}`);
+      });
+    }
+  },
+  { agent: {} },
+);

@@ -1,0 +1,178 @@
+//! `cargo xtask bench`: runs every benchmark of the workspace, keeps what each measured as JSON under `target/bench`
+//! and prints one table.
+//!
+//! A benchmark is a cargo bench target that either prints one JSON object on stdout (people's text goes to stderr) or
+//! uses criterion. The stream benchmark is measured on models that the agent fuses first, beside Draco.
+
+use crate::bench_table::{self, Row};
+use crate::packages;
+use crate::process::{capture, exists, line, run as run_command};
+use crate::report::{heading, note};
+use crate::workspace::{Workspace, cargo};
+use anyhow::{Context, Result};
+use clap::Args;
+use serde_json::Value;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+/// The packages that have benchmarks.
+const PACKAGES: [&str; 2] = ["semascan-shared", "semascan-agent"];
+
+/// The benchmark that measures the chunk codec, on a `cloud.ply` when it is given one.
+const STREAM: &str = "stream";
+
+/// What a rival's program needs, pinned: figures are compared across machines and months.
+const RIVALS: [&str; 2] = ["numpy==2.4.6", "DracoPy==2.2.0"];
+
+/// A 2 M voxel motor: high resolution and small voxels, so that the stream is measured at the size it must stand.
+const MOTOR: [&str; 3] = ["virtual:starter-motor?seed=7&views=12&size=1920x1200", "--voxel", "0.15"];
+
+/// What is measured.
+#[derive(Args)]
+pub(crate) struct Options {
+    /// Run the benchmarks whose name contains NAME
+    name: Option<String>,
+    /// Measure the stream on its synthetic part only: do not fuse models first
+    #[arg(long)]
+    synthetic: bool,
+}
+
+/// Measures, then prints the table.
+pub(crate) fn run(options: &Options) -> Result<()> {
+    let workspace = Workspace::find()?;
+    let folder = workspace.target.join("bench");
+    fs::create_dir_all(&folder)?;
+    let mut rows = Vec::new();
+    for (package, bench) in benches()? {
+        if options.name.as_deref().is_some_and(|part| !bench.contains(part)) {
+            continue;
+        }
+        heading(&format!("{package}: {bench}"));
+        if bench != STREAM || options.synthetic {
+            rows.extend(measure(&workspace, &folder, &package, &bench, &bench, &[])?);
+            continue;
+        }
+        for cloud in clouds(&workspace, &folder)? {
+            let name = format!("{bench}-{}", stem(&cloud));
+            rows.extend(measure(&workspace, &folder, &package, &bench, &name, &[&cloud])?);
+            rows.extend(draco(&workspace, &folder, &cloud)?);
+        }
+    }
+    rows.extend(bench_table::criterion(&workspace.target.join("criterion"))?);
+    heading("Benchmarks");
+    eprint!("{}", bench_table::render(&rows));
+    note(format!("kept in {}", folder.display()));
+    Ok(())
+}
+
+/// Package and name of every bench target, as cargo knows them.
+fn benches() -> Result<Vec<(String, String)>> {
+    let metadata = capture(cargo().args(["metadata", "--format-version=1", "--no-deps"]))?;
+    let metadata: Value = serde_json::from_str(&metadata).context("cargo metadata is not JSON")?;
+    let mut found = Vec::new();
+    for package in metadata["packages"].as_array().into_iter().flatten() {
+        let name = package["name"].as_str().unwrap_or_default();
+        let targets = package["targets"].as_array().into_iter().flatten();
+        let is_bench =
+            |target: &&Value| target["kind"].as_array().is_some_and(|kinds| kinds.iter().any(|k| k == "bench"));
+        if PACKAGES.contains(&name) {
+            found.extend(
+                targets.filter(is_bench).filter_map(|t| Some((name.to_owned(), t["name"].as_str()?.to_owned()))),
+            );
+        }
+    }
+    anyhow::ensure!(!found.is_empty(), "no package of {PACKAGES:?} has a bench target");
+    Ok(found)
+}
+
+/// Runs one bench target. What it prints on stdout is kept when it is a JSON object.
+fn measure(
+    workspace: &Workspace,
+    folder: &Path,
+    package: &str,
+    bench: &str,
+    name: &str,
+    arguments: &[&Path],
+) -> Result<Vec<Row>> {
+    let mut command = cargo();
+    command.current_dir(&workspace.root).args(["bench", "--package", package, "--bench", bench, "--"]);
+    keep(command.args(arguments), folder, name)
+}
+
+/// Runs a program that may print a JSON object, and keeps that as `target/bench/NAME.json`.
+fn keep(command: &mut Command, folder: &Path, name: &str) -> Result<Vec<Row>> {
+    eprintln!("   $ {}", line(command));
+    let output =
+        command.stderr(Stdio::inherit()).output().with_context(|| format!("cannot start `{}`", line(command)))?;
+    anyhow::ensure!(output.status.success(), "`{}` ended with {}", line(command), output.status);
+    let text = String::from_utf8_lossy(&output.stdout);
+    match serde_json::from_str::<Value>(&text) {
+        Ok(figures) if figures.is_object() => {
+            fs::write(folder.join(format!("{name}.json")), serde_json::to_string_pretty(&figures)?)?;
+            Ok(bench_table::flatten(name, &figures))
+        }
+        _ => {
+            eprint!("{text}");
+            Ok(Vec::new())
+        }
+    }
+}
+
+/// Fuses the models that the stream is measured on: the shelf, where the real captures are at hand, and the motor.
+fn clouds(workspace: &Workspace, folder: &Path) -> Result<Vec<PathBuf>> {
+    let mut sources: Vec<(&str, Vec<String>)> = vec![("motor", MOTOR.map(str::to_owned).to_vec())];
+    match std::env::var_os("SEMASCAN_DATA") {
+        Some(data) => {
+            let shelf = Path::new(&data).join("shelf-eye-in-hand").canonicalize()?;
+            sources.insert(0, ("shelf", vec![shelf.display().to_string()]));
+        }
+        None => note("SEMASCAN_DATA is not set: the stream is not measured on the real shelf"),
+    }
+    let mut clouds = Vec::new();
+    for (name, arguments) in sources {
+        let out = folder.join(name);
+        let mut agent = cargo();
+        agent.current_dir(&workspace.root).args([
+            "run",
+            "--release",
+            "--package",
+            "semascan-agent",
+            "--bin",
+            "semascan",
+        ]);
+        agent.args(["--", "inspect"]).args(arguments).args(["--labels", "source", "--out"]).arg(&out);
+        run_command(&mut agent)?;
+        let cloud = folder.join(format!("{name}.ply"));
+        fs::copy(out.join("cloud.ply"), &cloud).with_context(|| format!("{} has no cloud.ply", out.display()))?;
+        clouds.push(cloud);
+    }
+    Ok(clouds)
+}
+
+/// Measures Draco's kd-tree coder on the same cloud.
+fn draco(workspace: &Workspace, folder: &Path, cloud: &Path) -> Result<Vec<Row>> {
+    let script = workspace.root.join("shared/benches/draco_compare.py");
+    let python = rivals_python(&workspace.target.join("bench-venv"))?;
+    keep(Command::new(python).arg(script).arg(cloud), folder, &format!("draco-{}", stem(cloud)))
+}
+
+/// A Python with the rivals installed, in a virtual environment of its own, made anew when the pins change.
+fn rivals_python(venv: &Path) -> Result<PathBuf> {
+    let (python, pins) = (venv.join("bin/python"), venv.join("pins.txt"));
+    if fs::read_to_string(&pins).is_ok_and(|made| made == RIVALS.join("\n")) {
+        return Ok(python);
+    }
+    if !exists("python3") {
+        packages::install("the rivals of the stream are Python packages", &["python3", "python3-venv"])?;
+    }
+    note(format!("making a virtual environment with {}", RIVALS.join(", ")));
+    run_command(Command::new("python3").args(["-m", "venv", "--clear"]).arg(venv))?;
+    run_command(Command::new(&python).args(["-m", "pip", "install", "--quiet"]).args(RIVALS))?;
+    fs::write(pins, RIVALS.join("\n"))?;
+    Ok(python)
+}
+
+fn stem(path: &Path) -> String {
+    path.file_stem().unwrap_or_default().to_string_lossy().into_owned()
+}
