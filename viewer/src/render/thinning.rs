@@ -26,9 +26,7 @@ pub fn deal(positions: &[[f32; 3]]) -> Vec<[Option<usize>; BLOCK_POINTS]> {
 
 /// How many slots of every block to draw, so that about `budget` of `points` points are drawn; at least one.
 pub fn slots_within(budget: Option<usize>, points: usize) -> u32 {
-    let slots = budget.map_or(BLOCK_POINTS, |budget| {
-        budget.saturating_mul(BLOCK_POINTS) / points.max(1)
-    });
+    let slots = budget.map_or(BLOCK_POINTS, |budget| budget.saturating_mul(BLOCK_POINTS) / points.max(1));
     slots.clamp(1, BLOCK_POINTS) as u32
 }
 
@@ -38,14 +36,10 @@ fn along_curve(positions: &[[f32; 3]]) -> Vec<usize> {
     for p in positions {
         bounds.include(Vec3::from(*p));
     }
-    let edge = (bounds.max - bounds.min)
-        .max_element()
-        .max(f32::MIN_POSITIVE);
+    let edge = (bounds.max - bounds.min).max_element().max(f32::MIN_POSITIVE);
     let key = |i: usize| {
         // What is not finite lands at either end.
-        let cell = ((Vec3::from(positions[i]) - bounds.min) / edge * 1023.0)
-            .to_array()
-            .map(|c| c as u32);
+        let cell = ((Vec3::from(positions[i]) - bounds.min) / edge * 1023.0).to_array().map(|c| c as u32);
         spread(cell[0]) | spread(cell[1]) << 1 | spread(cell[2]) << 2
     };
     let mut order: Vec<(u32, usize)> = (0..positions.len()).map(|i| (key(i), i)).collect();
@@ -68,9 +62,7 @@ mod tests {
 
     /// A square of `side * side` points in raster order.
     fn square(side: usize) -> Vec<[f32; 3]> {
-        (0..side * side)
-            .map(|i| [(i % side) as f32, (i / side) as f32, 0.0])
-            .collect()
+        (0..side * side).map(|i| [(i % side) as f32, (i / side) as f32, 0.0]).collect()
     }
 
     #[test]
@@ -90,26 +82,17 @@ mod tests {
         let side = 57;
         let positions = square(side);
         for slots in [16, 40, 100] {
-            let kept: Vec<usize> = deal(&positions)
-                .into_iter()
-                .flat_map(|b| b.into_iter().take(slots).flatten())
-                .collect();
+            let kept: Vec<usize> =
+                deal(&positions).into_iter().flat_map(|b| b.into_iter().take(slots).flatten()).collect();
             let share = side * side * slots / BLOCK_POINTS;
-            assert!(
-                kept.len().abs_diff(share) <= share / 5,
-                "{slots}: {} for {share}",
-                kept.len()
-            );
+            assert!(kept.len().abs_diff(share) <= share / 5, "{slots}: {} for {share}", kept.len());
             let spacing = ((side * side) as f32 / kept.len() as f32).sqrt();
             let distance = |p: &[f32; 3]| {
                 let to = |i: &usize| Vec3::from(*p).distance(Vec3::from(positions[*i]));
                 kept.iter().map(to).fold(f32::MAX, f32::min)
             };
             let worst = positions.iter().map(distance).fold(0.0, f32::max);
-            assert!(
-                worst <= 2.0 * spacing,
-                "{slots}: a hole of {worst} at a spacing of {spacing}"
-            );
+            assert!(worst <= 2.0 * spacing, "{slots}: a hole of {worst} at a spacing of {spacing}");
         }
     }
 
