@@ -2,7 +2,8 @@
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use semascan_agent::acquire::Source;
-use semascan_agent::acquire::virtual_cell::raycast::{RayScene, SurfaceIndex};
+use semascan_agent::acquire::virtual_cell::nearest::SurfaceIndex;
+use semascan_agent::acquire::virtual_cell::raycast::RayScene;
 use semascan_agent::acquire::virtual_cell::{VirtualCell, VirtualCellSpec};
 
 fn raycast(c: &mut Criterion) {

@@ -2,6 +2,11 @@
 //! and streams it while it grows. The rooms, from the bottom:
 
 pub mod acquire;
+pub mod evaluate;
 pub mod fuse;
+pub mod inspect;
+pub mod pipeline;
 pub mod register;
 pub mod segment;
+pub mod serve;
+pub mod store;

@@ -3,27 +3,20 @@
 use proptest::collection::btree_map;
 use proptest::prelude::*;
 use semascan_shared::model::{PointFlags, SemanticPoint};
-use semascan_shared::wire::chunk::{
-    self, CHUNK_EDGE, ChunkDecoder, ChunkEncoder, VoxelChunk, decode, encode,
-};
+use semascan_shared::wire::chunk::{self, CHUNK_EDGE, ChunkDecoder, ChunkEncoder, VoxelChunk, decode, encode};
 use semascan_shared::wire::{ChunkUpdate, WireError};
 
 /// A point somewhere in its voxel; `voxel` metres, `cell` counted from the table frame's origin.
 fn point(cell: [i32; 3], voxel: f32, seed: u64) -> SemanticPoint {
     let byte = |k: u32| (seed.rotate_left(9 * k) & 0xff) as u8;
     let fraction = |k: u32| f64::from(byte(k)) / 255.0;
-    let position =
-        [0, 1, 2].map(|a| ((f64::from(cell[a]) + fraction(a as u32)) * f64::from(voxel)) as f32);
+    let position = [0, 1, 2].map(|a| ((f64::from(cell[a]) + fraction(a as u32)) * f64::from(voxel)) as f32);
     let (sin, cos) = (fraction(3) as f32 * 6.3).sin_cos();
     let z = fraction(4) as f32 * 2.0 - 1.0;
     let r = (1.0 - z * z).sqrt();
     SemanticPoint {
         position,
-        normal: if seed.is_multiple_of(7) {
-            [0.0; 3]
-        } else {
-            [r * cos, r * sin, z]
-        },
+        normal: if seed.is_multiple_of(7) { [0.0; 3] } else { [r * cos, r * sin, z] },
         color: [byte(5), byte(6), byte(0)],
         label: (seed % 3) as u16 * u16::from(byte(1)),
         confidence: fraction(2) as f32,
@@ -32,11 +25,7 @@ fn point(cell: [i32; 3], voxel: f32, seed: u64) -> SemanticPoint {
         sigma: if seed.is_multiple_of(2) { 0.25 } else { 0.5 },
         defect_sigma: 0.0,
         instance: (seed % 1000) as u16 * 65,
-        views: if seed.is_multiple_of(13) {
-            seed as u16
-        } else {
-            3
-        },
+        views: if seed.is_multiple_of(13) { seed as u16 } else { 3 },
         flags: PointFlags((seed % 16) as u16),
     }
 }
@@ -46,21 +35,12 @@ fn chunk(id: [i32; 3], voxel: f32, cells: impl IntoIterator<Item = ([u8; 3], u64
         let at = [0, 1, 2].map(|a| id[a] * CHUNK_EDGE + i32::from(cell[a]));
         (cell, point(at, voxel, seed))
     };
-    VoxelChunk {
-        id,
-        voxel,
-        voxels: cells.into_iter().map(place).collect(),
-    }
+    VoxelChunk { id, voxel, voxels: cells.into_iter().map(place).collect() }
 }
 
 fn any_chunk(most: usize) -> impl Strategy<Value = VoxelChunk> {
     let cells = btree_map([0_u8..32, 0_u8..32, 0_u8..32], any::<u64>(), 1..most);
-    (
-        [-60_i32..60, -60_i32..60, -60_i32..60],
-        0.0003_f32..0.02,
-        cells,
-    )
-        .prop_map(|(id, v, cells)| chunk(id, v, cells))
+    ([-60_i32..60, -60_i32..60, -60_i32..60], 0.0003_f32..0.02, cells).prop_map(|(id, v, cells)| chunk(id, v, cells))
 }
 
 fn close(a: f32, b: f32, tolerance: f32) -> bool {
@@ -176,10 +156,7 @@ fn a_full_chunk_and_a_single_point_come_back() {
     let every = (0..32_u8).flat_map(|z| (0..32).flat_map(move |y| (0..32).map(move |x| [x, y, z])));
     let seeded = every.zip((1_u64..).map(|i| i.wrapping_mul(0x9e37_79b9_7f4a_7c15)));
     let (mut encoder, mut decoder) = (ChunkEncoder::default(), ChunkDecoder::default());
-    for chunk in [
-        chunk([-1, 0, 7], 0.002, seeded),
-        chunk([0, 0, 0], 0.002, [([31, 0, 31], 5)]),
-    ] {
+    for chunk in [chunk([-1, 0, 7], 0.002, seeded), chunk([0, 0, 0], 0.002, [([31, 0, 31], 5)])] {
         let sent = encoder.encode(&chunk, 1, 1).expect("a valid chunk");
         let got = decoder.decode(&sent.update).expect("own bytes");
         assert_eq!((got.cloud.len(), got.hash), (chunk.voxels.len(), sent.hash));
@@ -201,21 +178,9 @@ fn what_is_no_chunk_is_not_encoded() {
     assert_eq!(field(&bad), "voxels");
     bad.voxels[1].0 = [1, 2, 32];
     assert_eq!(field(&bad), "voxels");
-    assert_eq!(
-        field(&VoxelChunk {
-            voxels: vec![],
-            ..good.clone()
-        }),
-        "voxels"
-    );
+    assert_eq!(field(&VoxelChunk { voxels: vec![], ..good.clone() }), "voxels");
     for voxel in [0.0, -1.0, f32::NAN, f32::INFINITY] {
-        assert_eq!(
-            field(&VoxelChunk {
-                voxel,
-                ..good.clone()
-            }),
-            "voxel"
-        );
+        assert_eq!(field(&VoxelChunk { voxel, ..good.clone() }), "voxel");
     }
     for x in [f32::NAN, 1.0, -0.001] {
         let mut bad = good.clone();
@@ -226,63 +191,21 @@ fn what_is_no_chunk_is_not_encoded() {
 
 #[test]
 fn a_refusal_names_the_field() {
-    let good = encode(
-        &chunk([0; 3], 0.002, [([1, 2, 3], 1), ([1, 2, 4], 2)]),
-        1,
-        1,
-    )
-    .expect("a valid chunk")
-    .update;
+    let good = encode(&chunk([0; 3], 0.002, [([1, 2, 3], 1), ([1, 2, 4], 2)]), 1, 1).expect("a valid chunk").update;
     let field = |update: ChunkUpdate| match decode(&update) {
         Err(WireError::Field { field, .. }) => field,
         other => panic!("{other:?}"),
     };
-    assert_eq!(
-        field(ChunkUpdate {
-            id: None,
-            ..good.clone()
-        }),
-        "id"
-    );
+    assert_eq!(field(ChunkUpdate { id: None, ..good.clone() }), "id");
     for points in [0, 32_769, u32::MAX] {
-        assert_eq!(
-            field(ChunkUpdate {
-                points,
-                ..good.clone()
-            }),
-            "points"
-        );
+        assert_eq!(field(ChunkUpdate { points, ..good.clone() }), "points");
     }
-    assert_eq!(
-        field(ChunkUpdate {
-            points: 3,
-            ..good.clone()
-        }),
-        "columns"
-    );
-    assert_eq!(
-        field(ChunkUpdate {
-            origin_y: f32::NAN,
-            ..good.clone()
-        }),
-        "origin"
-    );
+    assert_eq!(field(ChunkUpdate { points: 3, ..good.clone() }), "columns");
+    assert_eq!(field(ChunkUpdate { origin_y: f32::NAN, ..good.clone() }), "origin");
     for scale in [0.0, -0.1, f32::NAN, f32::INFINITY, f32::MAX] {
-        assert_eq!(
-            field(ChunkUpdate {
-                scale,
-                ..good.clone()
-            }),
-            "scale"
-        );
+        assert_eq!(field(ChunkUpdate { scale, ..good.clone() }), "scale");
     }
     let mut columns = good.columns.to_vec();
     columns[0] = 2;
-    assert_eq!(
-        field(ChunkUpdate {
-            columns: columns.into(),
-            ..good
-        }),
-        "columns"
-    );
+    assert_eq!(field(ChunkUpdate { columns: columns.into(), ..good }), "columns");
 }

@@ -11,20 +11,10 @@ fn dump(bytes: &[u8]) -> String {
     for (i, line) in bytes.chunks(16).enumerate() {
         let hex: Vec<String> = line.iter().map(|b| format!("{b:02x}")).collect();
         let shown = |b: &u8| {
-            if b.is_ascii_graphic() || *b == b' ' {
-                char::from(*b)
-            } else {
-                '.'
-            }
+            if b.is_ascii_graphic() || *b == b' ' { char::from(*b) } else { '.' }
         };
         let characters: String = line.iter().map(shown).collect();
-        writeln!(
-            text,
-            "{:04x}  {:<47}  |{characters}|",
-            16 * i,
-            hex.join(" ")
-        )
-        .expect("a String takes everything");
+        writeln!(text, "{:04x}  {:<47}  |{characters}|", 16 * i, hex.join(" ")).expect("a String takes everything");
     }
     text
 }
@@ -44,29 +34,16 @@ fn inspection() -> Inspection {
         source: "virtual:starter-motor?seed=7".into(),
         voxel: 0.0005,
         views_expected: 12,
-        turntable: Some(Turntable {
-            radius: 0.15,
-            height: -0.001,
-        }),
+        turntable: Some(Turntable { radius: 0.15, height: -0.001 }),
         ..Default::default()
     };
-    inspection.set_taxonomy(&Taxonomy::from_names(
-        &["housing", "solenoid"],
-        &["corrosion"],
-    ));
+    inspection.set_taxonomy(&Taxonomy::from_names(&["housing", "solenoid"], &["corrosion"]));
     inspection
 }
 
 #[test]
 fn hello() {
-    let held = HeldChunk {
-        id: Some(ChunkId {
-            x: -1,
-            y: 0,
-            z: 300,
-        }),
-        revision: 5,
-    };
+    let held = HeldChunk { id: Some(ChunkId { x: -1, y: 0, z: 300 }), revision: 5 };
     let hello = Hello {
         client: "semascan-viewer 0.1.0".into(),
         capabilities: vec!["chunks.1".into()],
@@ -74,9 +51,7 @@ fn hello() {
         epoch: 2,
         held: vec![held],
     };
-    let message = ClientMessage {
-        body: Some(client_message::Body::Hello(hello)),
-    };
+    let message = ClientMessage { body: Some(client_message::Body::Hello(hello)) };
     let bytes = prost::Message::encode_to_vec(&message);
     assert_eq!(decode_client(&bytes), Ok(message));
     insta::assert_snapshot!(dump(&bytes));
@@ -100,9 +75,7 @@ fn refused() {
 
 #[test]
 fn clear() {
-    insta::assert_snapshot!(server(server_message::Body::Clear(Clear {
-        inspection: Some(inspection())
-    })));
+    insta::assert_snapshot!(server(server_message::Body::Clear(Clear { inspection: Some(inspection()) })));
 }
 
 #[test]
@@ -136,29 +109,11 @@ fn view_report() {
         index: 3,
         accepted: true,
         reason: String::new(),
-        table_from_camera: Some(Pose {
-            qx: 0.0,
-            qy: 0.6,
-            qz: 0.0,
-            qw: 0.8,
-            tx: 0.1,
-            ty: -0.2,
-            tz: 0.5
-        }),
-        intrinsics: Some(Intrinsics {
-            width: 640,
-            height: 480,
-            fx: 615.0,
-            fy: 615.5,
-            cx: 319.5,
-            cy: 239.5
-        }),
+        table_from_camera: Some(Pose { qx: 0.0, qy: 0.6, qz: 0.0, qw: 0.8, tx: 0.1, ty: -0.2, tz: 0.5 }),
+        intrinsics: Some(Intrinsics { width: 640, height: 480, fx: 615.0, fy: 615.5, cx: 319.5, cy: 239.5 }),
         thumbnail_jpeg: vec![0xff, 0xd8, 0xff, 0xd9],
         overlay_png: vec![0x89, b'P', b'N', b'G'],
-        timings: vec![StageTiming {
-            stage: Stage::Fuse.into(),
-            duration_us: 12_345
-        }],
+        timings: vec![StageTiming { stage: Stage::Fuse.into(), duration_us: 12_345 }],
         points_added: 4096,
     })));
 }
@@ -179,19 +134,8 @@ fn chunk_update() {
         views: 4,
         flags: PointFlags::default(),
     };
-    let voxels = (0..6)
-        .map(|x| ([x, 30, 0], point(x, 1 + u16::from(x > 3))))
-        .collect();
-    let encoded = encode(
-        &VoxelChunk {
-            id: [0, 0, -1],
-            voxel: 0.002,
-            voxels,
-        },
-        2,
-        7,
-    )
-    .expect("a valid chunk");
+    let voxels = (0..6).map(|x| ([x, 30, 0], point(x, 1 + u16::from(x > 3)))).collect();
+    let encoded = encode(&VoxelChunk { id: [0, 0, -1], voxel: 0.002, voxels }, 2, 7).expect("a valid chunk");
     insta::assert_snapshot!("chunk_update_hash", format!("{:016x}", encoded.hash));
     insta::assert_snapshot!(server(server_message::Body::Chunk(encoded.update)));
 }
@@ -199,9 +143,5 @@ fn chunk_update() {
 #[test]
 fn chunk_gone() {
     let id = Some(ChunkId { x: 1, y: -2, z: 3 });
-    insta::assert_snapshot!(server(server_message::Body::Gone(ChunkGone {
-        epoch: 2,
-        id,
-        revision: 8
-    })));
+    insta::assert_snapshot!(server(server_message::Body::Gone(ChunkGone { epoch: 2, id, revision: 8 })));
 }

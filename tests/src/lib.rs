@@ -1,1 +1,6 @@
-//! Tests of the whole system over real sockets and real data; see the files under `tests/`.
+//! What the whole-system tests and the stream benchmark share: inspections, a served agent, a native client.
+
+pub mod client;
+pub mod data;
+pub mod scene;
+pub mod served;

@@ -17,7 +17,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 /// The packages that have benchmarks.
-const PACKAGES: [&str; 2] = ["semascan-shared", "semascan-agent"];
+const PACKAGES: [&str; 3] = ["semascan-shared", "semascan-agent", "semascan-tests"];
 
 /// The benchmark that measures the chunk codec, on a `cloud.ply` when it is given one.
 const STREAM: &str = "stream";

@@ -130,9 +130,7 @@ mod tests {
     fn views(gripper: bool) -> Vec<PosedDepth> {
         let intrinsics = Intrinsics { width: 64, height: 48, fx: 60.0, fy: 60.0, cx: 31.5, cy: 23.5 };
         let view = |i: u32| {
-            let metres = (0..64 * 48)
-                .map(|p| if gripper && p % 64 < 16 && p / 64 < 16 { 0.1 } else { 1.0 })
-                .collect();
+            let metres = (0..64 * 48).map(|p| if gripper && p % 64 < 16 && p / 64 < 16 { 0.1 } else { 1.0 }).collect();
             let rotation = UnitQuaternion::identity();
             PosedDepth {
                 intrinsics,

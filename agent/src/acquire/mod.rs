@@ -6,11 +6,16 @@
 pub mod bop;
 pub mod camera_mask;
 mod error;
+mod open;
 mod view;
 pub mod virtual_cell;
 
 pub use error::AcquireError;
-pub use view::{Chain, DepthImage, Intrinsics, PoseEvidence, RecordedLabels, SourceInfo, Turntable, View, ViewTruth, covariance_of_prior};
+pub use open::open;
+pub use view::{
+    Chain, DepthImage, Intrinsics, PoseEvidence, RecordedLabels, SourceInfo, Turntable, View, ViewTruth,
+    covariance_of_prior,
+};
 
 use semascan_shared::model::Taxonomy;
 

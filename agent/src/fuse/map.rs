@@ -232,8 +232,7 @@ impl SemanticMap {
                 let address = key.voxel(local);
                 let within = address.map(|c| c.rem_euclid(CHUNK_EDGE) as u8);
                 let evidence = brick.evidence(slot, classes);
-                let point =
-                    brick.voxels[slot].point(address, self.config.voxel, evidence, self.config.components);
+                let point = brick.voxels[slot].point(address, self.config.voxel, evidence, self.config.components);
                 chunk.voxels.push((within, point));
             }
         }
@@ -242,7 +241,13 @@ impl SemanticMap {
 }
 
 /// Merges one view's samples of one brick; returns how many voxels were made and relabelled.
-fn merge_brick(config: &MapConfig, view: &LabelledView, key: BrickKey, brick: &mut Brick, run: &[Sample]) -> (u32, u32) {
+fn merge_brick(
+    config: &MapConfig,
+    view: &LabelledView,
+    key: BrickKey,
+    brick: &mut Brick,
+    run: &[Sample],
+) -> (u32, u32) {
     let classes = config.components + config.defects;
     let rotation = view.table_from_camera.rotation.to_rotation_matrix().matrix().cast::<f32>();
     let (mut made, mut relabelled) = (0, 0);

@@ -7,8 +7,8 @@
 mod brick;
 mod error;
 mod filters;
-mod keys;
 mod kept_views;
+mod keys;
 mod map;
 mod samples;
 #[cfg(test)]

@@ -3,7 +3,7 @@
 //! `table_from_camera = Rz(-phi) * tablebase_from_base * base_from_ee * ee_from_camera`. The sign of phi follows from
 //! `tablebase_from_table = Rz(phi)`: the table frame turns with the part, so a point fixed in it moves by +phi.
 
-use super::{OrganizedCloud, Registrar, Registration, RegisterError};
+use super::{OrganizedCloud, RegisterError, Registrar, Registration};
 use crate::acquire::{Chain, PoseEvidence, View};
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 

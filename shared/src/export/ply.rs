@@ -30,13 +30,8 @@ const CLOUD_PROPERTIES: [(&str, &str); 18] = [
 ];
 
 /// Properties of a vertex of a labelled mesh, in order.
-const MESH_PROPERTIES: [(&str, &str); 5] = [
-    ("float", "x"),
-    ("float", "y"),
-    ("float", "z"),
-    ("ushort", "label"),
-    ("ushort", "defect"),
-];
+const MESH_PROPERTIES: [(&str, &str); 5] =
+    [("float", "x"), ("float", "y"), ("float", "z"), ("ushort", "label"), ("ushort", "defect")];
 
 /// A triangle mesh with a label and a defect for every vertex.
 #[derive(Clone, Copy, Debug)]
@@ -87,12 +82,7 @@ pub fn write_mesh(
     begin(&mut out, taxonomy, comments)?;
     element(&mut out, "vertex", mesh.vertices.len(), &MESH_PROPERTIES)?;
     // `int`, because some readers know no unsigned indices.
-    element(
-        &mut out,
-        "face",
-        mesh.triangles.len(),
-        &[("list uchar int", "vertex_indices")],
-    )?;
+    element(&mut out, "face", mesh.triangles.len(), &[("list uchar int", "vertex_indices")])?;
     out.write_all(b"end_header\n")?;
     for ((vertex, label), defect) in mesh.vertices.iter().zip(mesh.labels).zip(mesh.defects) {
         floats(&mut out, vertex)?;
@@ -111,41 +101,22 @@ fn check(mesh: &LabelledMesh<'_>) -> Result<(), ExportError> {
     let vertices = mesh.vertices.len();
     let limit = i32::MAX as usize;
     if vertices > limit {
-        return Err(ExportError::TooLarge {
-            what: "the mesh",
-            len: vertices,
-            limit,
-        });
+        return Err(ExportError::TooLarge { what: "the mesh", len: vertices, limit });
     }
-    for (column, len) in [
-        ("labels", mesh.labels.len()),
-        ("defects", mesh.defects.len()),
-    ] {
+    for (column, len) in [("labels", mesh.labels.len()), ("defects", mesh.defects.len())] {
         if len != vertices {
-            return Err(ExportError::Length {
-                column,
-                len,
-                vertices,
-            });
+            return Err(ExportError::Length { column, len, vertices });
         }
     }
     for (triangle, corners) in mesh.triangles.iter().enumerate() {
         if let Some(&vertex) = corners.iter().find(|&&v| v as usize >= vertices) {
-            return Err(ExportError::Vertex {
-                triangle,
-                vertex,
-                vertices,
-            });
+            return Err(ExportError::Vertex { triangle, vertex, vertices });
         }
     }
     Ok(())
 }
 
-fn begin(
-    out: &mut impl Write,
-    taxonomy: &Taxonomy,
-    comments: &[(String, String)],
-) -> Result<(), ExportError> {
+fn begin(out: &mut impl Write, taxonomy: &Taxonomy, comments: &[(String, String)]) -> Result<(), ExportError> {
     writeln!(out, "ply\nformat binary_little_endian 1.0")?;
     for (key, value) in comments {
         writeln!(out, "comment {} {}", one_line(key), one_line(value))?;
@@ -157,22 +128,12 @@ fn begin(
 fn classes(out: &mut impl Write, kind: &str, classes: &[ClassDef]) -> Result<(), ExportError> {
     for class in classes {
         let [r, g, b] = class.color;
-        writeln!(
-            out,
-            "comment {kind} {} {} #{r:02x}{g:02x}{b:02x}",
-            class.id,
-            one_line(&class.name)
-        )?;
+        writeln!(out, "comment {kind} {} {} #{r:02x}{g:02x}{b:02x}", class.id, one_line(&class.name))?;
     }
     Ok(())
 }
 
-fn element(
-    out: &mut impl Write,
-    name: &str,
-    count: usize,
-    properties: &[(&str, &str)],
-) -> Result<(), ExportError> {
+fn element(out: &mut impl Write, name: &str, count: usize, properties: &[(&str, &str)]) -> Result<(), ExportError> {
     writeln!(out, "element {name} {count}")?;
     for (kind, name) in properties {
         writeln!(out, "property {kind} {name}")?;
@@ -182,9 +143,7 @@ fn element(
 
 /// A line break in a name would end the comment and begin a header line of its own.
 fn one_line(text: &str) -> String {
-    text.chars()
-        .map(|c| if c.is_control() { ' ' } else { c })
-        .collect()
+    text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect()
 }
 
 fn write_point(out: &mut impl Write, p: &SemanticPoint) -> Result<(), ExportError> {
@@ -199,13 +158,9 @@ fn write_point(out: &mut impl Write, p: &SemanticPoint) -> Result<(), ExportErro
 }
 
 fn floats(out: &mut impl Write, values: &[f32]) -> Result<(), ExportError> {
-    values
-        .iter()
-        .try_for_each(|v| Ok(out.write_all(&v.to_le_bytes())?))
+    values.iter().try_for_each(|v| Ok(out.write_all(&v.to_le_bytes())?))
 }
 
 fn shorts(out: &mut impl Write, values: &[u16]) -> Result<(), ExportError> {
-    values
-        .iter()
-        .try_for_each(|v| Ok(out.write_all(&v.to_le_bytes())?))
+    values.iter().try_for_each(|v| Ok(out.write_all(&v.to_le_bytes())?))
 }

@@ -16,20 +16,28 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_tilted_square_measures_its_true_area() {
-        // A unit square tilted by 30 deg about x, voxelised at 5 mm.
-        let (voxel, tilt) = (0.005_f32, 30_f32.to_radians());
-        let normal = [0.0, -tilt.sin(), tilt.cos()];
-        let mut occupied = std::collections::HashSet::new();
-        let steps = 2000;
-        for i in 0..steps {
-            for j in 0..steps {
-                let (u, v) = (i as f32 / steps as f32, j as f32 / steps as f32);
-                let p = [u, v * tilt.cos(), v * tilt.sin()];
-                occupied.insert(p.map(|c| (c / voxel).floor() as i32));
+    fn a_tilted_plane_measures_its_true_area() {
+        // Voxels of 1 cm whose corners lie on both sides of a plane through the middle of a 1 m cube of them.
+        for normal in [[0.0, 0.0, 1.0], [0.0, -0.5, 0.866_025_4], [0.267_261_24, 0.534_522_5, 0.801_783_7]] {
+            let (voxel, edge) = (0.01_f32, 100);
+            let side = |x: i32, y: i32, z: i32| {
+                let p = [x, y, z].map(|c| (c as f32 - 50.37) * voxel);
+                p[0] * normal[0] + p[1] * normal[1] + p[2] * normal[2] > 0.0
+            };
+            let mut area = 0.0;
+            for x in 0..edge {
+                for y in 0..edge {
+                    // Far enough above and below that the plane stays inside.
+                    for z in -edge..2 * edge {
+                        let first = side(x, y, z);
+                        let crossed = (1..8).any(|c| side(x + (c & 1), y + (c >> 1 & 1), z + (c >> 2)) != first);
+                        area += if crossed { surfel_area(normal, voxel) } else { 0.0 };
+                    }
+                }
             }
+            // The square that the plane covers, seen along z, is 1 m2.
+            let truth = 1.0 / normal[2];
+            assert!((area / truth - 1.0).abs() < 0.03, "{normal:?}: {area} for {truth}");
         }
-        let area: f32 = occupied.iter().map(|_| surfel_area(normal, voxel)).sum();
-        assert!((area - 1.0).abs() < 0.03, "{area}");
     }
 }

@@ -192,7 +192,9 @@ impl Reader<'_> {
         let len = n.saturating_mul(size_of::<T>());
         let (head, rest) = self.rest.split_at_checked(len).ok_or(TransferError::Length(self.total))?;
         self.rest = rest;
-        Ok(bytemuck::pod_collect_to_vec(head))
+        let mut column = vec![T::zeroed(); n];
+        bytemuck::cast_slice_mut(&mut column).copy_from_slice(head);
+        Ok(column)
     }
 }
 

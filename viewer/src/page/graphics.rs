@@ -49,7 +49,7 @@ impl Graphics {
         graphics.pointer.borrow_mut().take();
         graphics.losses.set(graphics.losses.get() + 1);
         if graphics.losses.get() > MOST_LOSSES {
-            Self::unavailable(stage, format!("The graphics device was lost again and again: {reason}"));
+            Self::unavailable(stage, format!("The graphics device was lost again and again: {reason}."));
             return;
         }
         web_sys::console::warn_1(&format!("semascan: graphics device lost: {reason}; opening another").into());

@@ -19,6 +19,11 @@ impl Census {
         Self(counts)
     }
 
+    /// How many points there are, shown or not.
+    pub fn points(&self) -> usize {
+        self.0.values().sum()
+    }
+
     /// How many of them are shown.
     pub fn shown(&self, classes: &ClassMask, hidden: HiddenFlags) -> usize {
         let seen = |(label, flags): &(u16, u16)| classes.has(*label) && flags & hidden.bits() == 0;
@@ -46,5 +51,6 @@ mod tests {
         without_two.set(2, false);
         assert_eq!(census.shown(&without_two, nothing), 3);
         assert_eq!(census.shown(&ClassMask::NONE, nothing), 0);
+        assert_eq!(census.points(), 6);
     }
 }

@@ -52,6 +52,8 @@ pub(super) struct Points {
     pool: Pool,
     census: BTreeMap<[i32; 3], Census>,
     lookup: Lookup,
+    /// Points held, shown or not.
+    held: usize,
     slots: u32,
 }
 
@@ -96,6 +98,7 @@ impl Points {
             pool: Pool::default(),
             census: BTreeMap::new(),
             lookup,
+            held: 0,
             slots: BLOCK_POINTS as u32,
         }
     }
@@ -106,7 +109,7 @@ impl Points {
         for (block, slots) in placement.blocks.iter().zip(deal(&cloud.positions)) {
             let mut records = [EMPTY; BLOCK_POINTS];
             for (record, point) in records.iter_mut().zip(slots) {
-                *record = cloud.get(point).map_or(EMPTY, |p| pack(&p));
+                *record = point.and_then(|i| cloud.get(i)).map_or(EMPTY, |p| pack(&p));
             }
             self.write(gpu, *block, &records);
         }
@@ -114,7 +117,8 @@ impl Points {
             self.write(gpu, block, &[EMPTY; BLOCK_POINTS]);
         }
         self.pages.truncate(self.pool.trim());
-        self.census.insert(id, Census::of(cloud));
+        let before = self.census.insert(id, Census::of(cloud));
+        self.held = self.held + cloud.len() - before.map_or(0, |census| census.points());
     }
 
     /// Takes chunk `id` out.
@@ -123,7 +127,7 @@ impl Points {
             self.write(gpu, block, &[EMPTY; BLOCK_POINTS]);
         }
         self.pages.truncate(self.pool.trim());
-        self.census.remove(&id);
+        self.held -= self.census.remove(&id).map_or(0, |census| census.points());
     }
 
     /// Takes everything out and gives the memory back.
@@ -131,6 +135,7 @@ impl Points {
         self.pool.clear();
         self.pages.clear();
         self.census.clear();
+        self.held = 0;
     }
 
     /// How many points the frame shows.
@@ -141,7 +146,7 @@ impl Points {
 
     pub(super) fn prepare(&mut self, gpu: &Gpu, request: &DrawRequest) {
         self.lookup.prepare(gpu, request);
-        self.slots = slots_within(request.point_budget, self.pool.used_blocks().sum());
+        self.slots = slots_within(request.point_budget, self.held);
         let thinned = BLOCK_POINTS as f32 / self.slots as f32;
         let growth = if thinned > 1.0 { thinned.sqrt() * THINNED_GROWTH } else { 1.0 };
         let voxel = if request.voxel.is_finite() && request.voxel > 0.0 { request.voxel } else { 1e-3 };

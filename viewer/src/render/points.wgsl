@@ -80,13 +80,14 @@ fn base_color(record: vec4<u32>) -> vec3<f32> {
     return class_color(defect, 1u).rgb;
 }
 
-// A light at the eye, a little above and to the left, over a sky brighter than the ground. About 1 where the surface
-// faces the eye; an inner side seen from behind is darker.
-fn light(normal_view: vec3<f32>, normal_table: vec3<f32>) -> f32 {
-    let facing = abs(dot(normal_view, normalize(vec3<f32>(-0.25, 0.4, 0.88))));
+// A light at the eye, a little above and to the left, over a sky brighter than the ground; about 1 where the surface
+// faces it. `facing` is the cosine between normal and the way to the eye: an inner side seen from behind is darker.
+fn light(outward_view: vec3<f32>, normal_table: vec3<f32>, facing: f32) -> f32 {
+    let lamp = max(dot(outward_view, normalize(vec3<f32>(-0.25, 0.4, 0.88))), 0.0);
     let sky = 0.5 + 0.5 * normal_table.z;
-    let inner = select(1.0, 0.6, normal_view.z < 0.0);
-    return inner * (0.28 + 0.17 * sky + 0.62 * facing);
+    // Soft, so that noisy normals along a silhouette do not sparkle.
+    let inner = mix(0.6, 1.0, smoothstep(-0.4, -0.1, facing));
+    return inner * (0.28 + 0.17 * sky + 0.62 * lamp);
 }
 
 @vertex
@@ -130,8 +131,9 @@ fn vs_points(@builtin(vertex_index) vertex: u32) -> Splat {
     if (marks & 0x40000000u) != 0u {
         let normal_table = unfold_normal(place.w);
         let normal = normalize((frame.view_from_table * vec4<f32>(normal_table, 0.0)).xyz);
-        shade = mix(1.0, light(normal, normal_table), points.size.w);
-        let outward = select(-normal, normal, normal.z >= 0.0);
+        let facing = dot(normal, normalize(-center));
+        let outward = select(-normal, normal, facing >= 0.0);
+        shade = mix(1.0, light(outward, normal_table, facing), points.size.w);
         slope = -outward.xy / max(outward.z, 1e-3);
         slope *= min(1.0, STEEPEST / max(length(slope), 1e-3));
     }

@@ -1,15 +1,16 @@
 //! Drawing fewer points without clusters or stripes: the order in which a chunk's points fill its blocks.
 //!
 //! Points are put in the order of a space-filling curve (Morton 1966), cut into one run a block, and inside a run they
-//! lie in bit-reversed order (van der Corput 1935). So the first k slots of every block are an even sample of the
-//! chunk's surface for every k, and a thinner picture is the same draw call with a smaller k.
+//! lie in bit-reversed order (van der Corput 1935); the slots that a shorter run leaves empty lie between them. So the
+//! first k slots of every block hold k / 256 of its points, evenly over the surface, for every k, and a thinner picture
+//! is the same draw call with a smaller k.
 
 use super::pool::BLOCK_POINTS;
 use crate::tools::Bounds;
 use glam::Vec3;
 
-/// The slots of each block in order: index of the point that lies there. Slots past the end are empty.
-pub fn deal(positions: &[[f32; 3]]) -> Vec<Vec<usize>> {
+/// The slots of each block in order: index of the point that lies there, or none.
+pub fn deal(positions: &[[f32; 3]]) -> Vec<[Option<usize>; BLOCK_POINTS]> {
     let points = positions.len();
     let blocks = points.div_ceil(BLOCK_POINTS);
     let order = along_curve(positions);
@@ -18,14 +19,14 @@ pub fn deal(positions: &[[f32; 3]]) -> Vec<Vec<usize>> {
     (0..blocks)
         .map(|block| {
             let run = &order[block * points / blocks..(block + 1) * points / blocks];
-            (0..BLOCK_POINTS).filter_map(|i| run.get(reversed(i)).copied()).collect()
+            std::array::from_fn(|slot| run.get(reversed(slot)).copied())
         })
         .collect()
 }
 
-/// How many slots of every block to draw, so that `blocks` blocks keep within a budget of points; at least one.
-pub fn slots_within(budget: Option<usize>, blocks: usize) -> u32 {
-    let slots = budget.map_or(BLOCK_POINTS, |points| points / blocks.max(1));
+/// How many slots of every block to draw, so that about `budget` of `points` points are drawn; at least one.
+pub fn slots_within(budget: Option<usize>, points: usize) -> u32 {
+    let slots = budget.map_or(BLOCK_POINTS, |budget| budget.saturating_mul(BLOCK_POINTS) / points.max(1));
     slots.clamp(1, BLOCK_POINTS) as u32
 }
 
@@ -69,19 +70,22 @@ mod tests {
         for n in [0, 1, 255, 256, 257, 1000, 32_768] {
             let positions: Vec<_> = square(200).into_iter().take(n).collect();
             let blocks = deal(&positions);
-            assert!(blocks.iter().all(|b| b.len() <= BLOCK_POINTS && !b.is_empty()));
-            let mut all: Vec<usize> = blocks.into_iter().flatten().collect();
+            assert_eq!(blocks.len(), n.div_ceil(BLOCK_POINTS));
+            let mut all: Vec<usize> = blocks.into_iter().flatten().flatten().collect();
             all.sort_unstable();
             assert_eq!(all, (0..n).collect::<Vec<_>>());
         }
     }
 
     #[test]
-    fn any_prefix_covers_the_surface_evenly() {
-        let side = 64;
+    fn any_prefix_covers_the_surface_evenly_and_holds_its_share() {
+        let side = 57;
         let positions = square(side);
         for slots in [16, 40, 100] {
-            let kept: Vec<usize> = deal(&positions).into_iter().flat_map(|b| b.into_iter().take(slots)).collect();
+            let kept: Vec<usize> =
+                deal(&positions).into_iter().flat_map(|b| b.into_iter().take(slots).flatten()).collect();
+            let share = side * side * slots / BLOCK_POINTS;
+            assert!(kept.len().abs_diff(share) <= share / 5, "{slots}: {} for {share}", kept.len());
             let spacing = ((side * side) as f32 / kept.len() as f32).sqrt();
             let distance = |p: &[f32; 3]| {
                 let to = |i: &usize| Vec3::from(*p).distance(Vec3::from(positions[*i]));
@@ -95,15 +99,16 @@ mod tests {
     #[test]
     fn broken_positions_are_dealt_all_the_same() {
         let positions = [[f32::NAN; 3], [f32::INFINITY, 0.0, 0.0], [1.0; 3]];
-        assert_eq!(deal(&positions).concat().len(), 3);
+        assert_eq!(deal(&positions).concat().into_iter().flatten().count(), 3);
     }
 
     #[test]
     fn the_budget_is_kept_but_never_draws_nothing() {
-        assert_eq!(slots_within(None, 100), 256);
-        assert_eq!(slots_within(Some(1_000_000), 100), 256);
-        assert_eq!(slots_within(Some(12_800), 100), 128);
-        assert_eq!(slots_within(Some(0), 100), 1);
-        assert_eq!(slots_within(Some(10), 0), 10);
+        assert_eq!(slots_within(None, 1000), 256);
+        assert_eq!(slots_within(Some(1_000_000), 1000), 256);
+        assert_eq!(slots_within(Some(1000), 2000), 128);
+        assert_eq!(slots_within(Some(0), 1000), 1);
+        assert_eq!(slots_within(Some(10), 0), 256);
+        assert_eq!(slots_within(Some(usize::MAX), 1), 256);
     }
 }

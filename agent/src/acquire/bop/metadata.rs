@@ -207,7 +207,10 @@ mod tests {
 
     #[test]
     fn nan_becomes_null_outside_of_strings_only() {
-        assert_eq!(without_nan(r#"{"NaN": [NaN, -Infinity, 1], "a\"NaN": 2}"#), r#"{"NaN": [null, null, 1], "a\"NaN": 2}"#);
+        assert_eq!(
+            without_nan(r#"{"NaN": [NaN, -Infinity, 1], "a\"NaN": 2}"#),
+            r#"{"NaN": [null, null, 1], "a\"NaN": 2}"#
+        );
     }
 
     proptest! {

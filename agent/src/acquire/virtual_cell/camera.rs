@@ -14,7 +14,7 @@ use super::lighting::{Lighting, ViewLighting};
 use super::noise::{Noise, hash2};
 use super::part::{Scene, SurfacePoint};
 use super::raycast::Hit;
-use super::sensor::SensorModel;
+use super::sensor::{Beam, SensorModel};
 use crate::acquire::{DepthImage, Intrinsics, RecordedLabels};
 
 /// From the lens to the projector along the camera's x axis, metres.
@@ -63,7 +63,13 @@ struct Pixel {
 
 impl Camera {
     /// Takes the picture from `table_from_camera` with the table turned by `table_angle`; `seed` is the view's own.
-    pub(super) fn capture(&self, scene: &Scene, table_from_camera: &Isometry3<f64>, table_angle: f64, seed: u32) -> Picture {
+    pub(super) fn capture(
+        &self,
+        scene: &Scene,
+        table_from_camera: &Isometry3<f64>,
+        table_angle: f64,
+        seed: u32,
+    ) -> Picture {
         let point = |p: nalgebra::Point3<f64>| {
             let q = table_from_camera * p;
             Vec3::new(q.x as f32, q.y as f32, q.z as f32)
@@ -132,7 +138,12 @@ impl Rig<'_> {
                 let offset = Vec2::new((k & 1) as f32, (k >> 1) as f32) * 0.5 - Vec2::splat(0.25);
                 let direction = self.direction(u as f32 + offset.x, v as f32 + offset.y);
                 match self.scene.rays.first_hit(self.eye, direction) {
-                    Some(hit) => self.light.shade(self.scene, &self.scene.surface(&hit, self.eye, direction), self.eye, hash2(draw, k)),
+                    Some(hit) => self.light.shade(
+                        self.scene,
+                        &self.scene.surface(&hit, self.eye, direction),
+                        self.eye,
+                        hash2(draw, k),
+                    ),
                     None => backdrop(direction),
                 }
             };
@@ -143,16 +154,21 @@ impl Rig<'_> {
                 None => backdrop(direction),
             }
         };
-        let Some((point, hit)) = point.zip(hits[i]) else { return Pixel { colour, ..Pixel::default() } };
+        let Some((point, hit)) = point.zip(hits[i]) else {
+            return Pixel { colour, ..Pixel::default() };
+        };
         let depth = self.depth(&point, hit.t, u, v, draw, behind);
         Pixel { colour, depth, component: point.tag.class, defect: point.defect, instance: point.tag.instance }
     }
 
     fn depth(&self, point: &SurfacePoint, z: f32, u: usize, v: usize, draw: u32, behind: Option<f32>) -> f32 {
-        let Some(sensor) = &self.camera.sensor else { return z };
+        let Some(sensor) = &self.camera.sensor else {
+            return z;
+        };
         let across = 24.0 / self.camera.intrinsics.width as f32;
         let ripple = 1.8 * self.ripple.at(Vec3::new(u as f32 * across, v as f32 * across, 0.5));
-        sensor.measure(self.scene, &self.light, point, self.eye, z, (draw, ripple), behind)
+        let beam = Beam { eye: self.eye, z, draw, ripple, behind };
+        sensor.measure(self.scene, &self.light, point, &beam)
     }
 
     /// Whether the pixel touches an edge of the picture's content, and the depth of the surface beyond a depth step.
@@ -183,5 +199,5 @@ impl Rig<'_> {
 /// The dark, neutral room behind the cell.
 fn backdrop(direction: Vec3) -> Vec3 {
     let up = direction.normalize_or(Vec3::Z).z;
-    Vec3::new(0.020, 0.021, 0.023) * (1.0 + 0.8 * up)
+    Vec3::new(0.030, 0.032, 0.036) * (1.0 + 0.9 * up)
 }

@@ -8,7 +8,7 @@ use glam::Vec3;
 
 use super::noise::{Noise, smoothstep};
 use super::random::Stream;
-use super::solid::segment;
+use super::shape::segment;
 use super::starter_motor::{Component, StarterMotor};
 use super::surface::Appearance;
 
@@ -56,7 +56,9 @@ impl Defects {
         let mut s = Stream::new(seed, "defects");
         let parts: Vec<&Component> = motor.components.iter().filter(|c| c.class != 0).collect();
         let spots = |s: &mut Stream, n: u32, low: f32, high: f32| -> Vec<Patch> {
-            (0..n).filter_map(|_| Some(Patch { centre: surface_point(&parts, s)?.1, radius: s.range(low, high) })).collect()
+            (0..n)
+                .filter_map(|_| Some(Patch { centre: surface_point(&parts, s)?.1, radius: s.range(low, high) }))
+                .collect()
         };
         let n = s.count(3, 8);
         let corrosion = spots(&mut s, n, 8.0, 26.0);
@@ -111,13 +113,13 @@ impl Defects {
     pub(super) fn paint(&self, class: u16, a: &mut Appearance, p: Vec3) {
         match class {
             CORROSION => {
-                let (fine, broad) = (self.noise.at(p * 1.7), self.noise.fbm(p * 0.35, 2));
+                let (fine, broad) = (self.noise.at(p * 0.8), self.noise.fbm(p * 0.25, 2));
                 let dark = Vec3::new(0.075, 0.028, 0.014);
                 let bright = Vec3::new(0.36, 0.135, 0.040);
                 a.base = dark.lerp(bright, smoothstep(-0.6, 0.8, 0.6 * broad + 0.6 * fine));
                 a.metallic = 0.0;
                 a.roughness = 0.92;
-                a.bump += Vec3::new(fine, self.noise.at(p * 1.7 + 40.0), broad) * 0.28;
+                a.bump += Vec3::new(fine, self.noise.at(p * 0.8 + 40.0), broad) * 0.22;
             }
             WEAR => {
                 let stroke = self.noise.at(p * Vec3::new(0.6, 0.6, 3.0));

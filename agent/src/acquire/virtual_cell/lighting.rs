@@ -56,14 +56,14 @@ impl Lighting {
         };
         Self {
             lamps: [
-                lamp(Vec3::new(0.85, 0.15, 0.95), 0.18, 0.13, 2.9, true),
+                lamp(Vec3::new(0.85, 0.15, 0.95), 0.18, 0.13, 2.5, true),
                 lamp(Vec3::new(-0.65, 0.85, 0.60), 0.20, 0.25, 0.62, false),
                 lamp(Vec3::new(-0.35, -0.90, 0.75), 0.20, 0.20, 1.5, true),
             ],
             headlight: s.range(0.10, 0.20),
-            ceiling: Vec3::new(0.60, 0.63, 0.68) * s.range(0.75, 1.2),
+            ceiling: Vec3::new(0.50, 0.52, 0.56) * s.range(0.75, 1.2),
             floor: Vec3::new(0.10, 0.095, 0.09),
-            tubes: s.range(1.6, 3.2),
+            tubes: s.range(0.8, 1.7),
         }
     }
 
@@ -90,7 +90,8 @@ impl Lighting {
             let width = 0.22 + 1.6 * roughness;
             for row in [-1.1, 1.3] {
                 let across = (x - row) / width;
-                seen += Vec3::splat(self.tubes * (0.22 / width) * (-across * across).exp() * smoothstep(0.02, 0.35, d.z));
+                seen +=
+                    Vec3::splat(self.tubes * (0.22 / width) * (-across * across).exp() * smoothstep(0.02, 0.35, d.z));
             }
         }
         seen
@@ -110,11 +111,16 @@ impl ViewLighting {
             if point.face.dot(direction) <= 0.0 || point.normal.dot(direction) <= 0.0 {
                 continue;
             }
-            let lit = if lamp.shadows { self.visible(scene, point, lamp, hash2(draw, k as u32)) } else { 0.25 + 0.75 * point.openness };
+            let lit = if lamp.shadows {
+                self.visible(scene, point, lamp, hash2(draw, k as u32))
+            } else {
+                0.25 + 0.75 * point.openness
+            };
             if lit > 0.0 {
                 // A lamp of some size mirrors as a wider highlight.
                 let widened = (a.roughness + 0.5 * lamp.radius / distance).min(1.0);
-                out += reflected(a, widened, point.normal, view, direction) * lamp.power * (lit / (distance * distance));
+                out +=
+                    reflected(a, widened, point.normal, view, direction) * lamp.power * (lit / (distance * distance));
             }
         }
         let to = self.projector - point.position;
@@ -138,12 +144,21 @@ impl ViewLighting {
         diffuse + fresnel * self.lighting.room(self.to_station * mirrored, a.roughness) * (0.15 + 0.85 * open)
     }
 
-    /// Whether a point of the lamp reaches the surface: 0 or 1, soft once averaged over draws.
+    /// Share of the lamp that the surface sees: a look at two opposite places, and eight more where they disagree.
     fn visible(&self, scene: &Scene, point: &SurfacePoint, lamp: &Lamp, draw: u32) -> f32 {
-        let offset = Vec3::new(unit(hash2(draw, 1)) - 0.5, unit(hash2(draw, 2)) - 0.5, unit(hash2(draw, 3)) - 0.5);
-        let target = lamp.position + offset * (2.0 * lamp.radius);
         let from = point.position + point.face * 4e-4;
-        if scene.rays.is_blocked(from, target - from, 1.0) { 0.0 } else { 1.0 }
+        let sees = |k: u32| {
+            let h = hash2(draw, k / 2);
+            let offset = Vec3::new(unit(hash2(h, 1)), unit(hash2(h, 2)), unit(hash2(h, 3))) - 0.5;
+            let side = if k.is_multiple_of(2) { 2.0 } else { -2.0 };
+            let target =
+                lamp.position + offset.normalize_or_zero() * (side * 0.5 * lamp.radius * unit(hash2(h, 4)).sqrt());
+            u32::from(!scene.rays.is_blocked(from, target - from, 1.0))
+        };
+        match sees(0) + sees(1) {
+            1 => (1 + (2..10).map(sees).sum::<u32>()) as f32 / 10.0,
+            n => 0.5 * n as f32,
+        }
     }
 
     /// Whether the projector's light does not reach `point`.

@@ -7,8 +7,10 @@
 mod camera;
 mod defects;
 mod develop;
+mod dual_contour;
 mod lighting;
 mod mesh_import;
+pub mod nearest;
 mod noise;
 mod part;
 mod random;
@@ -16,12 +18,12 @@ pub mod raycast;
 mod sampling;
 mod scene;
 mod sensor;
+mod shape;
 mod solid;
 mod spec;
 mod starter_motor;
 mod station;
 mod surface;
-mod surface_nets;
 
 pub use sensor::SensorModel;
 pub use spec::{PartSpec, Sampling, VirtualCellSpec};
@@ -161,11 +163,14 @@ fn settings(spec: &VirtualCellSpec) -> Vec<(String, String)> {
         ("views", spec.views.to_string()),
         ("size", format!("{}x{}", spec.size.0, spec.size.1)),
         ("errors", named(spec.errors == ErrorModel::NONE)),
-        ("noise", match spec.noise {
-            None => "none".to_owned(),
-            Some(n) if n == SensorModel::ZIVID => "zivid".to_owned(),
-            Some(_) => "default".to_owned(),
-        }),
+        (
+            "noise",
+            match spec.noise {
+                None => "none".to_owned(),
+                Some(n) if n == SensorModel::ZIVID => "zivid".to_owned(),
+                Some(_) => "default".to_owned(),
+            },
+        ),
         ("sampling", format!("{:?}", spec.sampling).to_lowercase()),
     ]
     .map(|(key, value)| (key.to_owned(), value))

@@ -60,11 +60,7 @@ impl Noise {
         let corner = |i: usize, j: usize, k: usize| unit(hash(self.seed ^ xs[i] ^ ys[j] ^ zs[k]));
         let lerp = |a: f32, b: f32, t: f32| a + (b - a) * t;
         let face = |k: usize| {
-            lerp(
-                lerp(corner(0, 0, k), corner(1, 0, k), w.x),
-                lerp(corner(0, 1, k), corner(1, 1, k), w.x),
-                w.y,
-            )
+            lerp(lerp(corner(0, 0, k), corner(1, 0, k), w.x), lerp(corner(0, 1, k), corner(1, 1, k), w.x), w.y)
         };
         2.0 * lerp(face(0), face(1), w.z) - 1.0
     }

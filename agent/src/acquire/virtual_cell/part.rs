@@ -168,10 +168,8 @@ fn texel(image: &RgbImage, uv: Vec2) -> Vec3 {
     let y = (1.0 - (uv.y - uv.y.floor())) * h as f32 - 0.5;
     let (x0, y0) = (x.floor(), y.floor());
     let at = |dx: f32, dy: f32| {
-        let c = image.get_pixel(
-            (x0 + dx).clamp(0.0, w as f32 - 1.0) as u32,
-            (y0 + dy).clamp(0.0, h as f32 - 1.0) as u32,
-        );
+        let c =
+            image.get_pixel((x0 + dx).clamp(0.0, w as f32 - 1.0) as u32, (y0 + dy).clamp(0.0, h as f32 - 1.0) as u32);
         Vec3::from_array(c.0.map(|v| (f32::from(v) / 255.0).powf(2.2)))
     };
     let top = at(0.0, 0.0).lerp(at(1.0, 0.0), x - x0);

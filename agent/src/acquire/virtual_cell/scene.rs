@@ -7,12 +7,12 @@ use nalgebra::Point3;
 use semascan_shared::model::Taxonomy;
 
 use super::defects::Defects;
+use super::dual_contour;
 use super::mesh_import::{self, Imported};
 use super::part::{Scene, SceneMesh, Tag};
 use super::random::Stream;
 use super::starter_motor::{COMPONENTS, Component, DEFECTS, StarterMotor, fixture};
 use super::surface::{Finish, Grime};
-use super::surface_nets;
 use crate::acquire::{AcquireError, Turntable};
 
 /// Free space around the part inside the measuring volume, metres.
@@ -47,8 +47,10 @@ pub(super) fn starter_motor(seed: u64, cell: f32) -> Stage {
     let mut finishes = station_finishes();
     let first = finishes.len() as u16;
     let mut s = Stream::new(seed, "finishes");
-    for _ in COMPONENTS {
-        finishes.extend([Finish::draw(&mut s), Finish::draw(&mut s), Finish::draw(&mut s).printed()]);
+    for i in 0..COMPONENTS.len() {
+        let (body, fastener, detail) = (Finish::draw(&mut s), Finish::draw(&mut s), Finish::draw(&mut s));
+        // Housing and solenoid carry plates, the others plastics and rubber.
+        finishes.extend([body, fastener, if i < 2 { detail.printed() } else { detail }]);
     }
     let mut mesh = SceneMesh::default();
     for component in &motor.components {
@@ -122,7 +124,7 @@ pub(super) fn imported(path: &Path, scale: f32, seed: u64) -> Result<Stage, Acqu
 fn station_finishes() -> Vec<Finish> {
     vec![
         Finish::station(Vec3::splat(0.055), 0.5, 0.52, 11),
-        Finish::station(Vec3::splat(0.42), 1.0, 0.42, 12),
+        Finish::station(Vec3::splat(0.30), 1.0, 0.45, 12),
         Finish::station(Vec3::splat(0.16), 0.9, 0.46, 13),
     ]
 }
@@ -135,7 +137,7 @@ fn add_turntable(mesh: &mut SceneMesh) {
     let reach = fixture::TABLE_RADIUS + 4.0;
     let solid = fixture::turntable();
     let (low, high) = (Vec3::new(-reach, -reach, -27.0), Vec3::new(reach, reach, 3.0));
-    let disc = Component { class: 0, mesh: surface_nets::mesh(&solid, low, high, 3.0), solid };
+    let disc = Component { class: 0, mesh: dual_contour::mesh(&solid, low, high, 2.4), solid };
     let to_metres = Affine3A::from_scale(Vec3::splat(1e-3));
     append(mesh, &disc, &to_metres, |_| Tag::default());
 }
@@ -147,7 +149,13 @@ fn append(mesh: &mut SceneMesh, component: &Component, place: &Affine3A, tag: im
     let normals: Vec<Vec3> = net.normals.iter().map(|n| place.transform_vector3(*n).normalize_or(Vec3::Z)).collect();
     for t in &net.triangles {
         mesh.triangles.push(t.map(|i| i + first));
-        mesh.normals.push(t.map(|i| normals[i as usize]));
+        let [a, b, c] = t.map(|i| net.positions[i as usize]);
+        let face = place.transform_vector3((b - a).cross(c - a)).normalize_or_zero();
+        // A vertex on an edge has no one normal: each side keeps its own.
+        let corner = |i: u32| {
+            if normals[i as usize].dot(face) > 0.88 { normals[i as usize] } else { face }
+        };
+        mesh.normals.push(t.map(corner));
         mesh.uvs.push([Vec2::ZERO; 3]);
         mesh.tags.push(tag(net.slots[t[0] as usize]));
     }

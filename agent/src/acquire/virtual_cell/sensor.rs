@@ -30,6 +30,21 @@ pub struct SensorModel {
     pub color: f32,
 }
 
+/// The ray of one pixel and its random draws.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Beam {
+    /// The camera, metres in the table frame.
+    pub(super) eye: Vec3,
+    /// True depth.
+    pub(super) z: f32,
+    /// The pixel's own random word.
+    pub(super) draw: u32,
+    /// The picture's smooth unit noise at the pixel.
+    pub(super) ripple: f32,
+    /// The other depth that the pixel touches, if any.
+    pub(super) behind: Option<f32>,
+}
+
 impl SensorModel {
     /// An industrial RGB-D camera of the middle class.
     pub const DEFAULT: Self = Self {
@@ -52,19 +67,9 @@ impl SensorModel {
         color: 0.008,
     };
 
-    /// The depth that is recorded for a true depth `z`; 0 for a gap. `draw` is the pixel's own random word,
-    /// `ripple` the picture's smooth unit noise there, `behind` the other depth that the pixel touches, if any.
-    pub(super) fn measure(
-        &self,
-        scene: &Scene,
-        light: &ViewLighting,
-        point: &SurfacePoint,
-        eye: Vec3,
-        z: f32,
-        draw: (u32, f32),
-        behind: Option<f32>,
-    ) -> f32 {
-        let (draw, ripple) = draw;
+    /// The depth that is recorded for what the pixel sees; 0 for a gap.
+    pub(super) fn measure(&self, scene: &Scene, light: &ViewLighting, point: &SurfacePoint, ray: &Beam) -> f32 {
+        let Beam { eye, z, draw, ripple, behind } = *ray;
         if light.in_projector_shadow(scene, point) {
             return 0.0;
         }
@@ -79,7 +84,10 @@ impl SensorModel {
         let cos = point.face.dot(view).max(0.01);
         // A threshold crossed by noise, so that gaps have ragged edges.
         let flicker = (0.35 * gauss(hash2(draw, 1))).exp();
-        if returned * flicker < self.darkest || returned * flicker > self.brightest || cos < 0.10 + 0.04 * unit(hash2(draw, 2)) {
+        if returned * flicker < self.darkest
+            || returned * flicker > self.brightest
+            || cos < 0.10 + 0.04 * unit(hash2(draw, 2))
+        {
             return 0.0;
         }
         if let Some(other) = behind {

@@ -74,7 +74,9 @@ impl VirtualCellSpec {
         let mesh = match kind {
             "starter-motor" => false,
             "mesh" => true,
-            _ => return Err(fail(format!("unknown part {kind:?}: there are starter-motor and mesh"))),
+            _ => {
+                return Err(fail(format!("unknown part {kind:?}: there are starter-motor and mesh")));
+            }
         };
         let mut spec = Self {
             uri: uri.to_owned(),

@@ -32,6 +32,9 @@ impl ErrorModel {
     pub const NONE: Self = Self { hand_eye: (0.0, 0.0), table: (0.0, 0.0), robot: (0.0, 0.0), table_angle: 0.0 };
 }
 
+/// Standard deviation that even a perfect cell states: a microradian and a micrometre.
+const FLOOR: f64 = 1e-6;
+
 /// One capture: what the station reports, how sure it is, and what is true.
 #[derive(Clone, Debug)]
 pub(super) struct StationPose {
@@ -59,11 +62,15 @@ impl Station {
     pub(super) fn new(seed: u64, errors: ErrorModel) -> Self {
         let mut s = Stream::new(seed, "station");
         let turn = f64::from(s.range(-0.2, 0.2));
-        let base_from_tablebase =
-            Isometry3::from_parts(Translation3::new(0.62, -0.08, 0.11), UnitQuaternion::from_euler_angles(0.0, 0.0, turn));
+        let base_from_tablebase = Isometry3::from_parts(
+            Translation3::new(0.62, -0.08, 0.11),
+            UnitQuaternion::from_euler_angles(0.0, 0.0, turn),
+        );
         // The camera hangs beside the flange and looks along the tool axis.
-        let ee_from_camera =
-            Isometry3::from_parts(Translation3::new(-0.05, 0.075, 0.06), UnitQuaternion::from_euler_angles(0.03, -0.02, 1.571));
+        let ee_from_camera = Isometry3::from_parts(
+            Translation3::new(-0.05, 0.075, 0.06),
+            UnitQuaternion::from_euler_angles(0.03, -0.02, 1.571),
+        );
         let mut draw = |(rotation, translation)| small(&mut s, rotation, translation);
         let (hand_eye, table) = (draw(errors.hand_eye), draw(errors.table));
         Self {
@@ -98,7 +105,8 @@ impl Station {
         StationPose { chain, covariance: self.covariance(viewpoint), table_from_camera, table_angle }
     }
 
-    /// First-order sum of all errors, each carried from the frame it arises in to the camera.
+    /// First-order sum of all errors, each carried from the frame it arises in to the camera; never quite zero, so that
+    /// it can be inverted.
     fn covariance(&self, viewpoint: &Viewpoint) -> Matrix6<f64> {
         let e = &self.errors;
         let camera_from_tablebase = viewpoint.tablebase_from_camera.inverse();
@@ -110,7 +118,8 @@ impl Station {
         let carried = |a: Matrix6<f64>, c: Matrix6<f64>| a * c * a.transpose();
         let angle = Matrix6::from_diagonal(&Vector6::new(0.0, 0.0, e.table_angle.powi(2), 0.0, 0.0, 0.0));
         let at_table = adjoint(&camera_from_tablebase);
-        spread(e.hand_eye)
+        Matrix6::identity() * FLOOR.powi(2)
+            + spread(e.hand_eye)
             + carried(adjoint(&camera_from_ee), spread(e.robot))
             + carried(at_table, spread(e.table))
             + carried(at_table, angle)
@@ -184,7 +193,7 @@ mod tests {
         let c = &pose.chain;
         let reported = camera_pose(&c.base_from_ee, &c.ee_from_camera, &c.base_from_tablebase, c.table_angle);
         assert!((reported.inverse() * pose.table_from_camera).translation.vector.norm() < 1e-12);
-        assert_eq!(pose.covariance, Matrix6::zeros());
+        assert!(pose.covariance.try_inverse().is_some() && pose.covariance.trace() < 1e-11);
     }
 
     #[test]

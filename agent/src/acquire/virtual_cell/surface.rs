@@ -22,6 +22,38 @@ pub(super) struct Appearance {
     pub(super) bump: Vec3,
 }
 
+/// A kind of finish that parts of this trade have.
+struct Kind {
+    /// How common it is.
+    weight: f32,
+    colour: Vec3,
+    metallic: f32,
+    roughness: (f32, f32),
+    grain: f32,
+    turning: f32,
+}
+
+const fn kind(weight: f32, rgb: [f32; 3], metallic: f32, roughness: (f32, f32), grain: f32, turning: f32) -> Kind {
+    Kind { weight, colour: Vec3::from_array(rgb), metallic, roughness, grain, turning }
+}
+
+const KINDS: [Kind; 11] = [
+    // Paints: black, grey, silver.
+    kind(2.0, [0.018; 3], 0.0, (0.35, 0.60), 0.10, 0.0),
+    kind(1.3, [0.10; 3], 0.0, (0.40, 0.65), 0.12, 0.0),
+    kind(1.0, [0.33; 3], 0.35, (0.42, 0.60), 0.10, 0.0),
+    // Metals: bare steel, cast aluminium, yellow-chromated zinc, oxidised steel.
+    kind(2.0, [0.48; 3], 1.0, (0.40, 0.55), 0.05, 0.30),
+    kind(2.4, [0.55, 0.55, 0.56], 1.0, (0.50, 0.66), 0.35, 0.0),
+    kind(1.4, [0.58, 0.52, 0.38], 1.0, (0.36, 0.50), 0.05, 0.15),
+    kind(1.2, [0.24, 0.22, 0.21], 0.8, (0.45, 0.65), 0.15, 0.10),
+    // Rarer ones: blue and green paint, red-brown plastic, copper.
+    kind(0.6, [0.045, 0.085, 0.16], 0.0, (0.40, 0.60), 0.08, 0.0),
+    kind(0.5, [0.045, 0.10, 0.06], 0.0, (0.40, 0.60), 0.08, 0.0),
+    kind(0.6, [0.20, 0.035, 0.025], 0.0, (0.40, 0.60), 0.08, 0.0),
+    kind(0.4, [0.70, 0.40, 0.26], 1.0, (0.38, 0.52), 0.05, 0.10),
+];
+
 /// A finish: base colour and how it varies.
 #[derive(Clone, Debug)]
 pub(super) struct Finish {
@@ -42,35 +74,20 @@ pub(super) struct Finish {
 impl Finish {
     /// A finish from the one distribution that all components share.
     pub(super) fn draw(s: &mut Stream) -> Self {
-        let grey = |v: f32| Vec3::splat(v);
         let shade = s.range(0.75, 1.25);
-        let kinds: [(f32, Vec3, f32, (f32, f32), f32, f32); 11] = [
-            // weight, colour, metallic, roughness, grain, turning
-            (2.0, grey(0.018), 0.0, (0.35, 0.60), 0.10, 0.0), // black paint
-            (1.3, grey(0.10), 0.0, (0.40, 0.65), 0.12, 0.0),  // grey paint
-            (1.0, grey(0.33), 0.35, (0.42, 0.60), 0.10, 0.0), // silver paint
-            (2.0, grey(0.56), 1.0, (0.40, 0.55), 0.05, 0.30), // bare steel
-            (2.4, Vec3::new(0.66, 0.66, 0.67), 1.0, (0.50, 0.66), 0.35, 0.0), // cast aluminium
-            (1.4, Vec3::new(0.58, 0.52, 0.38), 1.0, (0.36, 0.50), 0.05, 0.15), // zinc, yellow chromate
-            (1.2, Vec3::new(0.24, 0.22, 0.21), 0.8, (0.45, 0.65), 0.15, 0.10), // oxidised steel
-            (0.6, Vec3::new(0.045, 0.085, 0.16), 0.0, (0.40, 0.60), 0.08, 0.0), // blue paint
-            (0.5, Vec3::new(0.045, 0.10, 0.06), 0.0, (0.40, 0.60), 0.08, 0.0), // green paint
-            (0.6, Vec3::new(0.20, 0.035, 0.025), 0.0, (0.40, 0.60), 0.08, 0.0), // red-brown plastic
-            (0.4, Vec3::new(0.70, 0.40, 0.26), 1.0, (0.38, 0.52), 0.05, 0.10), // copper
-        ];
-        let mut left = s.range(0.0, kinds.iter().map(|k| k.0).sum());
-        let kind = kinds.iter().find(|k| {
-            left -= k.0;
+        let mut left = s.range(0.0, KINDS.iter().map(|k| k.weight).sum());
+        let kind = KINDS.iter().find(|k| {
+            left -= k.weight;
             left <= 0.0
         });
-        let &(_, colour, metallic, roughness, grain, turning) = kind.unwrap_or(&kinds[0]);
+        let kind = kind.unwrap_or(&KINDS[0]);
         let tint = Vec3::new(s.range(0.94, 1.06), 1.0, s.range(0.92, 1.05));
         Self {
-            base: (colour * shade * tint).min(Vec3::splat(0.85)),
-            metallic,
-            roughness: s.range(roughness.0, roughness.1),
-            grain,
-            turning,
+            base: (kind.colour * shade * tint).min(Vec3::splat(0.85)),
+            metallic: kind.metallic,
+            roughness: s.range(kind.roughness.0, kind.roughness.1),
+            grain: kind.grain,
+            turning: kind.turning,
             mottling: s.range(0.08, 0.22),
             printed: false,
             noise: Noise::new(s.word()),
@@ -85,7 +102,16 @@ impl Finish {
 
     /// Clean machined steel or anodised aluminium of the station itself.
     pub(super) fn station(base: Vec3, metallic: f32, roughness: f32, seed: u32) -> Self {
-        Self { base, metallic, roughness, grain: 0.03, turning: 0.5, mottling: 0.1, printed: false, noise: Noise::new(seed) }
+        Self {
+            base,
+            metallic,
+            roughness,
+            grain: 0.03,
+            turning: 0.5,
+            mottling: 0.1,
+            printed: false,
+            noise: Noise::new(seed),
+        }
     }
 
     /// One colour everywhere, for parts that bring a texture of their own.
@@ -104,26 +130,27 @@ impl Finish {
 
     /// The finish at `p` (millimetres, part's frame).
     pub(super) fn at(&self, p: Vec3) -> Appearance {
-        let mut a = Appearance { base: self.base, metallic: self.metallic, roughness: self.roughness, bump: Vec3::ZERO };
+        let mut a =
+            Appearance { base: self.base, metallic: self.metallic, roughness: self.roughness, bump: Vec3::ZERO };
         if self.mottling > 0.0 {
             let broad = self.noise.fbm(p * 0.06, 2);
-            let fine = self.noise.at(p * 0.9);
+            let fine = self.noise.at(p * 0.4);
             a.base *= 1.0 + self.mottling * (broad + 0.4 * fine);
             a.roughness = (a.roughness + 0.10 * broad + 0.05 * fine).clamp(0.12, 1.0);
         }
         if self.grain > 0.04 {
-            let q = p * 0.75;
+            let q = p * 0.42;
             let dx = self.noise.at(q + Vec3::new(31.0, 0.0, 0.0));
             let dy = self.noise.at(q + Vec3::new(0.0, 57.0, 0.0));
             let dz = self.noise.at(q + Vec3::new(0.0, 0.0, 83.0));
             a.bump += Vec3::new(dx, dy, dz) * (self.grain * 0.45);
         }
         if self.turning > 0.0 {
-            // Tool marks run around the axis: they vary along z and radius only.
-            let marks = Vec3::new(p.truncate().length() * 1.6, p.z * 1.6, 0.0);
+            // Tool marks run around the axis: they vary along z and radius only, no finer than a pixel sees them.
+            let marks = Vec3::new(p.truncate().length() * 0.55, p.z * 0.55, 0.0);
             let depth = self.noise.at(marks) * self.turning;
             let radial = p.truncate().normalize_or_zero();
-            a.bump += Vec3::new(radial.x, radial.y, 0.8) * (depth * 0.12);
+            a.bump += Vec3::new(radial.x, radial.y, 0.8) * (depth * 0.07);
             a.base *= 1.0 + 0.10 * depth;
         }
         if self.printed {
@@ -152,7 +179,7 @@ impl Grime {
     /// A used part's grime; some parts are nearly clean.
     pub(super) fn draw(s: &mut Stream) -> Self {
         Self {
-            dirt: s.range(0.1, 1.0),
+            dirt: s.range(0.1, 0.85),
             oil: s.range(0.0, 0.9),
             dust: Vec3::new(0.115, 0.088, 0.062) * s.range(0.5, 1.3),
             noise: Noise::new(s.word()),
@@ -170,9 +197,10 @@ impl Grime {
             return;
         }
         let patch = self.noise.fbm(p * 0.045, 3);
-        let speckle = self.noise.at(p * 0.7);
+        let speckle = self.noise.at(p * 0.33);
         let corner = smoothstep(0.85, 0.35, openness);
-        let dirt = self.dirt * (smoothstep(0.02, 0.55, patch + 0.25 * speckle) * 0.75 + corner * (0.65 + 0.2 * speckle));
+        let dirt =
+            self.dirt * (smoothstep(-0.15, 0.7, patch + 0.15 * speckle) * 0.75 + corner * (0.65 + 0.2 * speckle));
         let dirt = dirt.clamp(0.0, 0.92);
         a.base = a.base.lerp(self.dust * (1.0 + 0.25 * speckle), dirt);
         a.metallic *= 1.0 - 0.9 * dirt;
@@ -194,7 +222,11 @@ mod tests {
         let (mut metals, mut paints) = (0, 0);
         for _ in 0..60 {
             let (finish, grime) = (Finish::draw(&mut s), Grime::draw(&mut s));
-            if finish.metallic > 0.5 { metals += 1 } else { paints += 1 }
+            if finish.metallic > 0.5 {
+                metals += 1
+            } else {
+                paints += 1
+            }
             for i in 0..40 {
                 let p = Vec3::new(i as f32 * 3.1, i as f32 * -1.7, i as f32 * 0.9);
                 let mut a = finish.at(p);

@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 
 use nalgebra::Point3;
 
-use super::raycast::SurfaceIndex;
+use super::nearest::SurfaceIndex;
 use super::*;
 
 fn open(query: &str) -> VirtualCell {
@@ -55,7 +55,8 @@ fn depth_and_labels_agree_with_the_true_mesh() {
             let near = index.closest([p.x as f32, p.y as f32, p.z as f32]).expect("a mesh");
             assert!(near.distance < 2e-5, "{} m off the true surface", near.distance);
             checked += 1;
-            right += usize::from(truth.labels[truth.triangles[near.triangle as usize][0] as usize] == labels.components[k]);
+            right +=
+                usize::from(truth.labels[truth.triangles[near.triangle as usize][0] as usize] == labels.components[k]);
         }
     }
     assert!(checked > 3000, "{checked} points");
@@ -153,9 +154,9 @@ fn errors_move_the_true_camera_off_the_reported_one() {
         ((turned * in_table - seen).norm(), covariance.trace())
     };
     let (exact, none) = off("seed=4&views=1&errors=none");
-    assert!(exact < 1e-12 && none == 0.0, "{exact}");
+    assert!(exact < 1e-12 && none < 1e-11, "{exact}");
     let (moved, some) = off("seed=4&views=1");
-    assert!((2e-4..5e-3).contains(&moved) && some > 0.0, "a point moves by {moved} m");
+    assert!((2e-4..5e-3).contains(&moved) && some > 1e-7, "a point moves by {moved} m");
 }
 
 #[test]

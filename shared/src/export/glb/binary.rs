@@ -45,9 +45,7 @@ impl Binary {
                 low[a] = low[a].min(position[a]);
                 high[a] = high[a].max(position[a]);
             }
-            self.positions
-                .bytes
-                .extend(position.iter().flat_map(|c| c.to_le_bytes()));
+            self.positions.bytes.extend(position.iter().flat_map(|c| c.to_le_bytes()));
         }
         let bounds = Some((low, high));
         let positions = self.positions.accessor(root, start, points.len(), bounds);
@@ -57,9 +55,7 @@ impl Binary {
             for &i in points {
                 let normal = cloud.normals[i];
                 let length = normal.iter().map(|c| c * c).sum::<f32>().sqrt();
-                self.normals
-                    .bytes
-                    .extend(normal.iter().flat_map(|c| (c / length).to_le_bytes()));
+                self.normals.bytes.extend(normal.iter().flat_map(|c| (c / length).to_le_bytes()));
             }
             let normals = self.normals.accessor(root, start, points.len(), None);
             attributes.insert(Valid(Semantic::Normals), normals);
@@ -68,18 +64,11 @@ impl Binary {
     }
 
     /// Adds the colours of some points, at least one.
-    pub(super) fn colors(
-        &mut self,
-        root: &mut Root,
-        cloud: &SemanticCloud,
-        points: &[usize],
-    ) -> Index<Accessor> {
+    pub(super) fn colors(&mut self, root: &mut Root, cloud: &SemanticCloud, points: &[usize]) -> Index<Accessor> {
         let start = self.colors.bytes.len();
         for &i in points {
             let [r, g, b] = linear(cloud.colors[i]);
-            self.colors
-                .bytes
-                .extend([r, g, b, u16::MAX].iter().flat_map(|c| c.to_le_bytes()));
+            self.colors.bytes.extend([r, g, b, u16::MAX].iter().flat_map(|c| c.to_le_bytes()));
         }
         self.colors.accessor(root, start, points.len(), None)
     }
@@ -97,13 +86,7 @@ impl Binary {
         }
         if !buffer.is_empty() {
             let byte_length = USize64::from(buffer.len());
-            root.push(Buffer {
-                byte_length,
-                name: None,
-                uri: None,
-                extensions: None,
-                extras: None,
-            });
+            root.push(Buffer { byte_length, name: None, uri: None, extensions: None, extras: None });
         }
         buffer
     }
@@ -123,14 +106,7 @@ struct Column {
 
 impl Column {
     fn new(name: &'static str, stride: usize, component: ComponentType, shape: Type) -> Self {
-        Self {
-            name,
-            stride,
-            component,
-            shape,
-            view: None,
-            bytes: Vec::new(),
-        }
+        Self { name, stride, component, shape, view: None, bytes: Vec::new() }
     }
 
     fn accessor(
@@ -176,11 +152,7 @@ impl Column {
 pub(super) fn linear(color: Color) -> [u16; 3] {
     color.map(|c| {
         let c = f32::from(c) / 255.0;
-        let light = if c <= 0.04045 {
-            c / 12.92
-        } else {
-            ((c + 0.055) / 1.055).powf(2.4)
-        };
+        let light = if c <= 0.04045 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) };
         (light * f32::from(u16::MAX)).round() as u16
     })
 }

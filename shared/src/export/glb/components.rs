@@ -33,16 +33,9 @@ impl Component {
     pub(super) fn figures(&self, cloud: &SemanticCloud, voxel: f32) -> Figures {
         let all = || self.oriented.iter().chain(&self.bare);
         let points = all().count();
-        let area = all()
-            .map(|&i| f64::from(surfel_area(cloud.normals[i], voxel)))
-            .sum();
+        let area = all().map(|&i| f64::from(surfel_area(cloud.normals[i], voxel))).sum();
         let confidence: f64 = all().map(|&i| f64::from(cloud.confidence[i])).sum();
-        Figures {
-            class: self.label,
-            points,
-            area,
-            confidence: confidence / points as f64,
-        }
+        Figures { class: self.label, points, area, confidence: confidence / points as f64 }
     }
 }
 
@@ -54,15 +47,8 @@ pub(super) fn components(cloud: &SemanticCloud) -> Vec<Component> {
             continue;
         }
         let label = cloud.labels[i];
-        let component = by_label.entry(label).or_insert_with(|| Component {
-            label,
-            ..Default::default()
-        });
-        if is_direction(cloud.normals[i]) {
-            component.oriented.push(i)
-        } else {
-            component.bare.push(i)
-        }
+        let component = by_label.entry(label).or_insert_with(|| Component { label, ..Default::default() });
+        if is_direction(cloud.normals[i]) { component.oriented.push(i) } else { component.bare.push(i) }
     }
     by_label.into_values().collect()
 }

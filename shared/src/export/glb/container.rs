@@ -7,16 +7,9 @@ use std::io::Write;
 pub(super) fn write(mut out: impl Write, json: &[u8], binary: &[u8]) -> Result<(), ExportError> {
     let chunks = [(b"JSON", json, b' '), (b"BIN\0", binary, 0)];
     let present = || chunks.iter().filter(|(_, bytes, _)| !bytes.is_empty());
-    let total = 12
-        + present()
-            .map(|(_, bytes, _)| 8 + bytes.len().next_multiple_of(4))
-            .sum::<usize>();
+    let total = 12 + present().map(|(_, bytes, _)| 8 + bytes.len().next_multiple_of(4)).sum::<usize>();
     let limit = u32::MAX as usize;
-    let length = u32::try_from(total).map_err(|_| ExportError::TooLarge {
-        what: "the scene",
-        len: total,
-        limit,
-    })?;
+    let length = u32::try_from(total).map_err(|_| ExportError::TooLarge { what: "the scene", len: total, limit })?;
     out.write_all(b"glTF")?;
     out.write_all(&2_u32.to_le_bytes())?;
     out.write_all(&length.to_le_bytes())?;

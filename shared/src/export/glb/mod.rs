@@ -41,17 +41,10 @@ pub fn write_points(
     options: &GlbOptions,
 ) -> Result<(), ExportError> {
     let components = components(cloud);
-    let mut builder = Builder {
-        root: Root::default(),
-        binary: Binary::new(),
-        cloud,
-    };
+    let mut builder = Builder { root: Root::default(), binary: Binary::new(), cloud };
     let (mut appearance, mut semantics) = (Vec::new(), Vec::new());
     if !components.is_empty() {
-        builder
-            .root
-            .extensions_used
-            .push("KHR_materials_unlit".into());
+        builder.root.extensions_used.push("KHR_materials_unlit".into());
         let white = builder.unlit("appearance", [255; 3]);
         for component in &components {
             let (name, color) = match taxonomy.components.get(usize::from(component.label)) {
@@ -67,9 +60,7 @@ pub fn write_points(
     }
     let first = builder.scene("appearance", &options.part, appearance);
     builder.scene("semantics", &options.part, semantics);
-    let Builder {
-        mut root, binary, ..
-    } = builder;
+    let Builder { mut root, binary, .. } = builder;
     root.scene = Some(first);
     root.asset.generator = Some(concat!("semascan ", env!("CARGO_PKG_VERSION")).into());
     let binary = binary.finish(&mut root);
@@ -92,9 +83,7 @@ impl Builder<'_> {
                 base_color_factor: material::PbrBaseColorFactor([r, g, b, 1.0]),
                 ..Default::default()
             },
-            extensions: Some(extensions::material::Material {
-                unlit: Some(extensions::material::Unlit {}),
-            }),
+            extensions: Some(extensions::material::Material { unlit: Some(extensions::material::Unlit {}) }),
             ..Default::default()
         })
     }
@@ -111,9 +100,7 @@ impl Builder<'_> {
             if bin.is_empty() {
                 continue;
             }
-            let mut attributes = self
-                .binary
-                .geometry(&mut self.root, self.cloud, bin, oriented);
+            let mut attributes = self.binary.geometry(&mut self.root, self.cloud, bin, oriented);
             primitives[1].push(points(attributes.clone(), class));
             let colors = self.binary.colors(&mut self.root, self.cloud, bin);
             attributes.insert(Valid(mesh::Semantic::Colors(0)), colors);
@@ -129,21 +116,10 @@ impl Builder<'_> {
         figures: &Figures,
     ) -> Result<Index<Node>, ExportError> {
         let name = Some(name.to_owned());
-        let mesh = Mesh {
-            name: name.clone(),
-            primitives,
-            extensions: None,
-            extras: None,
-            weights: None,
-        };
+        let mesh = Mesh { name: name.clone(), primitives, extensions: None, extras: None, weights: None };
         let mesh = Some(self.root.push(mesh));
         let extras = Some(serde_json::value::to_raw_value(figures)?);
-        Ok(self.root.push(Node {
-            name,
-            mesh,
-            extras,
-            ..Default::default()
-        }))
+        Ok(self.root.push(Node { name, mesh, extras, ..Default::default() }))
     }
 
     fn scene(&mut self, name: &str, part: &str, components: Vec<Index<Node>>) -> Index<Scene> {
@@ -154,12 +130,7 @@ impl Builder<'_> {
             children: (!components.is_empty()).then_some(components),
             ..Default::default()
         });
-        self.root.push(Scene {
-            name: Some(name.into()),
-            nodes: vec![node],
-            extensions: None,
-            extras: None,
-        })
+        self.root.push(Scene { name: Some(name.into()), nodes: vec![node], extensions: None, extras: None })
     }
 }
 

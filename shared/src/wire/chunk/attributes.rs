@@ -29,8 +29,8 @@ impl Models {
     fn new() -> Self {
         let residual = ResidualModel::new;
         Self {
-            tangential: repeat(|| repeat(|| Model::uniform(QUANTA_PER_VOXEL as usize))),
-            along_normal: repeat(|| Model::uniform(QUANTA_PER_VOXEL as usize)),
+            tangential: repeat(|| repeat(|| Model::flat(QUANTA_PER_VOXEL as usize))),
+            along_normal: repeat(|| Model::flat(QUANTA_PER_VOXEL as usize)),
             normal_known: repeat(|| Model::uniform(2)),
             normal: repeat(|| repeat(residual)),
             color: repeat(|| repeat(residual)),
@@ -50,8 +50,10 @@ fn repeat<T, const N: usize>(mut make: impl FnMut() -> T) -> [T; N] {
 struct Shape {
     /// Shares that are the same everywhere, and their value.
     constant_shares: [Option<u8>; 4],
-    /// Every normal is known.
-    normals_known: bool,
+    /// Whether the normals are known, if that is the same everywhere.
+    normals_known: Option<bool>,
+    /// The number of views, if it is the same everywhere.
+    constant_views: Option<u16>,
     /// No number of views is over 255.
     few_views: bool,
 }
@@ -67,14 +69,25 @@ impl Shape {
                 *constant = Some(coder.bits(first[k], 8));
             }
         }
-        let known = planes.normals.iter().all(|&n| n != octahedral::UNKNOWN);
-        let normals_known = coder.bits(known.into(), 1) == 1;
+        coder.enter(Plane::Normal);
+        let known = |n: &[u8; 2]| *n != octahedral::UNKNOWN;
+        let normals_known = match (planes.normals.iter().any(known), planes.normals.iter().all(known)) {
+            (_, true) => 0,
+            (false, _) => 1,
+            _ => 2,
+        };
+        let normals_known = match coder.bits(normals_known, 2) {
+            0 => Some(true),
+            1 => Some(false),
+            _ => None,
+        };
+        coder.enter(Plane::Views);
+        let first = planes.views.first().copied().unwrap_or_default();
+        let constant = planes.views.iter().all(|&v| v == first);
+        let constant_views = (coder.bits(constant.into(), 1) == 1)
+            .then(|| u16::from_le_bytes(first.to_le_bytes().map(|byte| coder.bits(byte, 8))));
         let few_views = coder.bits(planes.views.iter().all(|&v| v < 256).into(), 1) == 1;
-        Self {
-            constant_shares,
-            normals_known,
-            few_views,
-        }
+        Self { constant_shares, normals_known, constant_views, few_views }
     }
 }
 
@@ -85,24 +98,14 @@ pub(super) fn code<C: Coder>(coder: &mut C, planes: &mut Planes, neighbours: &mu
     neighbours.begin(&planes.cells);
     for i in 0..planes.len() {
         let around = neighbours.around(planes, i);
-        let known = shape.normals_known || normal_known(coder, &mut models, planes, i, &around);
+        let known = shape.normals_known.unwrap_or_else(|| normal_known(coder, &mut models, planes, i, &around));
         planes.normals[i] = match known {
             true => normal(coder, &mut models, planes.normals[i], &around),
             false => octahedral::UNKNOWN,
         };
-        planes.inner[i] = position(
-            coder,
-            &mut models,
-            planes.inner[i],
-            planes.normals[i],
-            &around,
-        );
+        planes.inner[i] = position(coder, &mut models, planes.inner[i], planes.normals[i], &around);
         planes.colors[i] = color(coder, &mut models, planes.colors[i], &around);
-        let expected = around
-            .nearest
-            .and_then(|j| planes.marks.get(j))
-            .copied()
-            .unwrap_or_default();
+        let expected = around.nearest.and_then(|j| planes.marks.get(j)).copied().unwrap_or_default();
         planes.marks[i] = marks(coder, &mut models, planes.marks[i], expected, &around);
         planes.shares[i] = shares(coder, &mut models, planes.shares[i], &shape, &around);
         planes.views[i] = views(coder, &mut models, planes.views[i], &shape, &around);
@@ -123,12 +126,7 @@ fn normal_known<C: Coder>(
     coder.symbol(model, known(i).into()) == 1
 }
 
-fn normal<C: Coder>(
-    coder: &mut C,
-    models: &mut Models,
-    normal: [u8; 2],
-    around: &Surroundings,
-) -> [u8; 2] {
+fn normal<C: Coder>(coder: &mut C, models: &mut Models, normal: [u8; 2], around: &Surroundings) -> [u8; 2] {
     coder.enter(Plane::Normal);
     let context = match around.spread[NORMAL] + around.spread[NORMAL + 1] {
         0..=5 if around.count > 1 => 0,
@@ -154,9 +152,7 @@ fn position<C: Coder>(
 ) -> [u8; 3] {
     coder.enter(Plane::Position);
     let direction = octahedral::direction(normal);
-    let steepest = (0..3)
-        .max_by_key(|&a| direction[a].abs())
-        .filter(|_| around.count > 0 && direction != [0; 3]);
+    let steepest = (0..3).max_by_key(|&a| direction[a].abs()).filter(|_| around.count > 0 && direction != [0; 3]);
     let mut told = [0; 3];
     let mut slope = 0;
     for a in (0..3).filter(|&a| Some(a) != steepest) {
@@ -167,8 +163,7 @@ fn position<C: Coder>(
     }
     if let Some(a) = steepest {
         let quanta = QUANTA_PER_VOXEL;
-        let predicted =
-            (i32::from(around.mean[INNER + a]) + slope / direction[a]).clamp(0, quanta - 1);
+        let predicted = (i32::from(around.mean[INNER + a]) + slope / direction[a]).clamp(0, quanta - 1);
         let context = match around.weight {
             0..=2 => 0,
             3..=5 => 1,
@@ -183,12 +178,7 @@ fn position<C: Coder>(
 }
 
 /// Green first; red and blue are expected to differ from their means as green did.
-fn color<C: Coder>(
-    coder: &mut C,
-    models: &mut Models,
-    color: [u8; 3],
-    around: &Surroundings,
-) -> [u8; 3] {
+fn color<C: Coder>(coder: &mut C, models: &mut Models, color: [u8; 3], around: &Surroundings) -> [u8; 3] {
     coder.enter(Plane::Color);
     let context = match around.spread[COLOR] + around.spread[COLOR + 1] + around.spread[COLOR + 2] {
         _ if around.count < 2 => 5,
@@ -217,11 +207,7 @@ fn marks<C: Coder>(
     around: &Surroundings,
 ) -> [u16; 4] {
     coder.enter(Plane::Label);
-    let context = if around.count == 0 {
-        2
-    } else {
-        usize::from(around.uniform)
-    };
+    let context = if around.count == 0 { 2 } else { usize::from(around.uniform) };
     let changed = (0..4).fold(0, |bits, k| bits | u8::from(marks[k] != expected[k]) << k);
     let changed = coder.symbol(&mut models.changed[context], changed);
     let mut told = expected;
@@ -264,13 +250,10 @@ fn shares<C: Coder>(
     told
 }
 
-fn views<C: Coder>(
-    coder: &mut C,
-    models: &mut Models,
-    views: u16,
-    shape: &Shape,
-    around: &Surroundings,
-) -> u16 {
+fn views<C: Coder>(coder: &mut C, models: &mut Models, views: u16, shape: &Shape, around: &Surroundings) -> u16 {
+    if let Some(constant) = shape.constant_views {
+        return constant;
+    }
     coder.enter(Plane::Views);
     let context = match around.spread[VIEWS] {
         0 => 0,
@@ -281,10 +264,6 @@ fn views<C: Coder>(
     let [low_model, high_model] = &mut models.views[context];
     let expected = around.mean[VIEWS].to_le_bytes();
     let low = low_model.code(coder, low, expected[0]);
-    let high = if shape.few_views {
-        0
-    } else {
-        high_model.code(coder, high, expected[1])
-    };
+    let high = if shape.few_views { 0 } else { high_model.code(coder, high, expected[1]) };
     u16::from_le_bytes([low, high])
 }

@@ -27,6 +27,7 @@ mod rans;
 use crate::model::{SemanticCloud, SemanticPoint};
 use crate::wire::{ChunkId, ChunkUpdate, WireError};
 use neighbours::Neighbours;
+use occupancy::Octree;
 use planes::{CELLS, Grid, Planes, refuse};
 use rans::{RansDecoder, RansEncoder};
 use xxhash_rust::xxh3::xxh3_64;
@@ -102,6 +103,7 @@ pub fn decode(update: &ChunkUpdate) -> Result<DecodedChunk, WireError> {
 #[derive(Debug, Default)]
 pub struct ChunkEncoder {
     planes: Planes,
+    octree: Octree,
     neighbours: Neighbours,
     stream: RansEncoder,
 }
@@ -111,16 +113,11 @@ impl ChunkEncoder {
     ///
     /// # Errors
     /// As [`encode`].
-    pub fn encode(
-        &mut self,
-        chunk: &VoxelChunk,
-        epoch: u32,
-        revision: u32,
-    ) -> Result<Encoded, WireError> {
+    pub fn encode(&mut self, chunk: &VoxelChunk, epoch: u32, revision: u32) -> Result<Encoded, WireError> {
         let grid = Grid::new(chunk.id, chunk.voxel)?;
         self.planes.quantize(chunk)?;
         let hash = self.planes.hash(chunk.id);
-        occupancy::code(&mut self.stream, &mut self.planes.cells);
+        self.octree.code(&mut self.stream, &mut self.planes.cells);
         attributes::code(&mut self.stream, &mut self.planes, &mut self.neighbours);
         let mut columns = Vec::with_capacity(HEADER);
         columns.push(FORMAT);
@@ -146,6 +143,7 @@ impl ChunkEncoder {
 #[derive(Debug, Default)]
 pub struct ChunkDecoder {
     planes: Planes,
+    octree: Octree,
     neighbours: Neighbours,
 }
 
@@ -167,47 +165,26 @@ impl ChunkDecoder {
         let scale = update.scale;
         let voxel = scale * QUANTA_PER_VOXEL as f32;
         if !(voxel.is_finite() && scale > 0.0) {
-            return Err(refuse(
-                "scale",
-                format!("{scale} is not a length in metres"),
-            ));
+            return Err(refuse("scale", format!("{scale} is not a length in metres")));
         }
-        let Some((&[format, ref check @ ..], stream)) =
-            update.columns.split_first_chunk::<HEADER>()
-        else {
-            return Err(refuse(
-                "columns",
-                format!("only {} bytes", update.columns.len()),
-            ));
+        let Some((&[format, ref check @ ..], stream)) = update.columns.split_first_chunk::<HEADER>() else {
+            return Err(refuse("columns", format!("only {} bytes", update.columns.len())));
         };
         if format != FORMAT {
-            return Err(refuse(
-                "columns",
-                format!("format {format}, this side knows {FORMAT}"),
-            ));
+            return Err(refuse("columns", format!("format {format}, this side knows {FORMAT}")));
         }
-        let mut stream =
-            RansDecoder::new(stream).ok_or_else(|| refuse("columns", "no entropy-coded stream"))?;
+        let mut stream = RansDecoder::new(stream).ok_or_else(|| refuse("columns", "no entropy-coded stream"))?;
         self.planes.resize(0);
-        occupancy::code(&mut stream, &mut self.planes.cells);
+        self.octree.code(&mut stream, &mut self.planes.cells);
         if self.planes.len() != points {
-            return Err(refuse(
-                "columns",
-                format!("{} voxels, announced {points}", self.planes.len()),
-            ));
+            return Err(refuse("columns", format!("{} voxels, announced {points}", self.planes.len())));
         }
         self.planes.resize(points);
         attributes::code(&mut stream, &mut self.planes, &mut self.neighbours);
         if !stream.at_end() {
             return Err(refuse("columns", "damaged or truncated"));
         }
-        if self
-            .planes
-            .inner
-            .as_flattened()
-            .iter()
-            .any(|&q| i32::from(q) >= QUANTA_PER_VOXEL)
-        {
+        if self.planes.inner.as_flattened().iter().any(|&q| i32::from(q) >= QUANTA_PER_VOXEL) {
             return Err(refuse("columns", "a point outside its voxel"));
         }
         let hash = self.planes.hash(id);
@@ -215,14 +192,7 @@ impl ChunkDecoder {
             return Err(refuse("columns", "content does not match its hash"));
         }
         let cloud = self.planes.restore(origin, scale);
-        Ok(DecodedChunk {
-            id,
-            revision: update.revision,
-            epoch: update.epoch,
-            voxel,
-            hash,
-            cloud,
-        })
+        Ok(DecodedChunk { id, revision: update.revision, epoch: update.epoch, voxel, hash, cloud })
     }
 }
 
@@ -233,11 +203,7 @@ pub fn model_hash(chunks: impl IntoIterator<Item = ([i32; 3], u64)>) -> u64 {
     sorted.sort_unstable();
     let bytes: Vec<u8> = sorted
         .iter()
-        .flat_map(|(id, hash)| {
-            id.iter()
-                .flat_map(|c| c.to_le_bytes())
-                .chain(hash.to_le_bytes())
-        })
+        .flat_map(|(id, hash)| id.iter().flat_map(|c| c.to_le_bytes()).chain(hash.to_le_bytes()))
         .collect();
     xxh3_64(&bytes)
 }
@@ -246,17 +212,11 @@ pub fn model_hash(chunks: impl IntoIterator<Item = ([i32; 3], u64)>) -> u64 {
 ///
 /// # Errors
 /// As [`encode`].
-pub fn plane_sizes(
-    chunk: &VoxelChunk,
-) -> Result<std::collections::BTreeMap<Plane, f64>, WireError> {
+pub fn plane_sizes(chunk: &VoxelChunk) -> Result<std::collections::BTreeMap<Plane, f64>, WireError> {
     let mut planes = Planes::default();
     planes.quantize(chunk)?;
     let mut meter = model::Meter::new();
-    occupancy::code(&mut meter, &mut planes.cells);
+    Octree::default().code(&mut meter, &mut planes.cells);
     attributes::code(&mut meter, &mut planes, &mut Neighbours::default());
-    Ok(meter
-        .bits
-        .into_iter()
-        .map(|(plane, bits)| (plane, bits / 8.0))
-        .collect())
+    Ok(meter.bits.into_iter().map(|(plane, bits)| (plane, bits / 8.0)).collect())
 }

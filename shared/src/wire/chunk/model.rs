@@ -25,11 +25,7 @@ const TARGETS: [[i16; 16]; 16] = {
     while s < 16 {
         let mut i = 0;
         while i < 16 {
-            targets[s][i] = if i <= s {
-                i as i16
-            } else {
-                (TOTAL - 16 + i as i32) as i16
-            };
+            targets[s][i] = if i <= s { i as i16 } else { (TOTAL - 16 + i as i32) as i16 };
             i += 1;
         }
         s += 1;
@@ -39,12 +35,18 @@ const TARGETS: [[i16; 16]; 16] = {
 
 impl Model {
     /// Adaptation shifts of the first symbols; the last one stays.
-    const RATES: [u8; 64] = {
-        let mut rates = [6; 64];
-        let mut i = 0;
-        while i < 32 {
-            rates[i] = if i < 6 { 4 } else { 5 };
-            i += 1;
+    const RATES: [u8; 255] = {
+        let mut rates = [0; 255];
+        let mut seen = 0;
+        while seen < rates.len() {
+            rates[seen] = match seen {
+                0..3 => 3,
+                3..12 => 4,
+                12..40 => 5,
+                40..150 => 6,
+                _ => 7,
+            };
+            seen += 1;
         }
         rates
     };
@@ -55,35 +57,26 @@ impl Model {
         let share = (TOTAL - (16 - symbols as i32)) / symbols as i32;
         let mut i = 1;
         while i < 16 {
-            let below = if i < symbols {
-                i as i32 * share
-            } else {
-                TOTAL - (16 - i as i32)
-            };
+            let below = if i < symbols { i as i32 * share } else { TOTAL - (16 - i as i32) };
             cumulative[i] = below as i16;
             i += 1;
         }
-        Self {
-            cumulative,
-            seen: 0,
-        }
+        Self { cumulative, seen: 0 }
+    }
+
+    /// All of the first `symbols` about equally likely, and not to be talked out of it by the first few.
+    pub(super) const fn flat(symbols: usize) -> Self {
+        Self { seen: 40, ..Self::uniform(symbols) }
     }
 
     fn interval(&self, symbol: usize) -> (u16, u16) {
         let start = self.cumulative[symbol];
-        let end = self
-            .cumulative
-            .get(symbol + 1)
-            .map_or(TOTAL, |&c| i32::from(c));
+        let end = self.cumulative.get(symbol + 1).map_or(TOTAL, |&c| i32::from(c));
         (start as u16, (end - i32::from(start)) as u16)
     }
 
     fn find(&self, slot: u16) -> usize {
-        let below: i16 = self
-            .cumulative
-            .iter()
-            .map(|&c| i16::from(c <= slot as i16))
-            .sum();
+        let below: i16 = self.cumulative.iter().map(|&c| i16::from(c <= slot as i16)).sum();
         // cumulative[0] is 0, so at least one counts.
         (below as usize).wrapping_sub(1) & 15
     }
@@ -172,10 +165,7 @@ pub(super) struct Meter {
 
 impl Meter {
     pub(super) fn new() -> Self {
-        Self {
-            plane: Plane::Occupancy,
-            bits: std::collections::BTreeMap::new(),
-        }
+        Self { plane: Plane::Occupancy, bits: std::collections::BTreeMap::new() }
     }
 
     fn add(&mut self, bits: f64) {
@@ -206,16 +196,22 @@ impl Coder for Meter {
 pub(super) struct ResidualModel(Model);
 
 /// First value of each bucket that has extra bits, and how many.
-const BUCKETS: [(u8, u32); 8] = [
-    (8, 1),
-    (10, 1),
-    (12, 2),
-    (16, 3),
-    (24, 4),
-    (40, 5),
-    (72, 6),
-    (136, 7),
-];
+const BUCKETS: [(u8, u32); 8] = [(8, 1), (10, 1), (12, 2), (16, 3), (24, 4), (40, 5), (72, 6), (136, 7)];
+
+/// The symbol of each value: itself below 8, else 8 more than its bucket.
+const SYMBOLS: [u8; 256] = {
+    let mut symbols = [0; 256];
+    let mut value = 0;
+    while value < 256 {
+        let mut symbol = if value < 8 { value as u8 } else { 15 };
+        while symbol > 8 && BUCKETS[symbol as usize - 8].0 as usize > value {
+            symbol -= 1;
+        }
+        symbols[value] = symbol;
+        value += 1;
+    }
+    symbols
+};
 
 impl ResidualModel {
     /// Nothing known yet.
@@ -233,17 +229,74 @@ impl ResidualModel {
     }
 
     fn code_magnitude<C: Coder>(&mut self, coder: &mut C, value: u8) -> u8 {
-        let bucket = BUCKETS.iter().rposition(|&(first, _)| first <= value);
-        let symbol = coder.symbol(&mut self.0, bucket.map_or(value, |b| 8 + b as u8));
-        if symbol < 8 {
-            symbol
-        } else {
-            Self::extra(coder, symbol, value)
-        }
+        let symbol = coder.symbol(&mut self.0, SYMBOLS[usize::from(value)]);
+        if symbol < 8 { symbol } else { Self::extra(coder, symbol, value) }
     }
 
     fn extra<C: Coder>(coder: &mut C, symbol: u8, value: u8) -> u8 {
         let (first, count) = BUCKETS[usize::from(symbol & 7)];
         first.wrapping_add(coder.bits(value.wrapping_sub(first), count))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[test]
+    fn every_residual_comes_back() {
+        let pairs = || (0..=255_u8).flat_map(|v| (0..=255_u8).map(move |p| (v, p)));
+        let (mut encoder, mut model) = (RansEncoder::default(), ResidualModel::new());
+        for (value, prediction) in pairs() {
+            model.code(&mut encoder, value, prediction);
+        }
+        let mut bytes = Vec::new();
+        encoder.finish(&mut bytes);
+        let mut decoder = RansDecoder::new(&bytes).expect("a stream");
+        let mut model = ResidualModel::new();
+        for (value, prediction) in pairs() {
+            assert_eq!(model.code(&mut decoder, 0, prediction), value);
+        }
+        assert!(decoder.at_end());
+    }
+
+    proptest! {
+        #[test]
+        fn symbols_and_bits_come_back(told in prop::collection::vec((0..16_u8, any::<u8>(), 1..=8_u32), 0..500)) {
+            let (mut encoder, mut model) = (RansEncoder::default(), Model::uniform(14));
+            for &(symbol, bits, count) in &told {
+                encoder.symbol(&mut model, symbol);
+                encoder.bits(bits >> (8 - count), count);
+            }
+            let mut bytes = Vec::new();
+            encoder.finish(&mut bytes);
+            let mut decoder = RansDecoder::new(&bytes).expect("a stream");
+            let mut model = Model::uniform(14);
+            for &(symbol, bits, count) in &told {
+                prop_assert_eq!(decoder.symbol(&mut model, 0), symbol);
+                prop_assert_eq!(decoder.bits(0, count), bits >> (8 - count));
+            }
+            prop_assert!(decoder.at_end());
+        }
+
+        #[test]
+        fn no_symbol_becomes_impossible(seen in prop::collection::vec(0..16_usize, 0..2000)) {
+            let mut model = Model::uniform(16);
+            for symbol in seen {
+                model.learn(symbol);
+            }
+            prop_assert_eq!((0..16).map(|s| u32::from(model.interval(s).1)).sum::<u32>(), 1 << PROBABILITY_BITS);
+            prop_assert!((0..16).all(|s| model.interval(s).1 > 0));
+        }
+    }
+
+    #[test]
+    fn a_steady_symbol_costs_next_to_nothing() {
+        let (mut meter, mut model) = (Meter::new(), Model::uniform(16));
+        for _ in 0..1000 {
+            meter.symbol(&mut model, 5);
+        }
+        assert!(meter.bits[&Plane::Occupancy] < 60.0, "{:?}", meter.bits);
     }
 }

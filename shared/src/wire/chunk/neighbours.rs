@@ -50,13 +50,7 @@ const EARLIER: [Earlier; 13] = {
         [-1, 1, -1],
         [1, 1, -1],
     ];
-    let mut earlier = [const {
-        Earlier {
-            back: 0,
-            weight: 0,
-            shift: [0; LANES],
-        }
-    }; 13];
+    let mut earlier = [const { Earlier { back: 0, weight: 0, shift: [0; LANES] } }; 13];
     let mut k = 0;
     while k < 13 {
         let [x, y, z] = offsets[k];
@@ -114,10 +108,7 @@ pub(super) struct Surroundings {
 
 impl Default for Neighbours {
     fn default() -> Self {
-        Self {
-            index: vec![0; STRIDE * STRIDE * STRIDE],
-            records: Vec::new(),
-        }
+        Self { index: vec![0; STRIDE * STRIDE * STRIDE], records: Vec::new() }
     }
 }
 
@@ -137,13 +128,15 @@ impl Neighbours {
         let (mut sum, mut low, mut high) = ([0_i16; LANES], [i16::MAX; LANES], [i16::MIN; LANES]);
         let (mut count, mut weight, mut uniform) = (0, 0, true);
         let mut nearest = None;
-        for earlier in &EARLIER {
-            let Some(j) = self.index[here - earlier.back]
-                .checked_sub(1)
-                .map(usize::from)
-            else {
-                continue;
-            };
+        // Which are occupied is as good as random: one pass without a branch, then only those that are.
+        let mut found = 0_u32;
+        for (k, earlier) in EARLIER.iter().enumerate() {
+            found |= u32::from(self.index[here - earlier.back] != 0) << k;
+        }
+        while found != 0 {
+            let earlier = &EARLIER[found.trailing_zeros() as usize];
+            found &= found - 1;
+            let j = usize::from(self.index[here - earlier.back]) - 1;
             let record = &self.records[j];
             for lane in 0..LANES {
                 let value = record[lane] + earlier.shift[lane];
@@ -160,8 +153,8 @@ impl Neighbours {
         if count > 0 {
             let reciprocal = RECIPROCALS[usize::from(weight.unsigned_abs())];
             for lane in 0..LANES {
-                mean[lane] =
-                    ((i32::from(sum[lane]) + i32::from(weight >> 1)) * reciprocal >> 16) as i16;
+                let rounded = i32::from(sum[lane]) + i32::from(weight / 2);
+                mean[lane] = ((rounded * reciprocal) >> 16) as i16;
                 spread[lane] = high[lane] - low[lane];
             }
         }

@@ -40,11 +40,7 @@ pub(super) fn direction(code: [u8; 2]) -> [i32; 3] {
         return [u, v, z];
     }
     let turned = |kept: i32, other: i32| {
-        if kept < 0 {
-            other.abs() - 127
-        } else {
-            127 - other.abs()
-        }
+        if kept < 0 { other.abs() - 127 } else { 127 - other.abs() }
     };
     [turned(u, v), turned(v, u), z]
 }
@@ -70,20 +66,8 @@ mod tests {
             let code = quantize(n);
             assert_ne!(code, UNKNOWN);
             let m = restore(code);
-            let cross = [
-                n[1] * m[2] - n[2] * m[1],
-                n[2] * m[0] - n[0] * m[2],
-                n[0] * m[1] - n[1] * m[0],
-            ];
-            worst = worst.max(
-                cross
-                    .iter()
-                    .map(|c| c * c)
-                    .sum::<f32>()
-                    .sqrt()
-                    .asin()
-                    .to_degrees(),
-            );
+            let cross = [n[1] * m[2] - n[2] * m[1], n[2] * m[0] - n[0] * m[2], n[0] * m[1] - n[1] * m[0]];
+            worst = worst.max(cross.iter().map(|c| c * c).sum::<f32>().sqrt().asin().to_degrees());
         }
         assert!(worst < 0.96, "{worst}");
     }
@@ -95,10 +79,7 @@ mod tests {
                 let mut n = [0.0; 3];
                 n[axis] = sign;
                 let m = restore(quantize(n));
-                assert!(
-                    n.iter().zip(m).all(|(a, b)| (a - b).abs() < 1e-6),
-                    "{n:?} {m:?}"
-                );
+                assert!(n.iter().zip(m).all(|(a, b)| (a - b).abs() < 1e-6), "{n:?} {m:?}");
             }
         }
         assert_eq!(quantize([0.0; 3]), UNKNOWN);
@@ -113,10 +94,7 @@ mod tests {
                 let d = direction([u, v]).map(|c| c as f32);
                 let length = d.iter().map(|c| c * c).sum::<f32>().sqrt();
                 let n = restore([u, v]);
-                assert!(
-                    n.iter().zip(d).all(|(a, b)| (a - b / length).abs() < 1e-5),
-                    "{u} {v}"
-                );
+                assert!(n.iter().zip(d).all(|(a, b)| (a - b / length).abs() < 1e-5), "{u} {v}");
             }
         }
         assert_eq!(direction(UNKNOWN), [0; 3]);
@@ -128,10 +106,7 @@ mod tests {
             for v in 0..=254 {
                 let n = restore([u, v]);
                 let again = restore(quantize(n));
-                assert!(
-                    n.iter().zip(again).all(|(a, b)| (a - b).abs() < 1e-5),
-                    "{u} {v}"
-                );
+                assert!(n.iter().zip(again).all(|(a, b)| (a - b).abs() < 1e-5), "{u} {v}");
             }
         }
     }

@@ -56,25 +56,16 @@ impl Planes {
     pub(super) fn quantize(&mut self, chunk: &VoxelChunk) -> Result<(), WireError> {
         let grid = Grid::new(chunk.id, chunk.voxel)?;
         if chunk.voxels.is_empty() {
-            return Err(refuse(
-                "voxels",
-                "a chunk without points is sent as ChunkGone",
-            ));
+            return Err(refuse("voxels", "a chunk without points is sent as ChunkGone"));
         }
         let mut order = vec![u16::MAX; CELLS];
         for (i, ([x, y, z], _)) in chunk.voxels.iter().enumerate() {
             if [x, y, z].iter().any(|&&c| i32::from(c) >= CHUNK_EDGE) {
-                return Err(refuse(
-                    "voxels",
-                    format!("voxel [{x}, {y}, {z}] is outside the chunk"),
-                ));
+                return Err(refuse("voxels", format!("voxel [{x}, {y}, {z}] is outside the chunk")));
             }
             let cell = usize::from(*z) << 10 | usize::from(*y) << 5 | usize::from(*x);
             if order[cell] != u16::MAX {
-                return Err(refuse(
-                    "voxels",
-                    format!("voxel [{x}, {y}, {z}] comes twice"),
-                ));
+                return Err(refuse("voxels", format!("voxel [{x}, {y}, {z}] comes twice")));
             }
             // No duplicates so far, hence i < CELLS < u16::MAX.
             order[cell] = i as u16;
@@ -104,24 +95,14 @@ impl Planes {
     pub(super) fn restore(&self, origin: [f32; 3], scale: f32) -> SemanticCloud {
         let place = |(&cell, inner): (&u16, &[u8; 3])| {
             let index = [cell & 31, cell >> 5 & 31, cell >> 10];
-            let quanta =
-                |a: usize| f32::from(index[a] * QUANTA_PER_VOXEL as u16 + u16::from(inner[a]));
+            let quanta = |a: usize| f32::from(index[a] * QUANTA_PER_VOXEL as u16 + u16::from(inner[a]));
             [0, 1, 2].map(|a| origin[a] + scale * quanta(a))
         };
         let mark = |k: usize| self.marks.iter().map(|m| m[k]).collect();
-        let share = |k: usize| {
-            self.shares
-                .iter()
-                .map(|s| f32::from(s[k]) / 255.0)
-                .collect()
-        };
+        let share = |k: usize| self.shares.iter().map(|s| f32::from(s[k]) / 255.0).collect();
         SemanticCloud {
             positions: self.cells.iter().zip(&self.inner).map(place).collect(),
-            normals: self
-                .normals
-                .iter()
-                .map(|&n| octahedral::restore(n))
-                .collect(),
+            normals: self.normals.iter().map(|&n| octahedral::restore(n)).collect(),
             colors: self.colors.clone(),
             labels: mark(0),
             confidence: share(0),
@@ -144,12 +125,7 @@ impl Planes {
         bytes.extend_from_slice(self.inner.as_flattened());
         bytes.extend_from_slice(self.normals.as_flattened());
         bytes.extend_from_slice(self.colors.as_flattened());
-        bytes.extend(
-            self.marks
-                .as_flattened()
-                .iter()
-                .flat_map(|c| c.to_le_bytes()),
-        );
+        bytes.extend(self.marks.as_flattened().iter().flat_map(|c| c.to_le_bytes()));
         bytes.extend_from_slice(self.shares.as_flattened());
         bytes.extend(self.views.iter().flat_map(|c| c.to_le_bytes()));
         xxh3_64(&bytes)
@@ -161,6 +137,7 @@ impl Planes {
 pub(super) struct Grid {
     id: [i32; 3],
     voxel: f64,
+    voxels_per_metre: f64,
 }
 
 impl Grid {
@@ -168,15 +145,12 @@ impl Grid {
     /// [`WireError::Field`] if `voxel` is not a positive, finite length.
     pub(super) fn new(id: [i32; 3], voxel: f32) -> Result<Self, WireError> {
         if voxel.is_finite() && voxel > 0.0 {
-            Ok(Self {
-                id,
-                voxel: voxel.into(),
-            })
+            {
+                let voxel = f64::from(voxel);
+                Ok(Self { id, voxel, voxels_per_metre: voxel.recip() })
+            }
         } else {
-            Err(refuse(
-                "voxel",
-                format!("{voxel} is not a length in metres"),
-            ))
+            Err(refuse("voxel", format!("{voxel} is not a length in metres")))
         }
     }
 
@@ -188,25 +162,20 @@ impl Grid {
     /// Centre of the chunk's first quantum, metres.
     pub(super) fn origin(&self) -> [f32; 3] {
         let half = 0.5 / f64::from(QUANTA_PER_VOXEL);
-        self.id
-            .map(|c| ((f64::from(c) * f64::from(CHUNK_EDGE) + half) * self.voxel) as f32)
+        self.id.map(|c| ((f64::from(c) * f64::from(CHUNK_EDGE) + half) * self.voxel) as f32)
     }
 
     fn inner(&self, index: [u8; 3], position: [f32; 3]) -> Result<[u8; 3], WireError> {
         let mut inner = [0; 3];
         for a in 0..3 {
             let corner = f64::from(self.id[a]) * f64::from(CHUNK_EDGE) + f64::from(index[a]);
-            let fraction = f64::from(position[a]) / self.voxel - corner;
+            let fraction = f64::from(position[a]) * self.voxels_per_metre - corner;
             if !(-TOLERANCE..=1.0 + TOLERANCE).contains(&fraction) {
-                let reason = format!(
-                    "{position:?} is outside voxel {index:?} of chunk {:?}",
-                    self.id
-                );
+                let reason = format!("{position:?} is outside voxel {index:?} of chunk {:?}", self.id);
                 return Err(refuse("position", reason));
             }
-            inner[a] = (fraction * f64::from(QUANTA_PER_VOXEL))
-                .floor()
-                .clamp(0.0, f64::from(QUANTA_PER_VOXEL - 1)) as u8;
+            // `as` truncates, and saturates below zero.
+            inner[a] = ((fraction * f64::from(QUANTA_PER_VOXEL)) as u8).min(QUANTA_PER_VOXEL as u8 - 1);
         }
         Ok(inner)
     }
@@ -214,8 +183,5 @@ impl Grid {
 
 /// A refusal that names the field.
 pub(super) fn refuse(field: &'static str, reason: impl Into<String>) -> WireError {
-    WireError::Field {
-        field,
-        reason: reason.into(),
-    }
+    WireError::Field { field, reason: reason.into() }
 }

@@ -65,11 +65,7 @@ impl<'a> RansDecoder<'a> {
         let (second, rest) = rest.split_first_chunk::<4>()?;
         let states = [u32::from_le_bytes(*first), u32::from_le_bytes(*second)];
         let normalised = states.iter().all(|&x| x >= LOW);
-        (normalised && rest.len() % 2 == 0).then(|| Self {
-            states,
-            words: rest.chunks_exact(2),
-            overrun: false,
-        })
+        (normalised && rest.len() % 2 == 0).then(|| Self { states, words: rest.chunks_exact(2), overrun: false })
     }
 
     /// Where in 0..2^15 the next symbol lies.

@@ -11,7 +11,7 @@ use gltf::mesh::Mode;
 use image::RgbImage;
 
 use super::super::spec::decode;
-use super::{Piece, bytes};
+use super::{Piece, bytes, glb};
 use crate::acquire::AcquireError;
 
 /// Deepest nesting of nodes; deeper files are cyclic or hostile.
@@ -30,13 +30,18 @@ struct File<'a> {
 pub(super) fn read(path: &Path) -> Result<Vec<Piece>, AcquireError> {
     let refuse = |reason: String| AcquireError::Format { path: path.to_owned(), reason };
     let data = bytes(path)?;
-    let gltf = gltf::Gltf::from_slice(&data).map_err(|e| refuse(format!("is no usable glTF: {e}")))?;
+    let unusable = |e: String| refuse(format!("is no usable glTF: {e}"));
+    let (json, mut blob) = glb::split(&data).map_err(unusable)?;
+    glb::check_attributes(json).map_err(unusable)?;
+    let gltf = gltf::Gltf::from_slice(json).map_err(|e| unusable(e.to_string()))?;
     let mut file =
         File { folder: path.parent().unwrap_or(Path::new(".")), buffers: Vec::new(), pieces: Vec::new(), visited: 0 };
-    let mut blob = gltf.blob;
     for buffer in gltf.document.buffers() {
         let content = match buffer.source() {
-            gltf::buffer::Source::Bin => blob.take().ok_or_else(|| "has no binary chunk".to_owned()),
+            gltf::buffer::Source::Bin => {
+                let chunk = blob.take().ok_or_else(|| "has no binary chunk".to_owned());
+                chunk.map(<[u8]>::to_vec)
+            }
             gltf::buffer::Source::Uri(uri) => file.resource(uri),
         };
         let content = content.map_err(|e| refuse(format!("buffer {}: {e}", buffer.index())))?;
@@ -97,17 +102,17 @@ impl File<'_> {
         let [r, g, b, _] = material.base_color_factor();
         let mut uvs = Vec::new();
         let mut texture = None;
-        if let Some(info) = material.base_color_texture() {
-            if let Some(accessor) = primitive.get(&gltf::Semantic::TexCoords(info.tex_coord())) {
-                // glTF's v runs downwards.
-                let flat = self.floats(&accessor, 2)?;
-                let at = |i: u32| {
-                    let i = 2 * i as usize;
-                    flat.get(i..i + 2).map_or(Vec2::ZERO, |c| Vec2::new(c[0], 1.0 - c[1]))
-                };
-                uvs = triangles.iter().map(|t| t.map(at)).collect();
-                texture = Some(self.image(&info.texture().source())?);
-            }
+        if let Some(info) = material.base_color_texture()
+            && let Some(accessor) = primitive.get(&gltf::Semantic::TexCoords(info.tex_coord()))
+        {
+            // glTF's v runs downwards.
+            let flat = self.floats(&accessor, 2)?;
+            let at = |i: u32| {
+                let i = 2 * i as usize;
+                flat.get(i..i + 2).map_or(Vec2::ZERO, |c| Vec2::new(c[0], 1.0 - c[1]))
+            };
+            uvs = triangles.iter().map(|t| t.map(at)).collect();
+            texture = Some(self.image(&info.texture().source())?);
         }
         Ok(Some(Piece {
             name: name.to_owned(),
@@ -175,7 +180,9 @@ impl File<'_> {
             DataType::F32 => |b| b.try_into().map_or(f32::NAN, f32::from_le_bytes),
             DataType::U8 => |b| f32::from(b[0]) / 255.0,
             DataType::U16 => |b| b.try_into().map_or(f32::NAN, |b| f32::from(u16::from_le_bytes(b)) / 65535.0),
-            other => return Err(format!("accessor {} holds {other:?}, not floats", accessor.index())),
+            other => {
+                return Err(format!("accessor {} holds {other:?}, not floats", accessor.index()));
+            }
         };
         Ok(elements.map(number).collect())
     }
@@ -188,7 +195,9 @@ impl File<'_> {
             DataType::U8 => |b| u32::from(b[0]),
             DataType::U16 => |b| b.try_into().map_or(u32::MAX, |b| u32::from(u16::from_le_bytes(b))),
             DataType::U32 => |b| b.try_into().map_or(u32::MAX, u32::from_le_bytes),
-            other => return Err(format!("accessor {} holds {other:?}, not indices", accessor.index())),
+            other => {
+                return Err(format!("accessor {} holds {other:?}, not indices", accessor.index()));
+            }
         };
         Ok(self.elements(accessor)?.into_iter().map(number).collect())
     }

@@ -4,6 +4,7 @@
 //! component classes when there are between 2 and [`MAX_CLASSES`] of them; a file in one piece is one class. Files are
 //! untrusted: whatever they hold, the answer is a mesh or an error that names the file.
 
+mod glb;
 mod gltf;
 mod obj;
 mod ply;
@@ -94,7 +95,8 @@ fn join(pieces: Vec<Piece>) -> Result<Imported, String> {
             true => classes.iter().position(|n| *n == piece.name).unwrap_or(0) as u16 + 1,
             false => 1,
         };
-        let texture = if piece.texture.is_some() && piece.uvs.len() == piece.triangles.len() { piece.texture } else { None };
+        let texture =
+            if piece.texture.is_some() && piece.uvs.len() == piece.triangles.len() { piece.texture } else { None };
         let has_colours = piece.colours.len() == piece.positions.len();
         // Texture and vertex colours multiply the base colour; alone, the base colour is a light grey.
         let fallback = if texture.is_some() || has_colours { Vec3::ONE } else { Vec3::splat(0.4) };

@@ -11,11 +11,12 @@ use crate::acquire::AcquireError;
 pub(super) fn read(path: &Path) -> Result<Vec<Piece>, AcquireError> {
     let refuse = |reason: String| AcquireError::Format { path: path.to_owned(), reason };
     let text = bytes(path)?;
-    let options = tobj::LoadOptions { triangulate: true, ignore_points: true, ignore_lines: true, ..Default::default() };
+    let options =
+        tobj::LoadOptions { triangulate: true, ignore_points: true, ignore_lines: true, ..Default::default() };
     let folder = path.parent().unwrap_or(Path::new("."));
     let library = |name: &Path| tobj::load_mtl(folder.join(name));
-    let (models, materials) =
-        tobj::load_obj_buf(&mut text.as_slice(), &options, library).map_err(|e| refuse(format!("is no usable OBJ: {e}")))?;
+    let (models, materials) = tobj::load_obj_buf(&mut text.as_slice(), &options, library)
+        .map_err(|e| refuse(format!("is no usable OBJ: {e}")))?;
     // A material library that cannot be read costs the colours, not the part.
     let materials = materials.unwrap_or_default();
     let mut pieces = Vec::new();
@@ -30,7 +31,8 @@ pub(super) fn read(path: &Path) -> Result<Vec<Piece>, AcquireError> {
             let i = 2 * i as usize;
             mesh.texcoords.get(i..i + 2).map_or(Vec2::ZERO, |c| Vec2::new(c[0], c[1]))
         };
-        let whole = |indices: &[u32]| -> Vec<[u32; 3]> { indices.chunks_exact(3).map(|t| [t[0], t[1], t[2]]).collect() };
+        let whole =
+            |indices: &[u32]| -> Vec<[u32; 3]> { indices.chunks_exact(3).map(|t| [t[0], t[1], t[2]]).collect() };
         let base = material.and_then(|m| m.diffuse).map(linear);
         pieces.push(Piece {
             name: model.name,

@@ -30,7 +30,9 @@ impl PropertyAccess for Row {
             (Some(k), _, Property::Double(v)) => self.position[k] = v as f32,
             (_, Some(k), Property::UChar(v)) => self.colour.get_or_insert_default()[k] = f32::from(v) / 255.0,
             (_, Some(k), Property::Float(v)) => self.colour.get_or_insert_default()[k] = v,
-            (_, _, Property::ListInt(v)) => self.take_corners(&name, v.into_iter().map(|i| u32::try_from(i).unwrap_or(u32::MAX))),
+            (_, _, Property::ListInt(v)) => {
+                self.take_corners(&name, v.into_iter().map(|i| u32::try_from(i).unwrap_or(u32::MAX)))
+            }
             (_, _, Property::ListUInt(v)) => self.take_corners(&name, v.into_iter()),
             (_, _, Property::ListUShort(v)) => self.take_corners(&name, v.into_iter().map(u32::from)),
             (_, _, Property::ListUChar(v)) => self.take_corners(&name, v.into_iter().map(u32::from)),
@@ -60,8 +62,8 @@ pub(super) fn read(path: &Path) -> Result<Vec<Piece>, AcquireError> {
         if element.properties.is_empty() || element.count > rest.len() {
             return Err(refuse(format!("element {name}: {} of them do not fit the file", element.count)));
         }
-        let rows = read_rows(&parser, &mut rest, element, &header)
-            .map_err(|e| refuse(format!("element {name}: {e}")))?;
+        let rows =
+            read_rows(&parser, &mut rest, element, &header).map_err(|e| refuse(format!("element {name}: {e}")))?;
         match name.as_str() {
             "vertex" => {
                 piece.colours = rows.iter().filter_map(|r| r.colour.map(linear)).collect();

@@ -9,7 +9,8 @@ use crate::acquire::AcquireError;
 /// The file's one solid.
 pub(super) fn read(path: &Path) -> Result<Vec<Piece>, AcquireError> {
     let refuse = |reason: String| AcquireError::Format { path: path.to_owned(), reason };
-    let mesh = stl_io::read_stl(&mut Cursor::new(bytes(path)?)).map_err(|e| refuse(format!("is no usable STL: {e}")))?;
+    let mesh =
+        stl_io::read_stl(&mut Cursor::new(bytes(path)?)).map_err(|e| refuse(format!("is no usable STL: {e}")))?;
     Ok(vec![Piece {
         name: "solid".into(),
         positions: mesh.vertices.iter().map(|v| v.0).collect(),

@@ -3,7 +3,8 @@
 use glam::{Mat3, Vec3};
 
 use super::super::random::Stream;
-use super::super::solid::{Shape, Solid, Step};
+use super::super::shape::Shape;
+use super::super::solid::{Solid, Step};
 use super::parameters::Parameters;
 use super::{DETAIL, FASTENER};
 
@@ -60,7 +61,9 @@ pub(super) fn housing(p: &Parameters, seed: u64) -> Solid {
     // Through bolts: along the outside, or only their bosses on the rear cover.
     let outside = s.chance(0.55);
     let bolt_turn = Mat3::from_rotation_z(s.range(1.2, 1.9));
-    let bolt = |shape, z: f32, out: f32| Step::new(shape).at(Vec3::Z * z).turned(bolt_turn).around(2).offset(Vec3::X * (r + out));
+    let bolt = |shape, z: f32, out: f32| {
+        Step::new(shape).at(Vec3::Z * z).turned(bolt_turn).around(2).offset(Vec3::X * (r + out))
+    };
     let boss_top = cover + 4.0;
     body.add(
         bolt(Shape::Cylinder { radius: 6.2, half: 0.5 * (boss_top - 26.0).max(4.0), fillet: 1.5 }, boss_top - 5.0, 1.0)
@@ -132,7 +135,8 @@ pub(super) fn solenoid(p: &Parameters, seed: u64) -> Solid {
     // Lobes and bolts that hold it to the carrier.
     let lobes = s.count(2, 3);
     let turn = Mat3::from_rotation_z(if lobes == 2 { std::f32::consts::FRAC_PI_2 } else { 0.0 });
-    let lobe = |shape, z: f32| Step::new(shape).at(axis + Vec3::Z * z).turned(turn).around(lobes).offset(Vec3::X * (r + 3.0));
+    let lobe =
+        |shape, z: f32| Step::new(shape).at(axis + Vec3::Z * z).turned(turn).around(lobes).offset(Vec3::X * (r + 3.0));
     body.add(lobe(Shape::Cylinder { radius: 6.5, half: 3.5, fillet: 1.0 }, top - 3.5).blend(4.0));
     body.add(lobe(Shape::Cylinder { radius: 5.2, half: 1.0, fillet: 0.3 }, top - 7.6).slot(FASTENER));
     body.add(lobe(Shape::prism(6, 4.1, 2.6, 0.5), top - 10.0).slot(FASTENER));

@@ -3,7 +3,8 @@
 use glam::{Mat3, Vec2, Vec3};
 
 use super::super::random::Stream;
-use super::super::solid::{Shape, Solid, Step};
+use super::super::shape::Shape;
+use super::super::solid::{Solid, Step};
 use super::parameters::Parameters;
 use super::{DETAIL, FASTENER};
 
@@ -29,7 +30,9 @@ pub(super) fn carrier(p: &Parameters, seed: u64) -> Solid {
     // Seat of the solenoid and the tunnel of the shift lever.
     let seat = Vec3::new(p.solenoid_offset, 0.0, p.solenoid_top);
     let rs = p.solenoid_radius;
-    body.add(Step::new(Shape::Cylinder { radius: rs + 2.5, half: 5.0, fillet: 1.5 }).at(seat + Vec3::Z * 5.0).blend(6.0));
+    body.add(
+        Step::new(Shape::Cylinder { radius: rs + 2.5, half: 5.0, fillet: 1.5 }).at(seat + Vec3::Z * 5.0).blend(6.0),
+    );
     let lever = Vec3::new(nose * 0.3, 0.0, waist);
     body.add(
         Step::new(Shape::Tube { path: vec![seat + Vec3::Z * 3.0 - Vec3::X * rs * 0.25, lever], radius: rs * 0.62 })
@@ -42,7 +45,9 @@ pub(super) fn carrier(p: &Parameters, seed: u64) -> Solid {
     let reach = nose + s.range(26.0, 40.0);
     let flange_radius = nose + s.range(7.0, 13.0);
     body.add(
-        Step::new(Shape::Cylinder { radius: flange_radius, half: thickness, fillet: 1.2 }).at(Vec3::Z * flange_z).blend(4.0),
+        Step::new(Shape::Cylinder { radius: flange_radius, half: thickness, fillet: 1.2 })
+            .at(Vec3::Z * flange_z)
+            .blend(4.0),
     );
     let angles: &[f32] = match s.count(0, 2) {
         0 => &[100.0, -80.0],
@@ -93,7 +98,8 @@ pub(super) fn carrier(p: &Parameters, seed: u64) -> Solid {
     if p.overhung {
         // The recess from which the pinion comes.
         body.cut(
-            Step::new(Shape::Cylinder { radius: p.tip_radius() + 1.6, half: 10.0, fillet: 0.0 }).at(Vec3::Z * (end + 3.0)),
+            Step::new(Shape::Cylinder { radius: p.tip_radius() + 1.6, half: 10.0, fillet: 0.0 })
+                .at(Vec3::Z * (end + 3.0)),
         );
     } else {
         // The bore and the window through which the pinion meshes, away from the solenoid; the nose bearing stays.
@@ -120,7 +126,8 @@ pub(super) fn gear(p: &Parameters, seed: u64) -> Solid {
     body.add(Step::new(Shape::Cylinder { radius: root, half, fillet: 0.6 }).at(middle));
     // Nearly an involute flank of 20 degrees, by three points.
     let w = std::f32::consts::FRAC_PI_4 * m;
-    let flank = [(root - 1.0, 1.50 * w), (pitch - 0.4 * m, 1.28 * w), (pitch, w), (pitch + 0.6 * m, 0.70 * w), (tip, 0.42 * w)];
+    let flank =
+        [(root - 1.0, 1.50 * w), (pitch - 0.4 * m, 1.28 * w), (pitch, w), (pitch + 0.6 * m, 0.70 * w), (tip, 0.42 * w)];
     let right = flank.iter().map(|&(x, y)| Vec2::new(x, -y));
     let left = flank.iter().rev().map(|&(x, y)| Vec2::new(x, y));
     let outline = right.chain(left).collect();
@@ -133,7 +140,9 @@ pub(super) fn gear(p: &Parameters, seed: u64) -> Solid {
     );
     // Clutch collar behind, stop ring and shaft end before.
     let collar = (root + 1.0).min(p.nose_radius - 3.0);
-    body.add(Step::new(Shape::Cylinder { radius: collar, half: 5.0, fillet: 0.8 }).at(Vec3::Z * (z - 4.0)).slot(FASTENER));
+    body.add(
+        Step::new(Shape::Cylinder { radius: collar, half: 5.0, fillet: 0.8 }).at(Vec3::Z * (z - 4.0)).slot(FASTENER),
+    );
     let shaft = (root * 0.55).clamp(4.0, 7.0);
     let front = z + p.face_width + s.range(5.0, 9.0);
     body.add(

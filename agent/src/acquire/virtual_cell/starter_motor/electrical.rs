@@ -3,7 +3,8 @@
 use glam::{Mat3, Vec3};
 
 use super::super::random::Stream;
-use super::super::solid::{Shape, Solid, Step};
+use super::super::shape::Shape;
+use super::super::solid::{Solid, Step};
 use super::parameters::Parameters;
 use super::{DETAIL, FASTENER};
 
@@ -32,7 +33,9 @@ pub(super) fn electrical(p: &Parameters, seed: u64) -> Solid {
     for stud in studs {
         let on = |shape, z: f32| Step::new(shape).at(stud + Vec3::Z * z);
         body.add(on(Shape::Cylinder { radius: 6.8, half: 2.0, fillet: 0.6 }, face - 1.0).blend(1.0));
-        body.add(on(Shape::Cylinder { radius: 3.9, half: 0.5 * length, fillet: 0.8 }, face - 0.5 * length).slot(FASTENER));
+        body.add(
+            on(Shape::Cylinder { radius: 3.9, half: 0.5 * length, fillet: 0.8 }, face - 0.5 * length).slot(FASTENER),
+        );
         body.add(on(Shape::Cylinder { radius: 7.6, half: 0.9, fillet: 0.3 }, face - 4.0).slot(FASTENER));
         body.add(on(Shape::prism(6, 6.4, 3.1, 0.5), face - 8.6).slot(FASTENER));
     }
@@ -76,7 +79,11 @@ pub(super) fn electrical(p: &Parameters, seed: u64) -> Solid {
     let turn = Mat3::from_rotation_z(s.range(-0.5, 0.5));
     let plug = |shape, out: f32, z: f32| Step::new(shape).at(axis + Vec3::Z * z).turned(turn).offset(Vec3::X * out);
     let middle = bottom - 0.5 * height - 1.0;
-    body.add(plug(Shape::Block { half: Vec3::new(8.0, 7.0, 5.0), fillet: 1.2 }, radius + 4.0, middle).blend(1.5).slot(DETAIL));
+    body.add(
+        plug(Shape::Block { half: Vec3::new(8.0, 7.0, 5.0), fillet: 1.2 }, radius + 4.0, middle)
+            .blend(1.5)
+            .slot(DETAIL),
+    );
     body.cut(plug(Shape::Block { half: Vec3::new(6.0, 5.2, 3.2), fillet: 0.6 }, radius + 8.5, middle));
     body.add(plug(Shape::Block { half: Vec3::new(5.5, 2.6, 0.7), fillet: 0.2 }, radius + 5.0, middle).slot(FASTENER));
     body

@@ -9,8 +9,8 @@ mod parameters;
 use glam::Vec3;
 use rayon::prelude::*;
 
+use super::dual_contour::{self, NetMesh};
 use super::solid::Solid;
-use super::surface_nets::{self, NetMesh};
 use parameters::Parameters;
 
 /// Material slot of bolts, nuts, studs and bare inserts; slot 0 is a component's body.
@@ -60,12 +60,10 @@ impl StarterMotor {
         let max = Vec3::new(reach, reach, p.nose_end() + p.face_width + 20.0);
         let mut components: Vec<Component> = parts
             .into_par_iter()
-            .map(|(class, solid, cell)| Component { class, mesh: surface_nets::mesh(&solid, min, max, cell), solid })
+            .map(|(class, solid, cell)| Component { class, mesh: dual_contour::mesh(&solid, min, max, cell), solid })
             .collect();
-        let hidden: Vec<Vec<bool>> = (0..components.len())
-            .into_par_iter()
-            .map(|i| hidden_vertices(&components, i))
-            .collect();
+        let hidden: Vec<Vec<bool>> =
+            (0..components.len()).into_par_iter().map(|i| hidden_vertices(&components, i)).collect();
         for (component, hidden) in components.iter_mut().zip(hidden) {
             component.mesh.triangles.retain(|t| !t.iter().all(|&v| hidden[v as usize]));
         }

@@ -1,0 +1,67 @@
+//! Commands, their arguments and exit codes.
+
+mod config;
+mod inspect;
+mod report;
+mod run;
+mod serve;
+
+use clap::{Parser, Subcommand};
+use semascan_agent::acquire::AcquireError;
+
+/// Semantic 3D inspection of used parts.
+#[derive(Debug, Parser)]
+#[command(name = "semascan", version, about)]
+pub(crate) struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Inspect a simulated starter motor and watch it in the browser
+    Demo(serve::DemoArgs),
+    /// Serve the viewer and the live stream, and inspect a source if one is given
+    Serve(serve::ServeArgs),
+    /// Inspect a source without a browser and write the model
+    Inspect(inspect::InspectArgs),
+}
+
+/// A failed command: its exit code and why.
+#[derive(Debug)]
+pub(crate) enum Failure {
+    /// The work failed: exit code 1.
+    Work(anyhow::Error),
+    /// The call was wrong: exit code 2.
+    Call(anyhow::Error),
+}
+
+impl Failure {
+    pub(crate) fn into_parts(self) -> (u8, anyhow::Error) {
+        match self {
+            Self::Work(e) => (1, e),
+            Self::Call(e) => (2, e),
+        }
+    }
+}
+
+impl<E: Into<anyhow::Error>> From<E> for Failure {
+    fn from(error: E) -> Self {
+        let error = error.into();
+        match error.downcast_ref() {
+            Some(AcquireError::Uri { .. }) => Self::Call(error),
+            _ => Self::Work(error),
+        }
+    }
+}
+
+impl Cli {
+    /// Runs the command.
+    pub(crate) fn run(self) -> Result<(), Failure> {
+        match self.command {
+            Command::Demo(args) => args.run(),
+            Command::Serve(args) => args.run(),
+            Command::Inspect(args) => args.run(),
+        }
+    }
+}

@@ -1,0 +1,143 @@
+//! One inspection, as every command runs it.
+
+use super::Failure;
+use anyhow::{Context, anyhow};
+use clap::{Args, ValueEnum};
+use semascan_agent::acquire::bop::CameraMask;
+use semascan_agent::acquire::{Source, open};
+use semascan_agent::fuse::SemanticMap;
+use semascan_agent::pipeline::{self, InspectionSink, PipelineConfig, Stage, StageStatus, ViewOutcome};
+use semascan_agent::register::KinematicRegistrar;
+use semascan_agent::segment::RecordedSegmenter;
+use semascan_agent::store::{InspectionRecord, Recorder, write_inspection};
+use semascan_shared::model::SemanticCloud;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::AtomicBool;
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
+
+/// Where labels come from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Labels {
+    /// Recorded masks or simulated truth that come with the views
+    Source,
+    /// Trained networks
+    Network,
+    /// Geometry only
+    None,
+}
+
+/// What an inspection is run with.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct InspectionArgs {
+    /// Where labels come from
+    #[arg(long, value_enum, default_value = "source")]
+    pub(crate) labels: Labels,
+    /// Pixels that show the robot: a PNG (nonzero = ignore), `auto` to find them, or `none`
+    #[arg(long, value_name = "PNG", default_value = "auto")]
+    pub(crate) camera_mask: String,
+    /// Voxel edge in millimetres; by default twice the median pixel footprint, at least 0.5
+    #[arg(long, value_name = "MM")]
+    pub(crate) voxel: Option<f64>,
+    /// Least time between two captures in seconds
+    #[arg(long, value_name = "SECONDS", default_value_t = 0.0)]
+    pub(crate) pace: f64,
+}
+
+impl InspectionArgs {
+    /// Opens `uri` with the camera mask that was asked for.
+    pub(crate) fn open(&self, uri: &str) -> Result<Box<dyn Source>, Failure> {
+        let mask = match self.camera_mask.as_str() {
+            "auto" => CameraMask::Auto,
+            "none" => CameraMask::None,
+            file => CameraMask::File(PathBuf::from(file)),
+        };
+        Ok(open(uri, &mask)?)
+    }
+
+    fn pipeline(&self) -> Result<PipelineConfig, Failure> {
+        let voxel = match self.voxel {
+            Some(mm) if !(mm.is_finite() && mm > 0.0) => {
+                return Err(Failure::Call(anyhow!("--voxel {mm}: not a length in millimetres")));
+            }
+            mm => mm.map(|mm| mm * 1e-3),
+        };
+        let pace =
+            Duration::try_from_secs_f64(self.pace).map_err(|e| Failure::Call(anyhow!("--pace {}: {e}", self.pace)))?;
+        Ok(PipelineConfig { voxel, pace, ..PipelineConfig::default() })
+    }
+
+    fn segmenter(&self) -> Result<RecordedSegmenter, Failure> {
+        match self.labels {
+            Labels::Source => Ok(RecordedSegmenter { required: true }),
+            Labels::None => Ok(RecordedSegmenter { required: false }),
+            Labels::Network => {
+                Err(Failure::Call(anyhow!("--labels network: no networks are installed; use source or none")))
+            }
+        }
+    }
+}
+
+/// A finished inspection.
+#[derive(Debug)]
+pub(crate) struct Done {
+    pub(crate) record: InspectionRecord,
+    pub(crate) cloud: SemanticCloud,
+}
+
+/// Runs one inspection of `source` to its end and judges it; `id` is unique to the run.
+pub(crate) fn run(
+    source: &mut dyn Source,
+    args: &InspectionArgs,
+    id: &str,
+    watcher: &dyn InspectionSink,
+    stop: &AtomicBool,
+) -> Result<Done, Failure> {
+    let config = args.pipeline()?;
+    let mut segmenter = args.segmenter()?;
+    let recorder = Recorder::default();
+    let sink = Both(watcher, &recorder);
+    let mut inspected = pipeline::run(source, &mut segmenter, &mut KinematicRegistrar, &config, &sink, stop)?;
+    if inspected.map.is_none() {
+        let reasons = recorder.rejections();
+        return Err(Failure::Work(anyhow!("no view could be used: {}", reasons.join("; "))));
+    }
+    let labels = args.labels.to_possible_value().map_or_else(String::new, |v| v.get_name().to_owned());
+    let cloud = inspected.map.as_ref().map(SemanticMap::cloud).unwrap_or_default();
+    let record = recorder.finish(id, source, &labels, inspected.map.as_mut(), &cloud, &config.filter);
+    Ok(Done { record, cloud })
+}
+
+impl Done {
+    /// Writes the inspection into `folder`.
+    pub(crate) fn write(&self, folder: &Path, source: &dyn Source) -> Result<(), Failure> {
+        write_inspection(folder, &self.record, &self.cloud, &source.info().taxonomy, source.truth())
+            .context("the inspection could not be written")?;
+        Ok(())
+    }
+}
+
+/// Tells two sinks.
+struct Both<'a>(&'a dyn InspectionSink, &'a dyn InspectionSink);
+
+impl InspectionSink for Both<'_> {
+    fn stage(&self, view: u32, stage: Stage, status: &StageStatus) {
+        self.0.stage(view, stage, status);
+        self.1.stage(view, stage, status);
+    }
+
+    fn map_changed(&self, map: &SemanticMap, touched: &[semascan_agent::fuse::TouchedChunk], last: bool) {
+        self.0.map_changed(map, touched, last);
+        self.1.map_changed(map, touched, last);
+    }
+
+    fn view_done(&self, outcome: &ViewOutcome) {
+        self.0.view_done(outcome);
+        self.1.view_done(outcome);
+    }
+}
+
+/// A name that no other run has: when it began, and which process it is.
+pub(crate) fn unique_id() -> String {
+    let nanos = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |d| d.as_nanos());
+    format!("{nanos:x}-{:x}", std::process::id())
+}

@@ -1,0 +1,197 @@
+//! A model against the true surface: P0's accuracy and completeness by component, and how far its points are off.
+//!
+//! Each point takes the label of the nearest vertex of the nearest true triangle as its true class. Points marked as
+//! outliers or background do not belong to the model and are not judged.
+
+use crate::acquire::TrueMesh;
+use crate::acquire::virtual_cell::nearest::SurfaceIndex;
+use rayon::prelude::*;
+use semascan_shared::model::{PointFlags, SemanticCloud};
+
+/// Scores of one component class (P0: accuracy = correct / retained, completeness = retained / all, over the points
+/// whose true class it is; a point is retained if it has label evidence).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ComponentScore {
+    /// Class.
+    pub class: u16,
+    /// Points whose true class this is.
+    pub points: u64,
+    /// Of these, points with label evidence.
+    pub retained: u64,
+    /// Of these, points that carry the class.
+    pub correct: u64,
+    /// Points of other classes that carry this one.
+    pub wrongly: u64,
+}
+
+impl ComponentScore {
+    /// Correct / retained; 1 where nothing is retained.
+    pub fn accuracy(&self) -> f64 {
+        share(self.correct, self.retained)
+    }
+
+    /// Retained / all; 1 where there is none.
+    pub fn completeness(&self) -> f64 {
+        share(self.retained, self.points)
+    }
+
+    /// Intersection over union of the true and the given class.
+    pub fn iou(&self) -> f64 {
+        share(self.correct, self.points + self.wrongly)
+    }
+}
+
+/// Distances from the model's points to the true surface (point to triangle), metres.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SurfaceError {
+    /// 95th percentile (HD95, model -> truth).
+    pub hd95: f64,
+    /// Mean (ME, model -> truth).
+    pub mean: f64,
+}
+
+/// A model judged against truth.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TruthReport {
+    /// Component classes that occur, in order.
+    pub components: Vec<ComponentScore>,
+    /// Share of all retained points that carry their true class.
+    pub accuracy: f64,
+    /// Share of all points that are retained.
+    pub completeness: f64,
+    /// Defect classes that occur, in order.
+    pub defects: Vec<ComponentScore>,
+    /// Distances to the true surface; `None` without points.
+    pub surface: Option<SurfaceError>,
+    /// Points judged.
+    pub points: u64,
+}
+
+/// Judges `cloud` (table frame) against `truth`.
+pub fn judge(cloud: &SemanticCloud, truth: &TrueMesh) -> TruthReport {
+    let index = SurfaceIndex::new(truth);
+    let judged = PointFlags::OUTLIER | PointFlags::BACKGROUND;
+    let found: Vec<_> = (0..cloud.len())
+        .into_par_iter()
+        .filter(|&i| !cloud.flags[i].has(judged))
+        .filter_map(|i| Some((i, index.closest(cloud.positions[i])?)))
+        .collect();
+    let truth_of = |values: &[u16], vertex: u32| values.get(vertex as usize).copied().unwrap_or(0);
+    let labels = found.iter().map(|(i, n)| Judged {
+        truth: truth_of(&truth.labels, n.vertex),
+        given: cloud.labels[*i],
+        retained: cloud.confidence[*i] > 0.0,
+    });
+    let defects = found.iter().map(|(i, n)| Judged {
+        truth: truth_of(&truth.defects, n.vertex),
+        given: cloud.defects[*i],
+        retained: cloud.defect_confidence[*i] > 0.0,
+    });
+    let components = scores(labels);
+    let sum = |f: fn(&ComponentScore) -> u64| components.iter().map(f).sum::<u64>();
+    let mut distances: Vec<f64> = found.iter().map(|(_, n)| f64::from(n.distance)).collect();
+    TruthReport {
+        accuracy: share(sum(|c| c.correct), sum(|c| c.retained)),
+        completeness: share(sum(|c| c.retained), sum(|c| c.points)),
+        defects: scores(defects),
+        surface: surface_error(&mut distances),
+        points: found.len() as u64,
+        components,
+    }
+}
+
+struct Judged {
+    truth: u16,
+    given: u16,
+    retained: bool,
+}
+
+fn scores(points: impl Iterator<Item = Judged>) -> Vec<ComponentScore> {
+    let mut table: std::collections::BTreeMap<u16, ComponentScore> = std::collections::BTreeMap::new();
+    for p in points {
+        let score = table.entry(p.truth).or_default();
+        score.points += 1;
+        score.retained += u64::from(p.retained);
+        score.correct += u64::from(p.retained && p.given == p.truth);
+        if p.retained && p.given != p.truth {
+            table.entry(p.given).or_default().wrongly += 1;
+        }
+    }
+    table.into_iter().map(|(class, score)| ComponentScore { class, ..score }).collect()
+}
+
+fn surface_error(distances: &mut [f64]) -> Option<SurfaceError> {
+    if distances.is_empty() {
+        return None;
+    }
+    let mean = distances.iter().sum::<f64>() / distances.len() as f64;
+    let at = (distances.len() - 1) * 95 / 100;
+    let (_, hd95, _) = distances.select_nth_unstable_by(at, f64::total_cmp);
+    Some(SurfaceError { hd95: *hd95, mean })
+}
+
+fn share(part: u64, whole: u64) -> f64 {
+    if whole == 0 { 1.0 } else { part as f64 / whole as f64 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use semascan_shared::model::SemanticPoint;
+
+    /// Two unit squares side by side, class 1 and class 2.
+    fn truth() -> TrueMesh {
+        let square = |x: f32| [[x, 0.0, 0.0], [x + 1.0, 0.0, 0.0], [x + 1.0, 1.0, 0.0], [x, 1.0, 0.0]];
+        let mut mesh = TrueMesh::default();
+        for (k, x) in [0.0, 1.0].into_iter().enumerate() {
+            let base = mesh.vertices.len() as u32;
+            mesh.vertices.extend(square(x));
+            mesh.triangles.extend([[base, base + 1, base + 2], [base, base + 2, base + 3]]);
+            mesh.labels.extend([k as u16 + 1; 4]);
+            mesh.defects.extend([0; 4]);
+        }
+        mesh
+    }
+
+    fn point(position: [f32; 3], label: u16, confidence: f32) -> SemanticPoint {
+        SemanticPoint {
+            position,
+            normal: [0.0, 0.0, 1.0],
+            color: [0; 3],
+            label,
+            confidence,
+            defect: 0,
+            defect_confidence: 1.0,
+            sigma: 0.0,
+            defect_sigma: 0.0,
+            instance: 0,
+            views: 1,
+            flags: PointFlags(0),
+        }
+    }
+
+    #[test]
+    fn scores_follow_p0() {
+        let mut outlier = point([0.5, 0.5, 9.0], 2, 1.0);
+        outlier.flags = PointFlags(PointFlags::RADIUS_OUTLIER);
+        let cloud: SemanticCloud = [
+            point([0.2, 0.5, 0.01], 1, 1.0),
+            point([0.3, 0.5, 0.03], 2, 1.0),
+            point([0.4, 0.5, 0.00], 0, 0.0),
+            point([1.5, 0.5, 0.00], 2, 1.0),
+            outlier,
+        ]
+        .into_iter()
+        .collect();
+        let report = judge(&cloud, &truth());
+        let first = report.components[0];
+        assert_eq!((first.class, first.points, first.retained, first.correct), (1, 3, 2, 1));
+        assert!((report.accuracy - 2.0 / 3.0).abs() < 1e-12);
+        assert!((report.completeness - 0.75).abs() < 1e-12);
+        let second = report.components[1];
+        assert!((second.iou() - 0.5).abs() < 1e-12);
+        let surface = report.surface.expect("points");
+        assert!((surface.mean - 0.01).abs() < 1e-6, "{surface:?}");
+        assert!((surface.hd95 - 0.01).abs() < 1e-6, "{surface:?}");
+    }
+}

@@ -1,0 +1,310 @@
+//! The way of one view: acquire -> segment -> register -> fuse, each stage beside the others on bounded queues, as P0
+//! runs its steps beside the robot's motion.
+//!
+//! A view that fails in any stage is reported with its reason and left out; the inspection goes on. What happens is
+//! told to an [`InspectionSink`]: the live stream, a progress bar, a record on disk.
+
+use crate::acquire::{Source, SourceInfo, View};
+use crate::fuse::{
+    FuseError, Integration, LabelledView, MapConfig, OutlierFilter, SemanticMap, TouchedChunk, voxel_for,
+};
+use crate::register::{OrganizedCloud, Registrar, Registration};
+use crate::segment::{Segmentation, Segmenter};
+use image::RgbImage;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::time::{Duration, Instant};
+
+/// Views that may wait between two stages: enough to overlap them, few enough that memory stays small.
+const QUEUE: usize = 1;
+
+/// The stages of the way of one view.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Stage {
+    /// Capture or read.
+    Acquire,
+    /// Class probabilities.
+    Segment,
+    /// Camera pose.
+    Register,
+    /// Integration into the map.
+    Fuse,
+    /// Hand-over to the sink.
+    Publish,
+}
+
+impl Stage {
+    /// Lower-case name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Acquire => "acquire",
+            Self::Segment => "segment",
+            Self::Register => "register",
+            Self::Fuse => "fuse",
+            Self::Publish => "publish",
+        }
+    }
+}
+
+/// How a stage of one view stands.
+#[derive(Clone, Debug, PartialEq)]
+pub enum StageStatus {
+    /// It began.
+    Started,
+    /// It ended well.
+    Finished(Duration),
+    /// It failed, and why.
+    Failed(String),
+}
+
+/// What became of one view.
+#[derive(Clone, Debug)]
+pub struct ViewOutcome {
+    /// Position in the capture order.
+    pub index: u32,
+    /// The view itself, unless it could not be acquired.
+    pub view: Option<View>,
+    /// Its labels, if it was segmented.
+    pub segmentation: Option<Segmentation>,
+    /// Its pose, if it was registered.
+    pub registration: Option<Registration>,
+    /// What it added to the map, or why it was left out.
+    pub result: Result<Integration, String>,
+    /// Time of each stage it went through.
+    pub timings: Vec<(Stage, Duration)>,
+}
+
+/// Hears everything that happens in an inspection. Calls come from several threads.
+pub trait InspectionSink: Sync {
+    /// A stage of view `view` began, ended or failed.
+    fn stage(&self, view: u32, stage: Stage, status: &StageStatus);
+    /// The map changed. `last` is true once, after the last view and the filters.
+    fn map_changed(&self, map: &SemanticMap, touched: &[TouchedChunk], last: bool);
+    /// A view is through, one way or the other.
+    fn view_done(&self, outcome: &ViewOutcome);
+}
+
+/// What an inspection is run with.
+#[derive(Clone, Debug, Default)]
+pub struct PipelineConfig {
+    /// Voxel edge in metres; chosen from the first view if absent.
+    pub voxel: Option<f64>,
+    /// Outlier filters.
+    pub filter: OutlierFilter,
+    /// Least time between two captures, so that people can watch.
+    pub pace: Duration,
+}
+
+/// A finished inspection.
+#[derive(Debug)]
+pub struct Inspected {
+    /// The model; `None` if no view could be used.
+    pub map: Option<SemanticMap>,
+    /// Views that were captured or attempted.
+    pub views: u32,
+    /// Views that were left out.
+    pub rejected: u32,
+}
+
+/// Why an inspection could not be run.
+#[derive(Debug, thiserror::Error)]
+pub enum PipelineError {
+    /// The map could not be made.
+    #[error(transparent)]
+    Fuse(#[from] FuseError),
+}
+
+/// A view on its way, with the time each stage took.
+struct InFlight {
+    index: u32,
+    timings: Vec<(Stage, Duration)>,
+    result: Result<Arrived, String>,
+    view: Option<View>,
+}
+
+/// What the stages before fusion made of a view.
+struct Arrived {
+    cloud: OrganizedCloud,
+    segmentation: Segmentation,
+    registration: Registration,
+}
+
+/// Runs one inspection to its end, or until `stop` is set.
+///
+/// # Errors
+/// [`PipelineError`] if the map cannot be set up; failing views are reported to the sink instead.
+pub fn run(
+    source: &mut dyn Source,
+    segmenter: &mut dyn Segmenter,
+    registrar: &mut dyn Registrar,
+    config: &PipelineConfig,
+    sink: &dyn InspectionSink,
+    stop: &AtomicBool,
+) -> Result<Inspected, PipelineError> {
+    let info = source.info().clone();
+    let (captured, to_segment) = sync_channel(QUEUE);
+    let (registered, to_fuse) = sync_channel(QUEUE);
+    std::thread::scope(|scope| {
+        scope.spawn(move || acquire(source, config.pace, sink, stop, &captured));
+        scope.spawn(move || segment_and_register(segmenter, registrar, sink, &to_segment, &registered));
+        fuse(&info, config, sink, &to_fuse)
+    })
+}
+
+/// Runs `work` as `stage` of view `index`, telling the sink and noting the time.
+fn staged<T, E: std::fmt::Display>(
+    sink: &dyn InspectionSink,
+    timings: &mut Vec<(Stage, Duration)>,
+    index: u32,
+    stage: Stage,
+    work: impl FnOnce() -> Result<T, E>,
+) -> Result<T, String> {
+    sink.stage(index, stage, &StageStatus::Started);
+    let begun = Instant::now();
+    let result = work().map_err(|e| e.to_string());
+    let elapsed = begun.elapsed();
+    timings.push((stage, elapsed));
+    match &result {
+        Ok(_) => sink.stage(index, stage, &StageStatus::Finished(elapsed)),
+        Err(reason) => sink.stage(index, stage, &StageStatus::Failed(reason.clone())),
+    }
+    result
+}
+
+fn acquire(
+    source: &mut dyn Source,
+    pace: Duration,
+    sink: &dyn InspectionSink,
+    stop: &AtomicBool,
+    captured: &SyncSender<(u32, Vec<(Stage, Duration)>, Result<View, String>)>,
+) {
+    for index in 0.. {
+        if stop.load(Ordering::Relaxed) {
+            return;
+        }
+        let begun = Instant::now();
+        let mut timings = Vec::new();
+        // The end of the source shows only when it is asked, so the stage is announced after the fact.
+        let Some(view) = source.next_view() else { return };
+        let elapsed = begun.elapsed();
+        sink.stage(index, Stage::Acquire, &StageStatus::Started);
+        timings.push((Stage::Acquire, elapsed));
+        let view = view.map_err(|e| e.to_string());
+        match &view {
+            Ok(_) => sink.stage(index, Stage::Acquire, &StageStatus::Finished(elapsed)),
+            Err(reason) => sink.stage(index, Stage::Acquire, &StageStatus::Failed(reason.clone())),
+        }
+        if captured.send((index, timings, view)).is_err() {
+            return;
+        }
+        let rest = pace.saturating_sub(begun.elapsed());
+        wait(rest, stop);
+    }
+}
+
+/// Sleeps in short steps so that a stop is heard.
+fn wait(mut rest: Duration, stop: &AtomicBool) {
+    const STEP: Duration = Duration::from_millis(50);
+    while !rest.is_zero() && !stop.load(Ordering::Relaxed) {
+        let step = rest.min(STEP);
+        std::thread::sleep(step);
+        rest -= step;
+    }
+}
+
+fn segment_and_register(
+    segmenter: &mut dyn Segmenter,
+    registrar: &mut dyn Registrar,
+    sink: &dyn InspectionSink,
+    captured: &Receiver<(u32, Vec<(Stage, Duration)>, Result<View, String>)>,
+    registered: &SyncSender<InFlight>,
+) {
+    for (index, mut timings, view) in captured {
+        let in_flight = match view {
+            Err(reason) => InFlight { index, timings, result: Err(reason), view: None },
+            Ok(view) => {
+                let result = staged(sink, &mut timings, index, Stage::Segment, || segmenter.segment(&view));
+                let result = result.and_then(|segmentation| {
+                    staged(sink, &mut timings, index, Stage::Register, || {
+                        let cloud = OrganizedCloud::new(view.intrinsics, &view.depth, None);
+                        if cloud.is_empty() {
+                            return Err("no depth in the whole picture".to_owned());
+                        }
+                        let registration = registrar.register(&view, &cloud).map_err(|e| e.to_string())?;
+                        Ok(Arrived { cloud, segmentation, registration })
+                    })
+                });
+                InFlight { index, timings, result, view: Some(view) }
+            }
+        };
+        if registered.send(in_flight).is_err() {
+            return;
+        }
+    }
+}
+
+fn fuse(
+    info: &SourceInfo,
+    config: &PipelineConfig,
+    sink: &dyn InspectionSink,
+    registered: &Receiver<InFlight>,
+) -> Result<Inspected, PipelineError> {
+    let mut inspected = Inspected { map: None, views: 0, rejected: 0 };
+    for InFlight { index, mut timings, result, mut view } in registered {
+        inspected.views += 1;
+        let mut registration = None;
+        let mut segmentation = None;
+        let result = match (result, &mut view) {
+            (Err(reason), _) => Err(reason),
+            (Ok(_), None) => Err("view was lost on its way".to_owned()),
+            (Ok(arrived), Some(view)) => {
+                if inspected.map.is_none() {
+                    inspected.map = new_map(info, config, &arrived.cloud)?;
+                }
+                let labelled = LabelledView {
+                    index,
+                    cloud: arrived.cloud,
+                    rgb: std::mem::replace(&mut view.rgb, RgbImage::new(0, 0)),
+                    segmentation: arrived.segmentation,
+                    table_from_camera: arrived.registration.table_from_camera,
+                };
+                let integrated = match &mut inspected.map {
+                    Some(map) => staged(sink, &mut timings, index, Stage::Fuse, || map.integrate(&labelled)),
+                    None => Err("no depth in the whole picture".to_owned()),
+                };
+                view.rgb = labelled.rgb;
+                registration = Some(arrived.registration);
+                segmentation = Some(labelled.segmentation);
+                integrated
+            }
+        };
+        if let (Some(map), Ok(integration)) = (&inspected.map, &result) {
+            let publish = || -> Result<(), String> {
+                sink.map_changed(map, &integration.touched, false);
+                Ok(())
+            };
+            let _ = staged(sink, &mut timings, index, Stage::Publish, publish);
+        }
+        inspected.rejected += u32::from(result.is_err());
+        sink.view_done(&ViewOutcome { index, view, segmentation, registration, result, timings });
+    }
+    if let Some(map) = &mut inspected.map {
+        let changed = map.mark_outliers(&config.filter);
+        let touched: Vec<_> = changed.into_iter().map(|id| TouchedChunk { id, made: 0, relabelled: 0 }).collect();
+        sink.map_changed(map, &touched, true);
+    }
+    Ok(inspected)
+}
+
+/// A map for views like the first one; `None` if that has no depth.
+fn new_map(
+    info: &SourceInfo,
+    config: &PipelineConfig,
+    cloud: &OrganizedCloud,
+) -> Result<Option<SemanticMap>, PipelineError> {
+    let Some(voxel) = config.voxel.or_else(|| voxel_for(cloud)) else { return Ok(None) };
+    let taxonomy = &info.taxonomy;
+    let mut settings = MapConfig::new(voxel, taxonomy.component_count(), taxonomy.defect_count());
+    settings.volume = info.volume;
+    Ok(Some(SemanticMap::new(settings)?))
+}

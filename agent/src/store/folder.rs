@@ -1,0 +1,102 @@
+//! The folder that an inspection leaves behind: inspection.json, cloud.ply, scene.glb, and truth.ply where it is known.
+//!
+//! Each file is written under a temporary name and renamed when it is whole, so that a killed process or a full disk
+//! leaves no half file under a good name.
+
+use super::record::InspectionRecord;
+use crate::acquire::TrueMesh;
+use semascan_shared::export::glb::{self, GlbOptions};
+use semascan_shared::export::ply::{self, LabelledMesh};
+use semascan_shared::export::{ExportError, ExportFilter};
+use semascan_shared::model::{PointFlags, SemanticCloud, Taxonomy};
+use std::fs::{self, File};
+use std::io::{self, BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+/// Why an inspection could not be written.
+#[derive(Debug, thiserror::Error)]
+pub enum StoreError {
+    /// The folder or one of its files could not be written.
+    #[error("{}: {source}", path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// The operating system's word.
+        source: io::Error,
+    },
+    /// An export failed.
+    #[error("{}: {source}", path.display())]
+    Export {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: ExportError,
+    },
+}
+
+/// Writes an inspection into `folder`, which is made if need be.
+///
+/// # Errors
+/// [`StoreError`] naming the file; files that were complete before stay as they were.
+pub fn write_inspection(
+    folder: &Path,
+    record: &InspectionRecord,
+    cloud: &SemanticCloud,
+    taxonomy: &Taxonomy,
+    truth: Option<&TrueMesh>,
+) -> Result<(), StoreError> {
+    fs::create_dir_all(folder).map_err(|source| StoreError::Io { path: folder.to_owned(), source })?;
+    let comments = comments(record);
+    write(&folder.join("cloud.ply"), |out| ply::write_cloud(out, cloud, taxonomy, &comments))?;
+    write(&folder.join("scene.glb"), |out| {
+        // The scene shows the part: what was marked as stray or as background stays in cloud.ply.
+        let filter =
+            ExportFilter { skip_flags: PointFlags::OUTLIER | PointFlags::BACKGROUND, ..ExportFilter::default() };
+        let voxel = record.voxel.unwrap_or(0.0) as f32;
+        let options = GlbOptions { part: record.part.clone(), voxel };
+        glb::write_points(out, &filter.apply(cloud), taxonomy, &options)
+    })?;
+    if let Some(mesh) = truth {
+        write(&folder.join("truth.ply"), |out| {
+            let labelled = LabelledMesh {
+                vertices: &mesh.vertices,
+                triangles: &mesh.triangles,
+                labels: &mesh.labels,
+                defects: &mesh.defects,
+            };
+            ply::write_mesh(out, &labelled, taxonomy, &comments)
+        })?;
+    }
+    write(&folder.join("inspection.json"), |out| {
+        serde_json::to_writer_pretty(&mut *out, record)?;
+        Ok(writeln!(out)?)
+    })
+}
+
+/// Comments of every PLY: they do not depend on when or how fast it was made.
+fn comments(record: &InspectionRecord) -> Vec<(String, String)> {
+    let mut list = vec![
+        ("generator".to_owned(), format!("semascan {}", record.software.version)),
+        ("part".to_owned(), record.part.clone()),
+        ("frame".to_owned(), "table, metres".to_owned()),
+    ];
+    list.extend(record.voxel.map(|v| ("voxel".to_owned(), v.to_string())));
+    list
+}
+
+fn write(path: &Path, content: impl FnOnce(&mut BufWriter<File>) -> Result<(), ExportError>) -> Result<(), StoreError> {
+    let io_error = |source| StoreError::Io { path: path.to_owned(), source };
+    let mut name = path.file_name().unwrap_or_default().to_owned();
+    name.push(".part");
+    let temporary = path.with_file_name(name);
+    let mut out = BufWriter::new(File::create(&temporary).map_err(io_error)?);
+    let written = content(&mut out).map_err(|source| StoreError::Export { path: path.to_owned(), source });
+    let flushed = written.and_then(|()| out.flush().map_err(io_error)).and_then(|()| {
+        out.get_ref().sync_all().map_err(io_error)?;
+        fs::rename(&temporary, path).map_err(io_error)
+    });
+    if flushed.is_err() {
+        let _ = fs::remove_file(&temporary);
+    }
+    flushed
+}

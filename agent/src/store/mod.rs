@@ -1,0 +1,12 @@
+//! Inspections on disk.
+
+mod folder;
+mod record;
+mod recorder;
+
+pub use folder::{StoreError, write_inspection};
+pub use record::{
+    ComponentTruth, IdealRecord, InspectionRecord, PoseRecord, SCHEMA_VERSION, SoftwareRecord, StageTime, TruthRecord,
+    ViewRecord,
+};
+pub use recorder::Recorder;

@@ -1,0 +1,156 @@
+//! `inspection.json`: what was inspected, how each view went, what was found, and how true it is where truth is known.
+
+use crate::inspect::ClassSummary;
+use nalgebra::{Isometry3, Matrix6};
+use serde::{Deserialize, Serialize};
+
+/// Grows when a field changes its meaning or goes away.
+pub const SCHEMA_VERSION: u32 = 1;
+
+/// The record of one inspection. Metres, radians, seconds, square metres.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct InspectionRecord {
+    /// See [`SCHEMA_VERSION`].
+    pub schema_version: u32,
+    /// Unique to the run.
+    pub id: String,
+    /// What wrote the record.
+    pub software: SoftwareRecord,
+    /// The part, for people.
+    pub part: String,
+    /// The source's URI or path.
+    pub source: String,
+    /// Where the labels came from: `source`, `network` or `none`.
+    pub labels: String,
+    /// Seeds and settings of the source that make the run repeatable.
+    pub settings: Vec<(String, String)>,
+    /// Voxel edge; `null` if no view could be used.
+    pub voxel: Option<f64>,
+    /// Points of the model, flagged ones included.
+    pub points: u64,
+    /// Every view, in capture order.
+    pub views: Vec<ViewRecord>,
+    /// Every component class.
+    pub components: Vec<ClassSummary>,
+    /// Every defect class.
+    pub defects: Vec<ClassSummary>,
+    /// Truth, where the source knows it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub truth: Option<TruthRecord>,
+}
+
+/// What wrote a record.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct SoftwareRecord {
+    /// Program.
+    pub name: String,
+    /// Version.
+    pub version: String,
+}
+
+/// One view.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ViewRecord {
+    /// Position in the capture order.
+    pub index: u32,
+    /// Whether it is part of the model.
+    pub accepted: bool,
+    /// Why not.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reason: Option<String>,
+    /// Estimated `table_from_camera`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub pose: Option<PoseRecord>,
+    /// `table_from_camera` from kinematics alone.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub prior: Option<PoseRecord>,
+    /// Covariance of the pose over (rotation, translation), camera frame, row by row.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub covariance: Option<Vec<[f64; 6]>>,
+    /// Voxels that the view made.
+    pub points_added: u64,
+    /// Time of each stage.
+    pub timings: Vec<StageTime>,
+}
+
+/// Rigid transform.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PoseRecord {
+    /// Unit quaternion, x y z w.
+    pub rotation: [f64; 4],
+    /// Metres.
+    pub translation: [f64; 3],
+}
+
+/// Time of one stage.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct StageTime {
+    /// Stage.
+    pub stage: String,
+    /// Seconds.
+    pub seconds: f64,
+}
+
+/// The model against truth.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TruthRecord {
+    /// How the figures are to be read.
+    pub conventions: Vec<(String, String)>,
+    /// Share of retained points that carry their true class.
+    pub label_accuracy: f64,
+    /// Share of points that are retained.
+    pub label_completeness: f64,
+    /// By component.
+    pub components: Vec<ComponentTruth>,
+    /// By defect class (class 0 = sound surface).
+    pub defects: Vec<ComponentTruth>,
+    /// 95th percentile of the distance from the model's points to the true mesh.
+    pub hd95: Option<f64>,
+    /// Mean of that distance.
+    pub mean_error: Option<f64>,
+    /// Error of each accepted view's pose, in order: (view, radians, metres).
+    pub poses: Vec<(u32, f64, f64)>,
+    /// The same views fused with their true poses, where the poses are not exact: what the poses cost.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub at_true_poses: Option<IdealRecord>,
+}
+
+/// A model of the same views with their true poses.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct IdealRecord {
+    /// Share of retained points that carry their true class.
+    pub label_accuracy: f64,
+    /// 95th percentile of the distance from the model's points to the true mesh.
+    pub hd95: Option<f64>,
+    /// Mean of that distance.
+    pub mean_error: Option<f64>,
+}
+
+/// Truth about one class.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ComponentTruth {
+    /// Class.
+    pub class: u16,
+    /// Its name.
+    pub name: String,
+    /// Points whose true class this is.
+    pub points: u64,
+    /// Correct / retained.
+    pub accuracy: f64,
+    /// Retained / all.
+    pub completeness: f64,
+    /// Intersection over union of true and given class.
+    pub iou: f64,
+}
+
+impl From<&Isometry3<f64>> for PoseRecord {
+    fn from(pose: &Isometry3<f64>) -> Self {
+        let q = pose.rotation.coords;
+        Self { rotation: [q.x, q.y, q.z, q.w], translation: pose.translation.vector.into() }
+    }
+}
+
+/// Rows of a covariance.
+pub(super) fn rows(covariance: &Matrix6<f64>) -> Vec<[f64; 6]> {
+    covariance.row_iter().map(|row| std::array::from_fn(|c| row[c])).collect()
+}

@@ -1,0 +1,74 @@
+//! The binary as a script sees it: files, exit codes, messages.
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+const MOTOR: &str = "virtual:starter-motor?seed=3&views=3&size=160x120&cell=2.5";
+
+fn semascan(args: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_semascan")).args(args).output().expect("the binary starts")
+}
+
+fn stderr(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+#[test]
+fn inspect_writes_the_whole_folder() {
+    let dir = tempfile::tempdir().expect("temporary folder");
+    let out = dir.path().join("motor");
+    let output = semascan(&["inspect", MOTOR, "--out", out.to_str().expect("UTF-8"), "--json"]);
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    for file in ["inspection.json", "cloud.ply", "scene.glb", "truth.ply"] {
+        assert!(out.join(file).is_file(), "{file}");
+    }
+    let printed: serde_json::Value = serde_json::from_slice(&output.stdout).expect("one JSON object");
+    let text = std::fs::read_to_string(out.join("inspection.json")).expect("reads");
+    let written: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+    assert_eq!(printed, written);
+    assert_eq!(written["schema_version"], 1);
+    assert_eq!(written["views"].as_array().map(Vec::len), Some(3));
+    // Robot errors are on by default: what they cost is told.
+    assert!(written["truth"]["at_true_poses"]["label_accuracy"].is_number(), "{text}");
+    assert!(stderr(&output).contains("with the true poses"), "{}", stderr(&output));
+}
+
+#[test]
+fn wrong_calls_end_with_2_and_failed_work_with_1() {
+    let dir = tempfile::tempdir().expect("temporary folder");
+    let out = dir.path().join("x");
+    let out = out.to_str().expect("UTF-8");
+    for args in [
+        &["inspect", "virtual:starter-motor?sed=7", "--out", out][..],
+        &["inspect", "/no/such/folder", "--out", out],
+        &["inspect", "ftp://cell", "--out", out],
+        &["inspect", MOTOR, "--out", out, "--voxel", "-1"],
+        &["inspect", MOTOR, "--out", out, "--labels", "network"],
+        &["inspect", MOTOR],
+        &["no-such-command"],
+    ] {
+        let output = semascan(args);
+        assert_eq!(output.status.code(), Some(2), "{args:?}: {}", stderr(&output));
+        assert!(!output.stderr.is_empty());
+    }
+    assert!(!Path::new(out).exists());
+
+    // The folder cannot be made where a file stands.
+    let file = dir.path().join("file");
+    std::fs::write(&file, "in the way").expect("writes");
+    let output = semascan(&["inspect", MOTOR, "--out", file.to_str().expect("UTF-8")]);
+    assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
+    assert!(stderr(&output).contains("file"), "{}", stderr(&output));
+}
+
+#[test]
+fn one_and_two_threads_write_the_same_cloud() {
+    let dir = tempfile::tempdir().expect("temporary folder");
+    let cloud = |threads: &str| {
+        let out = dir.path().join(threads);
+        let output = semascan(&["inspect", MOTOR, "--out", out.to_str().expect("UTF-8"), "--threads", threads]);
+        assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+        std::fs::read(out.join("cloud.ply")).expect("reads")
+    };
+    assert!(cloud("1") == cloud("2"), "cloud.ply depends on the number of threads");
+}
