@@ -14,10 +14,13 @@ use web_sys::{AddEventListenerOptions, HtmlCanvasElement, MouseEvent, PointerEve
 const LINE: f64 = 33.0;
 const PAGE: f64 = 400.0;
 
+/// An event's name and what is called for it.
+type Listener = (&'static str, Closure<dyn FnMut(JsValue)>);
+
 /// Listens on a canvas until it is dropped.
 pub struct CameraPointer {
     canvas: HtmlCanvasElement,
-    listeners: Vec<(&'static str, Closure<dyn FnMut(JsValue)>)>,
+    listeners: Vec<Listener>,
 }
 
 impl CameraPointer {
