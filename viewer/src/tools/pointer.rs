@@ -14,21 +14,13 @@ use web_sys::{AddEventListenerOptions, HtmlCanvasElement, MouseEvent, PointerEve
 const LINE: f64 = 33.0;
 const PAGE: f64 = 400.0;
 
-<<<<<<< HEAD
-type Listener = Closure<dyn FnMut(JsValue)>;
-=======
 /// An event's name and what is called for it.
 type Listener = (&'static str, Closure<dyn FnMut(JsValue)>);
->>>>>>> panels
 
 /// Listens on a canvas until it is dropped.
 pub struct CameraPointer {
     canvas: HtmlCanvasElement,
-<<<<<<< HEAD
-    listeners: Vec<(&'static str, Listener)>,
-=======
     listeners: Vec<Listener>,
->>>>>>> panels
 }
 
 impl CameraPointer {
