@@ -101,7 +101,12 @@ impl AppState {
             Event::Malformed { reason } => {
                 self.notices.push(Level::Warning, format!("A message of the agent was not understood: {reason}"));
             }
-            Event::Figures(figures) => self.legend.set_figures(&figures),
+            Event::Figures { classes, voxel } => {
+                self.legend.set_figures(&classes);
+                if voxel > 0.0 && self.inspection.voxel <= 0.0 {
+                    self.inspection.voxel = voxel;
+                }
+            }
             Event::Gpu(gpu) => self.gpu = gpu,
             Event::ColorMode(mode) => self.display.color_mode = mode,
             Event::Theme(theme) => self.display.theme = theme,

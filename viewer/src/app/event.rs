@@ -48,8 +48,14 @@ pub enum Event {
         /// Why, for people.
         reason: String,
     },
-    /// The figures of the model by component class, in the order of the class ids.
-    Figures(Vec<ClassFigures>),
+    /// The model as held was counted.
+    Figures {
+        /// By component class, in the order of the class ids.
+        classes: Vec<ClassFigures>,
+        /// Voxel edge that came with the points, in metres; 0 without points. An inspection that has not captured its
+        /// first view when the viewer connects does not know it yet.
+        voxel: f64,
+    },
     /// The graphics device changed.
     Gpu(Gpu),
     /// The person chose what the colours mean.

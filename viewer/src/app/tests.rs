@@ -52,8 +52,9 @@ fn visibility_outlives_an_epoch_but_not_another_taxonomy() {
     let mut state = state_after([
         connected(inspection("a", 0, &["housing", "pinion"]), false),
         Event::ToggleComponent(2),
-        Event::Figures(vec![ClassFigures { points: 5, area: 1e-4, confidence: 0.9 }; 3]),
+        Event::Figures { classes: vec![ClassFigures { points: 5, area: 1e-4, confidence: 0.9 }; 3], voxel: 0.001 },
     ]);
+    assert_eq!(state.inspection.voxel, 0.001, "learned from the points");
     assert_eq!(state.legend.visibility(), [true, true, false]);
     assert_eq!(state.legend.visible_points(), 10);
     state.reduce(Event::Cleared(inspection("a", 1, &["housing", "pinion"])));
@@ -211,7 +212,7 @@ fn any_event() -> impl Strategy<Value = Event> {
         ".{0,900}".prop_map(|reason| Event::Malformed { reason }),
         prop::collection::vec((any::<u64>(), any::<f64>(), any::<f64>()), 0..7).prop_map(|list| {
             let figures = |(points, area, confidence)| ClassFigures { points, area, confidence };
-            Event::Figures(list.into_iter().map(figures).collect())
+            Event::Figures { classes: list.into_iter().map(figures).collect(), voxel: f64::NAN }
         }),
         Just(Event::Gpu(Gpu::Unavailable { reason: "lost".into() })),
         prop::sample::select(ColorMode::ALL.to_vec()).prop_map(Event::ColorMode),

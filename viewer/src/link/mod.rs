@@ -2,12 +2,12 @@
 //!
 //! | module | what |
 //! |---|---|
-//! | [`event`] | what the page hears |
+//! | `event` | what the page hears |
 //! | [`session`] | messages to events; what to ask for after a lost connection |
 //! | [`reconnect`] | when to try again |
 //! | [`transfer`] | events as bytes between worker and page |
 //! | `worker` | the worker's side: socket and timers (browser only) |
-//! | `page` | the page's side: [`Link`] (browser only) |
+//! | `page` | the page's side: `Link` (browser only) |
 //!
 //! The worker is a second instance of the same wasm module in a plain module worker (`www/worker.js`): no shared memory,
 //! no special headers, and decoding never holds up a frame. The module therefore must not start the page by itself

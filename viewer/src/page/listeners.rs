@@ -31,7 +31,7 @@ pub(super) fn keyboard(window: &Window, stage: &Rc<Stage>) -> Result<(), JsValue
         if let Some(found) = found {
             event.prevent_default();
             match found {
-                Action::State(event) => stage.send.run(event),
+                Action::State(event) => stage.send.run(*event),
                 Action::Camera(input) => stage.steer(input),
             }
         }

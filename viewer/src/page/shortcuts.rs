@@ -16,7 +16,7 @@ pub enum Focus {
 #[derive(Clone, Debug, PartialEq)]
 pub enum Action {
     /// A change of the state.
-    State(Event),
+    State(Box<Event>),
     /// A move of the camera.
     Camera(CameraInput),
 }
@@ -28,7 +28,7 @@ pub fn action(key: &str, modifiers: Modifiers, focus: Focus, state: &AppState) -
     }
     if state.help_open {
         // The dialog is modal: it closes by the key that opened it, and by Escape through the browser.
-        return (key == "?").then_some(Action::State(Event::Help(false)));
+        return (key == "?").then_some(Action::State(Event::Help(false).into()));
     }
     let display = &state.display;
     let event = match key {
@@ -45,7 +45,7 @@ pub fn action(key: &str, modifiers: Modifiers, focus: Focus, state: &AppState) -
         _ if focus == Focus::Control && key.starts_with("Arrow") => return None,
         _ => return key_input(key, modifiers).map(Action::Camera),
     };
-    Some(Action::State(event))
+    Some(Action::State(event.into()))
 }
 
 #[cfg(test)]
@@ -70,7 +70,7 @@ mod tests {
         let mut state = AppState::default();
         state.reduce(Event::Help(true));
         assert_eq!(pressed("c", Focus::Model, &state), None);
-        assert_eq!(pressed("?", Focus::Model, &state), Some(Action::State(Event::Help(false))));
+        assert_eq!(pressed("?", Focus::Model, &state), Some(Action::State(Event::Help(false).into())));
     }
 
     #[test]
@@ -79,12 +79,12 @@ mod tests {
         let start = state.display.color_mode;
         for _ in ColorMode::ALL {
             match pressed("c", Focus::Model, &state) {
-                Some(Action::State(event)) => state.reduce(event),
+                Some(Action::State(event)) => state.reduce(*event),
                 other => panic!("{other:?}"),
             }
         }
         assert_eq!(state.display.color_mode, start);
-        let back = Some(Action::State(Event::ColorMode(ColorMode::Appearance)));
+        let back = Some(Action::State(Event::ColorMode(ColorMode::Appearance).into()));
         assert_eq!(pressed("C", Focus::Model, &state), back);
     }
 

@@ -219,12 +219,12 @@ impl Stage {
         if self.figures_due.replace(false) {
             self.figures_at.set(self.now.get());
             let hidden = self.state.with_untracked(hidden_flags);
-            let (figures, hash) = {
+            let (classes, voxel, hash) = {
                 let model = self.model.borrow();
-                (class_figures(&model, hidden), model.hash())
+                (class_figures(&model, hidden), model.voxel().into(), model.hash())
             };
             hooks::tell_hash(&self.document, hash);
-            self.send.run(Event::Figures(figures));
+            self.send.run(Event::Figures { classes, voxel });
         }
     }
 }

@@ -5,8 +5,11 @@ use super::icons::{CLOSE, Icon};
 use crate::app::Event;
 use leptos::prelude::*;
 
+/// The keys of a shortcut, and what it does.
+type Shortcut = (&'static [&'static str], &'static str);
+
 /// What the pointer and the keys do, in groups.
-const GROUPS: [(&str, &[(&[&str], &str)]); 4] = [
+const GROUPS: [(&str, &[Shortcut]); 4] = [
     (
         "Pointer",
         &[

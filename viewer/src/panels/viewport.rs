@@ -93,7 +93,7 @@ fn ColorScale(ui: Ui) -> impl IntoView {
         ColorMode::Confidence => ramp("Confidence", ["0 %", "50 %", "100 %"].map(String::from)).into_any(),
         ColorMode::Views => {
             let top = top.get();
-            let middle = if top % 2 == 0 { (top / 2).to_string() } else { String::new() };
+            let middle = if top.is_multiple_of(2) { (top / 2).to_string() } else { String::new() };
             ramp("Views that saw the point", ["0".into(), middle, top.to_string()]).into_any()
         }
         ColorMode::Defect => classes().into_any(),

@@ -3,8 +3,8 @@
 use super::Ui;
 use super::icons::{CAMERA, Icon, WARNING};
 use super::picture::Picture;
-use crate::app::Event;
 use crate::app::views::ViewEntry;
+use crate::app::{Event, units};
 use leptos::prelude::*;
 use semascan_shared::wire::Phase;
 
@@ -64,19 +64,23 @@ fn ViewCard(ui: Ui, view: ViewEntry, selected: Memo<Option<u32>>) -> impl IntoVi
     let is_selected = move || selected.get() == Some(index);
     let toggle = move |_| ui.send.run(Event::SelectView((!is_selected()).then_some(index)));
     let (accepted, reason) = (view.accepted, view.reason.clone());
-    let name = if accepted { format!("View {}", index + 1) } else { format!("View {}, rejected: {reason}", index + 1) };
+    let title = if accepted {
+        format!("View {}", index + 1)
+    } else {
+        format!("View {}, rejected. {}", index + 1, units::sentence(&reason))
+    };
     view! {
         <li class="view">
             <button
                 class="view-button" class:is-rejected=!accepted type="button"
                 data-testid=format!("view-{index}") data-accepted=accepted.to_string()
-                aria-pressed=move || is_selected().to_string() aria-label=name.clone() title=name
+                aria-pressed=move || is_selected().to_string() title=title
                 on:click=toggle
             >
                 <Picture view alt=String::new()/>
-                <span class="view-number">{index + 1}</span>
+                <span class="view-number"><span class="visually-hidden">"View "</span>{index + 1}</span>
                 {(!accepted).then(|| view! {
-                    <span class="view-reason"><Icon path=WARNING/> <span>{reason}</span></span>
+                    <span class="view-reason"><Icon path=WARNING/> <span><span class="visually-hidden">"Rejected: "</span>{reason}</span></span>
                 })}
             </button>
         </li>
