@@ -14,13 +14,13 @@ use web_sys::{AddEventListenerOptions, HtmlCanvasElement, MouseEvent, PointerEve
 const LINE: f64 = 33.0;
 const PAGE: f64 = 400.0;
 
-/// An event's name and what is called for it.
-type Listener = (&'static str, Closure<dyn FnMut(JsValue)>);
+/// What is called for an event.
+type Listener = Closure<dyn FnMut(JsValue)>;
 
 /// Listens on a canvas until it is dropped.
 pub struct CameraPointer {
     canvas: HtmlCanvasElement,
-    listeners: Vec<Listener>,
+    listeners: Vec<(&'static str, Listener)>,
 }
 
 impl CameraPointer {
