@@ -38,10 +38,12 @@ mod tests {
 
     #[test]
     fn it_counts_what_the_shader_shows() {
-        let mut cloud = SemanticCloud::default();
-        cloud.labels = vec![0, 1, 1, 2, 2, 2];
         let marks = [0, 0, PointFlags::RADIUS_OUTLIER, PointFlags::BACKGROUND, PointFlags::UNLABELLED, 0];
-        cloud.flags = marks.map(PointFlags).to_vec();
+        let cloud = SemanticCloud {
+            labels: vec![0, 1, 1, 2, 2, 2],
+            flags: marks.map(PointFlags).to_vec(),
+            ..SemanticCloud::default()
+        };
         let census = Census::of(&cloud);
         let nothing = HiddenFlags { outliers: false, background: false };
         assert_eq!(census.shown(&ClassMask::ALL, nothing), 6);

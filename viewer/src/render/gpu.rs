@@ -1,7 +1,7 @@
 //! The graphics device on a canvas, by one of the two interfaces a browser may offer.
 
+use super::error::RenderError;
 use super::loss::Loss;
-use super::renderer::RenderError;
 use std::sync::Arc;
 use wasm_bindgen::prelude::*;
 use web_sys::HtmlCanvasElement;

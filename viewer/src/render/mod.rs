@@ -44,6 +44,8 @@ pub mod thinning;
 #[cfg(target_arch = "wasm32")]
 mod background;
 #[cfg(target_arch = "wasm32")]
+mod error;
+#[cfg(target_arch = "wasm32")]
 mod floor;
 #[cfg(target_arch = "wasm32")]
 mod frame;
@@ -69,6 +71,8 @@ pub use request::{
 };
 
 #[cfg(target_arch = "wasm32")]
+pub use error::RenderError;
+#[cfg(target_arch = "wasm32")]
 pub use gpu::Backend;
 #[cfg(target_arch = "wasm32")]
-pub use renderer::{FrameStats, RenderError, Renderer};
+pub use renderer::{FrameStats, Renderer};

@@ -6,6 +6,7 @@
 
 use super::axes;
 use super::background::Background;
+use super::error::RenderError;
 use super::floor::{Floor, FloorPlace};
 use super::frame::{self, Frame, FrameUniform};
 use super::frustum;
@@ -25,41 +26,6 @@ use wgpu::{
     RenderPassDepthStencilAttachment, RenderPassDescriptor, StoreOp, SurfaceTexture, TextureDescriptor,
     TextureDimension, TextureUsages, TextureView, TextureViewDescriptor,
 };
-
-/// Why there is no picture.
-#[derive(Debug, thiserror::Error)]
-pub enum RenderError {
-    /// A graphics interface is missing or refuses.
-    #[error("{backend} is not available: {reason}")]
-    Backend {
-        /// `webgpu` or `webgl2`.
-        backend: &'static str,
-        /// What failed and why.
-        reason: String,
-    },
-    /// A graphics interface is there but does not draw.
-    #[error("{backend} failed its self-test: {reason}")]
-    SelfTest {
-        /// `webgpu` or `webgl2`.
-        backend: &'static str,
-        /// What the test saw.
-        reason: String,
-    },
-    /// Every interface failed.
-    #[error("no 3D graphics in this browser: {webgpu}; {webgl2}")]
-    Nothing {
-        /// How WebGPU failed.
-        webgpu: String,
-        /// How WebGL2 failed.
-        webgl2: String,
-    },
-    /// The device is gone; see [`Renderer::rebuild`].
-    #[error("the graphics device was lost: {0}")]
-    Lost(String),
-    /// The page does not let itself be changed.
-    #[error("the canvas cannot be replaced: {0}")]
-    Page(String),
-}
 
 /// What a frame showed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -115,19 +81,19 @@ impl Renderer {
         Self::open(fresh, Backend::WebGl2).await.map_err(nothing)
     }
 
-    /// A new renderer on a fresh canvas in the place of one whose device was lost. With [`BackendChoice::Auto`] a lost
-    /// WebGPU device is followed by WebGL2: what was lost once is lost again soon. Set every chunk again.
+    /// A new renderer on a fresh canvas in the place of one whose device was lost. With [`BackendChoice::Auto`] it takes
+    /// WebGL2: WebGPU has failed already, now or at the start. Set every chunk again.
     ///
     /// # Errors
     /// As [`Renderer::new`].
     pub async fn rebuild(self, choice: BackendChoice) -> Result<Self, RenderError> {
         let fresh = replace_canvas(self.canvas())?;
-        let choice = match (choice, self.backend()) {
-            (BackendChoice::Auto, Backend::WebGpu) => BackendChoice::WebGl2,
-            (choice, _) => choice,
-        };
         drop(self);
-        Self::new(fresh, choice).await
+        let backend = match choice {
+            BackendChoice::Auto | BackendChoice::WebGl2 => Backend::WebGl2,
+            BackendChoice::WebGpu => Backend::WebGpu,
+        };
+        Self::open(fresh, backend).await
     }
 
     async fn open(canvas: HtmlCanvasElement, backend: Backend) -> Result<Self, RenderError> {

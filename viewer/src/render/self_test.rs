@@ -4,7 +4,8 @@
 //! frame on the canvas, without any error. So the test draws one green splat through the whole path (data texture,
 //! shaders, surface), reads the canvas's middle pixel back through a 2D canvas, and waits a moment for a loss.
 
-use super::renderer::{RenderError, Renderer};
+use super::error::RenderError;
+use super::renderer::Renderer;
 use super::request::{ColorMode, DrawRequest, Palette};
 use crate::tools::{Bounds, OrbitCamera};
 use glam::Vec3;

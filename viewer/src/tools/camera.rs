@@ -3,7 +3,7 @@
 //! Frames: the world is the table frame (z up, metres). The camera's view frame is OpenGL's (x right, y up, looking
 //! along -z); clip depth is 0..1 as in WebGPU.
 
-use super::Bounds;
+use super::{Bounds, CameraInput, StandardView};
 use glam::camera::rh::{proj, view};
 use glam::{Mat4, Vec2, Vec3};
 use std::f32::consts::{FRAC_PI_2, FRAC_PI_4, PI, TAU};
@@ -16,51 +16,6 @@ const MAX_ELEVATION: f32 = FRAC_PI_2 - 1e-3;
 
 /// Vertical field of view: 35 degrees, narrow enough that lengths near and far compare.
 const FOV_Y: f32 = 35.0 * PI / 180.0;
-
-/// A direction to look from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum StandardView {
-    /// From the front (-y), a little from the right and above.
-    Isometric,
-    /// From -y towards +y.
-    Front,
-    /// From +y towards -y.
-    Back,
-    /// From -x towards +x.
-    Left,
-    /// From +x towards -x.
-    Right,
-    /// From above.
-    Top,
-    /// From below.
-    Bottom,
-}
-
-/// What people ask of the camera; pointer, keyboard and panels all speak this.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum CameraInput {
-    /// Turn about the target by a drag of so many CSS pixels.
-    Orbit {
-        /// CSS pixels to the right and down.
-        pixels: Vec2,
-    },
-    /// Move with a drag of so many CSS pixels: the point at the target's depth stays under the pointer.
-    Pan {
-        /// CSS pixels to the right and down.
-        pixels: Vec2,
-    },
-    /// Come closer (`factor` < 1) or go away (> 1); the point under `at` stays where it is.
-    Zoom {
-        /// What the distance is multiplied with.
-        factor: f32,
-        /// Where in the viewport, CSS pixels from its top left corner; `None` for the middle.
-        at: Option<Vec2>,
-    },
-    /// Show everything.
-    Fit,
-    /// Look from a standard direction and show everything.
-    View(StandardView),
-}
 
 /// A perspective camera that orbits a target with z up.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -5,13 +5,15 @@
 mod bounds;
 mod camera;
 mod gesture;
+mod input;
 mod keyboard;
 #[cfg(target_arch = "wasm32")]
 mod pointer;
 
 pub use bounds::Bounds;
-pub use camera::{CameraInput, OrbitCamera, StandardView};
+pub use camera::OrbitCamera;
 pub use gesture::{Button, Gesture};
+pub use input::{CameraInput, StandardView};
 pub use keyboard::{Modifiers, key_input};
 #[cfg(target_arch = "wasm32")]
 pub use pointer::CameraPointer;

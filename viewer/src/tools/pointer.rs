@@ -14,13 +14,12 @@ use web_sys::{AddEventListenerOptions, HtmlCanvasElement, MouseEvent, PointerEve
 const LINE: f64 = 33.0;
 const PAGE: f64 = 400.0;
 
-/// An event's name and what is called for it.
-type Listener = (&'static str, Closure<dyn FnMut(JsValue)>);
+type Listener = Closure<dyn FnMut(JsValue)>;
 
 /// Listens on a canvas until it is dropped.
 pub struct CameraPointer {
     canvas: HtmlCanvasElement,
-    listeners: Vec<Listener>,
+    listeners: Vec<(&'static str, Listener)>,
 }
 
 impl CameraPointer {
@@ -76,7 +75,7 @@ impl CameraPointer {
     }
 
     fn listen(&mut self, name: &'static str, handler: impl FnMut(JsValue) + 'static) -> Result<(), JsValue> {
-        let closure = Closure::<dyn FnMut(JsValue)>::new(handler);
+        let closure = Listener::new(handler);
         let options = AddEventListenerOptions::new();
         options.set_passive(false);
         let function = closure.as_ref().unchecked_ref();
