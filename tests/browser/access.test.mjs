@@ -65,6 +65,8 @@ describe('access', () => {
   for (const scheme of ['dark', 'light']) {
     it(`axe finds no violation in the ${scheme} theme`, LIMIT, async () => {
       await viewer.page.emulateMedia({ colorScheme: scheme });
+      // A focused skip link lies over the brand, and that is no lack of contrast.
+      await viewer.page.evaluate(() => document.activeElement?.blur());
       const source = await readFile(createRequire(import.meta.url).resolve('axe-core/axe.min.js'), 'utf8');
       await viewer.page.evaluate(source);
       const { violations } = await viewer.page.evaluate(() => window.axe.run());
