@@ -17,14 +17,15 @@ describe('graphics', () => {
 
   it('can be chosen in the address', LIMIT, async () => {
     await withViewer('webgpu', '/?renderer=webgl2', async (viewer) => {
-      assert.equal((await viewer.finished()).backend, 'webgl2');
+      assert.equal(await backend(viewer), 'webgl2');
+      await viewer.finished();
       assert.ok((await viewer.picture()).coloured() > 500, 'nothing was drawn');
     });
   });
 
   it('fall back where the better one is missing', LIMIT, async () => {
     await withViewer('webgl2', '/', async (viewer) => {
-      assert.equal((await viewer.finished()).backend, 'webgl2');
+      assert.equal(await backend(viewer), 'webgl2');
     });
   });
 
@@ -40,8 +41,13 @@ describe('graphics', () => {
     });
   });
 
-  async function withViewer(backend, path, test) {
-    const browser = await launch(backend);
+  /** The interface that the viewer ended up with. */
+  async function backend(viewer) {
+    return (await viewer.until((s) => Number(s.frames) > 0, null, 'the first frame')).backend;
+  }
+
+  async function withViewer(flags, path, test) {
+    const browser = await launch(flags);
     try {
       await test(await Viewer.open(browser, agent.url + path));
     } finally {

@@ -5,12 +5,16 @@ import { assertGolden } from './support/golden.mjs';
 import { LIMIT, onEveryBackend } from './support/session.mjs';
 import { Viewer } from './support/viewer.mjs';
 
+/** Enough of a page to see what is wrong, and small files. */
+const SMALL = { width: 760, height: 420 };
+
 onEveryBackend(
   'golden pictures',
   (session, backend) => {
     let viewer;
     before(async () => {
       viewer = await Viewer.open(session.browser, session.agent.url);
+      await viewer.page.setViewportSize(SMALL);
       await viewer.finished();
     }, LIMIT);
     after(() => viewer?.close());

@@ -168,7 +168,8 @@ fn wasm_codec(workspace: &Workspace, folder: &Path) -> Result<Vec<Row>> {
         WASM_CODEC,
         "--release",
     ]))?;
-    let built = toolchain.target_dir(workspace).join(TARGET).join("release/examples").join(format!("{WASM_CODEC}.wasm"));
+    let built =
+        toolchain.target_dir(workspace).join(TARGET).join("release/examples").join(format!("{WASM_CODEC}.wasm"));
     let script = workspace.root.join("shared/benches").join(format!("{WASM_CODEC}.mjs"));
     keep(Command::new("node").arg(script).arg(built), folder, WASM_CODEC)
 }

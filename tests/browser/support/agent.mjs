@@ -26,6 +26,7 @@ export class Agent {
     this.#child = child;
     running.add(child);
     child.on('exit', () => running.delete(child));
+    child.on('error', (error) => (this.#log += `cannot start ${BINARY}: ${error.message}`));
     for (const stream of [child.stdout, child.stderr]) {
       stream.setEncoding('utf8').on('data', (text) => (this.#log += text));
     }
@@ -51,7 +52,7 @@ export class Agent {
 
   /** Whether the process has not ended. */
   get alive() {
-    return this.#child.exitCode === null && this.#child.signalCode === null;
+    return this.#child.pid !== undefined && this.#child.exitCode === null && this.#child.signalCode === null;
   }
 
   /** Ends the agent as a power cut does: nothing is flushed, no socket is closed in good order. */
@@ -75,11 +76,11 @@ export class Agent {
   async #listening() {
     const deadline = Date.now() + START_LIMIT_MS;
     for (;;) {
+      await new Promise((resolve) => setTimeout(resolve, 20));
       const found = this.#log.match(/listening on (http:\/\/\S+?)\/?\s/);
       if (found) return found[1];
       if (!this.alive) throw new Error(`the agent ended before it listened:\n${this.#log}`);
       if (Date.now() > deadline) throw new Error(`the agent does not listen:\n${this.#log}`);
-      await new Promise((resolve) => setTimeout(resolve, 20));
     }
   }
 }

@@ -81,7 +81,8 @@ export class Viewer {
 
   /** Waits until some, but not all, of the model is there. */
   async midstream() {
-    const state = await this.until((s) => Number(s.points) > 0, null, 'the first points');
+    // The renderer tests itself with a point of its own before it draws the model.
+    const state = await this.until((s) => s.inspection && Number(s.points) > 100, null, 'the first view');
     assert.notEqual(state.phase, 'finished', 'the inspection ended before the test could act: raise its pace');
     return state;
   }
