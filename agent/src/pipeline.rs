@@ -114,6 +114,13 @@ pub enum PipelineError {
     Fuse(#[from] FuseError),
 }
 
+/// What the first stage made of one view.
+struct Captured {
+    index: u32,
+    timings: Vec<(Stage, Duration)>,
+    view: Result<View, String>,
+}
+
 /// A view on its way, with the time each stage took.
 struct InFlight {
     index: u32,
@@ -176,7 +183,7 @@ fn acquire(
     pace: Duration,
     sink: &dyn InspectionSink,
     stop: &AtomicBool,
-    captured: &SyncSender<(u32, Vec<(Stage, Duration)>, Result<View, String>)>,
+    captured: &SyncSender<Captured>,
 ) {
     for index in 0.. {
         if stop.load(Ordering::Relaxed) {
@@ -194,7 +201,7 @@ fn acquire(
             Ok(_) => sink.stage(index, Stage::Acquire, &StageStatus::Finished(elapsed)),
             Err(reason) => sink.stage(index, Stage::Acquire, &StageStatus::Failed(reason.clone())),
         }
-        if captured.send((index, timings, view)).is_err() {
+        if captured.send(Captured { index, timings, view }).is_err() {
             return;
         }
         let rest = pace.saturating_sub(begun.elapsed());
@@ -216,10 +223,10 @@ fn segment_and_register(
     segmenter: &mut dyn Segmenter,
     registrar: &mut dyn Registrar,
     sink: &dyn InspectionSink,
-    captured: &Receiver<(u32, Vec<(Stage, Duration)>, Result<View, String>)>,
+    captured: &Receiver<Captured>,
     registered: &SyncSender<InFlight>,
 ) {
-    for (index, mut timings, view) in captured {
+    for Captured { index, mut timings, view } in captured {
         let in_flight = match view {
             Err(reason) => InFlight { index, timings, result: Err(reason), view: None },
             Ok(view) => {

@@ -128,7 +128,9 @@ proptest! {
         let at = at.index(flipped.len());
         flipped[at] ^= 1 << bit;
         let refused = decode(&ChunkUpdate { columns: flipped.into(), ..sent.clone() });
-        prop_assert!(matches!(refused, Err(WireError::Field { field: "columns", .. })), "{refused:?}");
+        // A flipped bit of the coder's last state may change no symbol; what it must not do is change the content.
+        let harmless = refused.as_ref().is_ok_and(|d| Ok(d) == decode(&sent).as_ref());
+        prop_assert!(harmless || matches!(refused, Err(WireError::Field { field: "columns", .. })), "{refused:?}");
         let cut = decode(&ChunkUpdate { columns: sent.columns.slice(..at), ..sent.clone() });
         prop_assert!(cut.is_err());
         let mut longer = sent.columns.to_vec();

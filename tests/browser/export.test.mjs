@@ -17,7 +17,8 @@ onEveryBackend(
     let viewer, points;
     before(async () => {
       viewer = await Viewer.open(session.browser, session.agent.url);
-      points = Number((await viewer.finished()).points);
+      await viewer.finished();
+      points = (await viewer.points()).reduce((sum, count) => sum + count, 0);
     }, LIMIT);
     after(() => viewer?.close());
 

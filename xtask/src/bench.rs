@@ -8,6 +8,7 @@ use crate::bench_table::{self, Row};
 use crate::packages;
 use crate::process::{capture, exists, line, run as run_command};
 use crate::report::{heading, note};
+use crate::wasm_target::{TARGET, Toolchain};
 use crate::workspace::{Workspace, cargo};
 use anyhow::{Context, Result};
 use clap::Args;
@@ -21,6 +22,9 @@ const PACKAGES: [&str; 3] = ["semascan-shared", "semascan-agent", "semascan-test
 
 /// The benchmark that measures the chunk codec, on a `cloud.ply` when it is given one.
 const STREAM: &str = "stream";
+
+/// The chunk codec in WebAssembly.
+const WASM_CODEC: &str = "codec_wasm";
 
 /// What a rival's program needs, pinned: figures are compared across machines and months.
 const RIVALS: [&str; 2] = ["numpy==2.4.6", "DracoPy==2.2.0"];
@@ -58,6 +62,9 @@ pub(crate) fn run(options: &Options) -> Result<()> {
             rows.extend(measure(&workspace, &folder, &package, &bench, &name, &[&cloud])?);
             rows.extend(draco(&workspace, &folder, &cloud)?);
         }
+    }
+    if options.name.as_deref().is_none_or(|part| WASM_CODEC.contains(part)) {
+        rows.extend(wasm_codec(&workspace, &folder)?);
     }
     rows.extend(bench_table::criterion(&workspace.target.join("criterion"))?);
     heading("Benchmarks");
@@ -148,6 +155,22 @@ fn clouds(workspace: &Workspace, folder: &Path) -> Result<Vec<PathBuf>> {
         clouds.push(cloud);
     }
     Ok(clouds)
+}
+
+/// Measures the chunk codec as a browser runs it: the same code in WebAssembly, in Node's engine.
+fn wasm_codec(workspace: &Workspace, folder: &Path) -> Result<Vec<Row>> {
+    heading("semascan-shared: the chunk codec in WebAssembly");
+    let toolchain = Toolchain::prepare(workspace)?;
+    run_command(toolchain.cargo_build().current_dir(&workspace.root).args([
+        "--package",
+        "semascan-shared",
+        "--example",
+        WASM_CODEC,
+        "--release",
+    ]))?;
+    let built = toolchain.target_dir(workspace).join(TARGET).join("release/examples").join(format!("{WASM_CODEC}.wasm"));
+    let script = workspace.root.join("shared/benches").join(format!("{WASM_CODEC}.mjs"));
+    keep(Command::new("node").arg(script).arg(built), folder, WASM_CODEC)
 }
 
 /// Measures Draco's kd-tree coder on the same cloud.

@@ -15,14 +15,18 @@ const BLOCK: u32 = 8;
 const MIN_VIEWS: usize = 4;
 const MIN_READINGS: usize = 12;
 
-/// Spread of depth (5th to 95th percentile) that still counts as unchanged, as a share of the depth.
-const STATIC_SPREAD: f32 = 0.12;
+/// Deviation of a pixel's depth from its median over the views (90th percentile over a block) that still counts as
+/// unchanged, as a share of the depth.
+const STATIC_DEVIATION: f32 = 0.05;
 
 /// A view sees through a point if it measures this much farther behind it (share of depth, and metres).
 const SEES_THROUGH: (f64, f64) = (0.1, 0.02);
 
-/// Share of the views' testimony that must say "sees through".
-const MIN_SEEN_THROUGH: f64 = 0.7;
+/// Largest share of the views' testimony that may support a place in the scene.
+const MOST_SUPPORT: f64 = 0.3;
+
+/// A block belongs to its attached neighbour if nearly all of it is nearer than this many times the neighbour's depth.
+const AS_NEAR: f32 = 1.5;
 
 /// A depth picture and where it was taken.
 #[derive(Clone, Debug)]
@@ -43,11 +47,12 @@ pub fn find(views: &[PosedDepth]) -> Option<Vec<bool>> {
         return None;
     }
     let (columns, rows) = (width.div_ceil(BLOCK), height.div_ceil(BLOCK));
-    let attached: Vec<bool> =
-        (0..columns * rows).into_par_iter().map(|b| is_attached(views, b % columns, b / columns)).collect();
+    let block = |b: u32| (b % columns, b / columns);
+    let mut attached: Vec<bool> = (0..columns * rows).into_par_iter().map(|b| is_attached(views, block(b))).collect();
     if !attached.contains(&true) {
         return None;
     }
+    extend(&mut attached, columns, &(0..columns * rows).map(|b| depth_range(views, block(b))).collect::<Vec<_>>());
     // A ring of one block around: the rim of a near gripper is where its depth is worst.
     let near = |x: u32, y: u32| {
         let (xs, ys) = (x.saturating_sub(1)..=(x + 1).min(columns - 1), y.saturating_sub(1)..=(y + 1).min(rows - 1));
@@ -58,10 +63,38 @@ pub fn find(views: &[PosedDepth]) -> Option<Vec<bool>> {
     Some((0..width * height).map(pixel).collect())
 }
 
-fn is_attached(views: &[PosedDepth], column: u32, row: u32) -> bool {
-    // Readings of the block and its surroundings, over all views: (view, pixel, depth).
+/// Median and 90th percentile of a block's depth over all views; `None` without readings.
+fn depth_range(views: &[PosedDepth], block: (u32, u32)) -> Option<(f32, f32)> {
+    let mut depths: Vec<f32> = readings(views, block, 0).iter().map(|r| r.3).collect();
+    depths.sort_unstable_by(f32::total_cmp);
+    let last = depths.len().checked_sub(1)?;
+    Some((depths[last / 2], depths[last * 9 / 10]))
+}
+
+/// Takes in the blocks beside an attached one that are, in all views, about as near: ragged rims and slanted sides.
+fn extend(attached: &mut [bool], columns: u32, ranges: &[Option<(f32, f32)>]) {
+    let rows = attached.len() as u32 / columns;
+    // Each with the depth that its own neighbours may have: the limit of the block where the region began.
+    let limit = |b: usize| Some((b as u32, AS_NEAR * ranges[b]?.0));
+    let mut pending: Vec<(u32, f32)> = (0..attached.len()).filter(|&b| attached[b]).filter_map(limit).collect();
+    while let Some((b, limit)) = pending.pop() {
+        let (x, y) = (b % columns, b / columns);
+        for ny in y.saturating_sub(1)..=(y + 1).min(rows - 1) {
+            for nx in x.saturating_sub(1)..=(x + 1).min(columns - 1) {
+                let n = ny * columns + nx;
+                let near = ranges[n as usize].is_some_and(|(_, far)| far < limit);
+                if near && !attached[n as usize] {
+                    attached[n as usize] = true;
+                    pending.push((n, limit));
+                }
+            }
+        }
+    }
+}
+
+/// Depth readings of a block and `margin` pixels around it: (view, u, v, depth).
+fn readings(views: &[PosedDepth], (column, row): (u32, u32), margin: u32) -> Vec<(usize, u32, u32, f32)> {
     let (width, height) = (views[0].depth.width, views[0].depth.height);
-    let margin = BLOCK / 2;
     let us = (column * BLOCK).saturating_sub(margin)..(column * BLOCK + BLOCK + margin).min(width);
     let vs = (row * BLOCK).saturating_sub(margin)..(row * BLOCK + BLOCK + margin).min(height);
     let mut readings = Vec::new();
@@ -70,16 +103,17 @@ fn is_attached(views: &[PosedDepth], column: u32, row: u32) -> bool {
             readings.extend(us.clone().filter_map(|u| Some((i, u, v, view.depth.at(u, v)?))));
         }
     }
+    readings
+}
+
+fn is_attached(views: &[PosedDepth], block: (u32, u32)) -> bool {
+    let readings = readings(views, block, BLOCK / 2);
     let mut seen_by: Vec<usize> = readings.iter().map(|r| r.0).collect();
     seen_by.dedup();
     if readings.len() < MIN_READINGS || seen_by.len() < MIN_VIEWS {
         return false;
     }
-    let mut depths: Vec<f32> = readings.iter().map(|r| r.3).collect();
-    depths.sort_unstable_by(f32::total_cmp);
-    let at = |share: f32| depths[((depths.len() - 1) as f32 * share) as usize];
-    let median = at(0.5);
-    if at(0.95) - at(0.05) > STATIC_SPREAD * median {
+    if !is_static(&readings) {
         return false;
     }
     let (mut through, mut supported) = (0_u32, 0_u32);
@@ -95,7 +129,24 @@ fn is_attached(views: &[PosedDepth], column: u32, row: u32) -> bool {
             }
         }
     }
-    f64::from(through) >= MIN_SEEN_THROUGH * f64::from((through + supported).max(1))
+    // Nobody's testimony is telling too: a place of the scene that four views show at one pixel is seen by others.
+    f64::from(supported) <= MOST_SUPPORT * f64::from(through + supported)
+}
+
+/// Whether the depth of each pixel stays the same from view to view; `readings` are (view, u, v, depth).
+fn is_static(readings: &[(usize, u32, u32, f32)]) -> bool {
+    let mut by_pixel: Vec<(u32, u32, f32)> = readings.iter().map(|&(_, u, v, z)| (u, v, z)).collect();
+    by_pixel.sort_unstable_by(|a, b| (a.0, a.1).cmp(&(b.0, b.1)).then(a.2.total_cmp(&b.2)));
+    let mut deviations = Vec::with_capacity(by_pixel.len());
+    for pixel in by_pixel.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)).filter(|p| p.len() > 1) {
+        let median = pixel[pixel.len() / 2].2;
+        deviations.extend(pixel.iter().map(|p| (p.2 - median).abs() / median));
+    }
+    if deviations.len() < MIN_READINGS {
+        return false;
+    }
+    let at = (deviations.len() - 1) * 9 / 10;
+    *deviations.select_nth_unstable_by(at, f32::total_cmp).1 <= STATIC_DEVIATION
 }
 
 enum Testimony {

@@ -25,22 +25,31 @@ impl Default for OutlierFilter {
     }
 }
 
+/// What a voxel's neighbourhood looks like.
+struct Survey {
+    slot: usize,
+    /// Occupied neighbours within the radius.
+    neighbours: u32,
+    /// Mean distance of the nearest of them, voxels.
+    distance: f64,
+}
+
 impl SemanticMap {
     /// Sets the outlier flags of every voxel anew; returns the chunks whose flags changed, in order.
     pub fn mark_outliers(&mut self, filter: &OutlierFilter) -> Vec<[i32; 3]> {
         let bricks = self.sorted_bricks();
         // Per voxel: occupied neighbours and their mean distance.
-        let surveyed: Vec<(BrickKey, Vec<(usize, u32, f64)>)> = bricks
+        let surveyed: Vec<(BrickKey, Vec<Survey>)> = bricks
             .par_iter()
             .map(|(key, brick)| {
                 let survey = |(local, slot)| {
-                    let (count, distance) = self.survey(key.voxel(local), filter);
-                    (slot, count, distance)
+                    let (neighbours, distance) = self.survey(key.voxel(local), filter);
+                    Survey { slot, neighbours, distance }
                 };
                 (*key, brick.occupied().map(survey).collect())
             })
             .collect();
-        let distances = || surveyed.iter().flat_map(|(_, s)| s.iter().map(|v| v.2));
+        let distances = || surveyed.iter().flat_map(|(_, s)| s.iter().map(|v| v.distance));
         let count = distances().count().max(1) as f64;
         let mean = distances().sum::<f64>() / count;
         let variance = distances().map(|d| (d - mean).powi(2)).sum::<f64>() / count;
@@ -49,7 +58,7 @@ impl SemanticMap {
         let mut changed = BTreeSet::new();
         for (key, voxels) in surveyed {
             let Some(&at) = self.index.get(&key) else { continue };
-            for (slot, neighbours, distance) in voxels {
+            for Survey { slot, neighbours, distance } in voxels {
                 let flags = &mut self.bricks[at].voxels[slot].flags;
                 let mut now = flags.0 & !PointFlags::OUTLIER;
                 if neighbours < filter.min_neighbours {

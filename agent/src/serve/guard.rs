@@ -97,6 +97,6 @@ mod tests {
         assert!(!verdict("127.0.0.1:8787", Some("http://localhost:8787")));
         assert!(!verdict("127.0.0.1:8787", Some("null")));
         assert!(!verdict("evil.example:8787", Some("http://evil.example:8787")));
-        assert!(!AccessRule::default().check(&HeaderMap::new()).is_ok());
+        assert!(AccessRule::default().check(&HeaderMap::new()).is_err());
     }
 }

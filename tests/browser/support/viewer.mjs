@@ -8,6 +8,9 @@ import { Picture } from './pixels.mjs';
 /** Longest wait for the end of an inspection that is drawn by the processor. */
 const FINISH_LIMIT_MS = 150_000;
 
+/** Without a new frame for this long, the picture is at rest. */
+const REST_MS = 700;
+
 /** Everything but the canvas is made invisible for a picture: panels lie over it. */
 const CANVAS_ONLY = 'body *:not(#viewport):not(:has(#viewport)) { visibility: hidden !important; }';
 
@@ -64,9 +67,16 @@ export class Viewer {
     }
   }
 
-  /** Waits for the last view. */
+  /** Waits for the last view, and until the page holds what the agent says is the whole model. */
   finished() {
-    return this.until((s) => s.phase === 'finished' && Number(s.points) > 0, null, 'the end of the inspection');
+    const whole = (s) => s.phase === 'finished' && s.hash === s.agentHash && s.hash !== '0'.repeat(16);
+    return this.until(whole, null, 'the whole model');
+  }
+
+  /** Number of points by component class, as the legend gives them: all that are held, drawn or not. */
+  points() {
+    const rows = this.page.locator('[data-testid^=legend-row-]');
+    return rows.evaluateAll((rows) => rows.map((row) => Number(row.dataset.points)));
   }
 
   /** Waits until some, but not all, of the model is there. */
@@ -76,16 +86,14 @@ export class Viewer {
     return state;
   }
 
-  /** A picture of the 3D view alone, once it no longer changes. */
+  /** A picture of the 3D view alone, at rest. */
   async picture() {
     await this.#style(CANVAS_ONLY);
     try {
-      let previous = null;
-      for (let attempt = 0; attempt < 40; attempt++) {
+      for (let attempt = 0; attempt < 10; attempt++) {
+        const { frames } = await this.#rest();
         const picture = new Picture(await this.canvas.screenshot(AS_IT_IS));
-        if (previous && picture.equals(previous)) return picture;
-        previous = picture;
-        await this.page.waitForTimeout(150);
+        if ((await this.state()).frames === frames) return picture;
       }
       throw new Error('the picture does not come to rest');
     } finally {
@@ -95,13 +103,39 @@ export class Viewer {
 
   /** Chooses what colours mean: `appearance`, `component`, `confidence`, `views`, `defect`. */
   async colorMode(mode) {
+    const radio = this.page.getByTestId(`color-mode-${mode}`);
+    if (await radio.isChecked()) return;
     // A person clicks the label; the radio button itself is for the keyboard.
-    await this.page.locator('label').filter({ has: this.page.getByTestId(`color-mode-${mode}`) }).click();
+    await this.redrawn(() => this.page.locator('label').filter({ has: radio }).click());
   }
 
   /** Shows or hides a component by its class. */
   async toggle(classId) {
-    await this.page.getByTestId(`legend-visible-${classId}`).click();
+    await this.redrawn(() => this.page.getByTestId(`legend-visible-${classId}`).click());
+  }
+
+  /** Does something that must show, and waits until a frame was drawn after it. */
+  async redrawn(action) {
+    const before = Number((await this.#rest()).frames);
+    await action();
+    await this.until((s, before) => Number(s.frames) > before, before, 'a new frame', 20_000);
+  }
+
+  /**
+   * Waits until no frame has been drawn for a while: a moving or growing model is drawn with fewer points than one at
+   * rest, and frames follow until all of them are there.
+   */
+  async #rest() {
+    let last = await this.state();
+    let since = Date.now();
+    const deadline = since + 60_000;
+    while (Date.now() - since < REST_MS) {
+      if (Date.now() > deadline) throw new Error('frames are drawn without end');
+      await this.page.waitForTimeout(50);
+      const state = await this.state();
+      if (state.frames !== last.frames) [last, since] = [state, Date.now()];
+    }
+    return last;
   }
 
   /** Clicks an export and gives back the file: its name and its bytes. */

@@ -11,6 +11,8 @@ pub(super) fn tell_state(document: &Document, state: &AppState) {
     set(document, "connection", state.connection.key());
     set(document, "inspection", &state.inspection.id);
     set(document, "resumed", &state.resumptions.to_string());
+    // The agent's own hash of the finished model: what `data-hash` must come to.
+    set(document, "agentHash", &format!("{:016x}", state.progress.model_hash));
 }
 
 /// Hash of the model as held, comparable with the agent's.

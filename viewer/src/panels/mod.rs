@@ -8,7 +8,7 @@
 //!
 //! | selector | what |
 //! |---|---|
-//! | `#viewport` | the canvas; `data-backend` (`webgpu`, `webgl2`, `none`), `data-points`, `data-frames`, `data-hash` (16 hex digits), `data-phase`, `data-connection`, `data-inspection`, `data-resumed` (how often a lost connection was resumed by difference) |
+//! | `#viewport` | the canvas; `data-backend` (`webgpu`, `webgl2`, `none`), `data-points`, `data-frames`, `data-hash` and `data-agent-hash` (16 hex digits), `data-phase`, `data-connection`, `data-inspection`, `data-resumed` (how often a lost connection was resumed by difference) |
 //! | `[data-testid=connection]` | `data-state` = `connecting`, `connected`, `reconnecting`, `refused` |
 //! | `[data-testid=part]` | the part's name |
 //! | `[data-testid=progress]` | `data-phase`, `data-done`, `data-expected`, `data-rejected` |

@@ -14,6 +14,7 @@ use web_sys::{AddEventListenerOptions, HtmlCanvasElement, MouseEvent, PointerEve
 const LINE: f64 = 33.0;
 const PAGE: f64 = 400.0;
 
+/// What is called for an event.
 type Listener = Closure<dyn FnMut(JsValue)>;
 
 /// Listens on a canvas until it is dropped.
