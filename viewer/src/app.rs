@@ -53,6 +53,8 @@ pub struct AppState {
     pub progress: RunProgress,
     /// How long the stages take.
     pub timings: Timings,
+    /// Hash of the model as held, comparable with the agent's.
+    pub held_hash: u64,
     /// The captured views.
     pub views: Views,
     /// The component classes.
@@ -99,9 +101,11 @@ impl AppState {
                 self.views.report(report);
             }
             Event::Malformed { reason } => {
-                self.notices.push(Level::Warning, format!("A message of the agent was not understood: {reason}"));
+                let text = format!("A message of the agent was not understood: {reason}");
+                self.notices.push_on("malformed", Level::Warning, text);
             }
-            Event::Figures { classes, voxel } => {
+            Event::Figures { classes, voxel, hash } => {
+                self.held_hash = hash;
                 self.legend.set_figures(&classes);
                 if voxel > 0.0 && self.inspection.voxel <= 0.0 {
                     self.inspection.voxel = voxel;
@@ -145,6 +149,13 @@ impl AppState {
     /// Whether there is a model to be seen, whatever of it is hidden.
     pub fn has_model(&self) -> bool {
         self.progress.points > 0 || self.legend.rows.iter().any(|row| row.figures.points > 0)
+    }
+
+    /// Whether the finished model on screen is not the agent's: something of it was lost or not understood.
+    pub fn model_differs(&self) -> bool {
+        let agents = self.progress.model_hash;
+        let live = matches!(self.connection, Connection::Connected { .. });
+        live && self.progress.phase == Phase::Finished && agents != 0 && agents != self.held_hash
     }
 
     /// Largest number of the scale of the colour mode "views": absolute, so that a colour means the same number of

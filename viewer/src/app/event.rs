@@ -55,6 +55,8 @@ pub enum Event {
         /// Voxel edge that came with the points, in metres; 0 without points. An inspection that has not captured its
         /// first view when the viewer connects does not know it yet.
         voxel: f64,
+        /// Hash of the model as held.
+        hash: u64,
     },
     /// The graphics device changed.
     Gpu(Gpu),

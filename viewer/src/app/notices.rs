@@ -42,6 +42,7 @@ pub struct Notice {
     pub text: String,
     /// How often it was said.
     pub count: u32,
+    topic: Option<&'static str>,
     left_ms: Option<u32>,
 }
 
@@ -64,20 +65,31 @@ impl Notices {
     }
 
     /// Shows a message; one that is on screen already is counted instead of repeated.
-    pub(super) fn push(&mut self, level: Level, mut text: String) {
+    pub(super) fn push(&mut self, level: Level, text: String) {
+        self.show(level, None, text);
+    }
+
+    /// Shows a message of a kind that may come in floods: the latest of its `topic` stands for all, with their number.
+    pub(super) fn push_on(&mut self, topic: &'static str, level: Level, text: String) {
+        self.show(level, Some(topic), text);
+    }
+
+    fn show(&mut self, level: Level, topic: Option<&'static str>, mut text: String) {
         if let Some((end, _)) = text.char_indices().nth(Self::MAX_TEXT) {
             text.truncate(end);
             text.push('…');
         }
-        if let Some(same) = self.shown.iter_mut().find(|n| n.level == level && n.text == text) {
+        let same = |n: &&mut Notice| n.level == level && n.topic == topic && (topic.is_some() || n.text == text);
+        if let Some(same) = self.shown.iter_mut().find(same) {
             same.count = same.count.saturating_add(1);
+            same.text = text;
             same.left_ms = level.lifetime_ms();
             return;
         }
         if self.shown.len() == Self::MAX {
             self.shown.remove(0);
         }
-        self.shown.push(Notice { id: self.next_id, level, text, count: 1, left_ms: level.lifetime_ms() });
+        self.shown.push(Notice { id: self.next_id, level, text, count: 1, topic, left_ms: level.lifetime_ms() });
         self.next_id += 1;
     }
 

@@ -52,7 +52,11 @@ fn visibility_outlives_an_epoch_but_not_another_taxonomy() {
     let mut state = state_after([
         connected(inspection("a", 0, &["housing", "pinion"]), false),
         Event::ToggleComponent(2),
-        Event::Figures { classes: vec![ClassFigures { points: 5, area: 1e-4, confidence: 0.9 }; 3], voxel: 0.001 },
+        Event::Figures {
+            classes: vec![ClassFigures { points: 5, area: 1e-4, confidence: 0.9 }; 3],
+            voxel: 0.001,
+            hash: 0,
+        },
     ]);
     assert_eq!(state.inspection.voxel, 0.001, "learned from the points");
     assert_eq!(state.legend.visibility(), [true, true, false]);
@@ -164,6 +168,26 @@ fn a_repeated_notice_is_counted_and_a_failure_stays() {
 }
 
 #[test]
+fn a_flood_of_malformed_messages_is_one_notice() {
+    let mut state = AppState::default();
+    for n in 0..50 {
+        state.reduce(Event::Malformed { reason: format!("field columns: {n} voxels") });
+    }
+    let shown: Vec<_> = state.notices.iter().map(|n| (n.count, n.text.contains("49 voxels"))).collect();
+    assert_eq!(shown, [(50, true)]);
+}
+
+#[test]
+fn a_finished_model_that_is_not_the_agents_is_not_passed_off_as_its() {
+    let finished = Progress { phase: Phase::Finished.into(), model_hash: 5, points: 1, ..Progress::default() };
+    let counted = |hash| Event::Figures { classes: Vec::new(), voxel: 0.001, hash };
+    let mut state = state_after([connected(inspection("a", 0, &[]), false), counted(4), Event::Progress(finished)]);
+    assert!(state.model_differs());
+    state.reduce(counted(5));
+    assert!(!state.model_differs());
+}
+
+#[test]
 fn the_live_region_does_not_tick() {
     let mut state = state_after([Event::Disconnected { reason: "closed".into(), retry_ms: 9_000 }]);
     let said = state.status();
@@ -212,7 +236,7 @@ fn any_event() -> impl Strategy<Value = Event> {
         ".{0,900}".prop_map(|reason| Event::Malformed { reason }),
         prop::collection::vec((any::<u64>(), any::<f64>(), any::<f64>()), 0..7).prop_map(|list| {
             let figures = |(points, area, confidence)| ClassFigures { points, area, confidence };
-            Event::Figures { classes: list.into_iter().map(figures).collect(), voxel: f64::NAN }
+            Event::Figures { classes: list.into_iter().map(figures).collect(), voxel: f64::NAN, hash: 7 }
         }),
         Just(Event::Gpu(Gpu::Unavailable { reason: "lost".into() })),
         prop::sample::select(ColorMode::ALL.to_vec()).prop_map(Event::ColorMode),

@@ -104,11 +104,14 @@ impl Stage {
             self.follows.set(true);
         }
         // Every chunk of a final model is sent before the word that it is final: that word finds the figures counted.
-        let settles = matches!(event, LinkEvent::Progress(_) | LinkEvent::Connected { .. } | LinkEvent::Cleared(_));
+        if matches!(event, LinkEvent::Progress(_)) {
+            self.count();
+        }
+        let emptied = change == ModelChange::Cleared;
         if let Some(event) = app_event(event) {
             self.send.run(event);
         }
-        if settles {
+        if emptied {
             self.count();
         }
     }
@@ -224,7 +227,7 @@ impl Stage {
                 (class_figures(&model, hidden), model.voxel().into(), model.hash())
             };
             hooks::tell_hash(&self.document, hash);
-            self.send.run(Event::Figures { classes, voxel });
+            self.send.run(Event::Figures { classes, voxel, hash });
         }
     }
 }

@@ -24,6 +24,7 @@
 //! | `[data-testid=help]` | the dialog of shortcuts |
 //! | `[data-testid=export-ply]`, `export-glb` | buttons |
 //! | `[data-testid=notice]` | a message; `data-level` = `info`, `warning`, `error` |
+//! | `[data-testid=banner]` | a lost connection, or a model that is not the agent's, over a model on screen |
 //! | `[data-testid=viewport-message]` | what stands in place of the model; `data-state` |
 //! | `#status` | the live region |
 

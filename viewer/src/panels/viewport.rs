@@ -101,7 +101,7 @@ fn ColorScale(ui: Ui) -> impl IntoView {
     }
 }
 
-/// Says that what is seen is not live, while there is a model to be seen.
+/// Says that what is seen is not live, or not whole, while there is a model to be seen.
 #[component]
 fn LinkBanner(ui: Ui) -> impl IntoView {
     let text = ui.part(|s| match &s.connection {
@@ -110,6 +110,9 @@ fn LinkBanner(ui: Ui) -> impl IntoView {
             Some(format!("Connection lost. {} The model may be out of date.", units::sentence(reason)))
         }
         Connection::Refused { reason } => Some(format!("The agent closed the connection. {}", units::sentence(reason))),
+        _ if s.model_differs() => {
+            Some("The model shown differs from the agent's. Reload the page to fetch it anew.".into())
+        }
         _ => None,
     });
     move || {
