@@ -46,7 +46,7 @@ fn main() {
 fn chunk(index: i32) -> VoxelChunk {
     let voxels = (0..32 * 32_u32).map(|i| {
         let (x, y) = (i % 32, i / 32);
-        let noise = |k: u32| (i ^ index as u32 * 7919).wrapping_mul(2_654_435_761).rotate_left(k * 7) >> 24;
+        let noise = |k: u32| (i ^ (index as u32 * 7919)).wrapping_mul(2_654_435_761).rotate_left(k * 7) >> 24;
         let z = (16.0 + 9.0 * (x as f32 * 0.15 + index as f32).sin() * (y as f32 * 0.11).cos()) as u32;
         let cell = [x, y, z];
         let jitter = [noise(0), noise(1), noise(2)].map(|n| n as f32 / 256.0);

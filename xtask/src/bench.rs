@@ -30,7 +30,7 @@ const WASM_CODEC: &str = "codec_wasm";
 const RIVALS: [&str; 2] = ["numpy==2.4.6", "DracoPy==2.2.0"];
 
 /// A 2 M voxel motor: high resolution and small voxels, so that the stream is measured at the size it must stand.
-const MOTOR: [&str; 3] = ["virtual:starter-motor?seed=7&views=12&size=1920x1200", "--voxel", "0.15"];
+const MOTOR: [&str; 3] = ["virtual:starter-motor?seed=7&views=12&size=1920x1200", "--voxel", "0.5"];
 
 /// What is measured.
 #[derive(Args)]
