@@ -33,7 +33,8 @@ export class Viewer {
   static async open(browser, url) {
     const viewer = new Viewer(await newPage(browser));
     await viewer.page.goto(url);
-    await viewer.canvas.waitFor();
+    // Without a GPU the canvas is there and hidden: a message stands in its place.
+    await viewer.canvas.waitFor({ state: 'attached' });
     return viewer;
   }
 
