@@ -18,7 +18,7 @@ use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// Share of a chunk's points that must be new or relabelled before it is sent again.
-const WORTH_SENDING: f64 = 0.1;
+const WORTH_SENDING: f64 = 0.4;
 
 /// Changes of a chunk since it was last sent.
 #[derive(Clone, Copy, Debug, Default)]
