@@ -126,10 +126,7 @@ impl LiveModel {
 
     /// Tells what is being inspected after the first view has fixed the voxel size.
     pub(super) fn set_voxel(&self, voxel: f64) {
-        let mut state = self.lock();
-        if state.inspection.voxel != voxel {
-            state.inspection.voxel = voxel;
-        }
+        self.lock().inspection.voxel = voxel;
     }
 
     /// Next revision of chunk `id`.
