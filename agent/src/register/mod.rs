@@ -1,9 +1,11 @@
 //! View -> pose: where the camera was when it took a view, in the table frame, with covariance.
 
 mod kinematics;
+mod model_view;
 mod organized;
 
 pub use kinematics::KinematicRegistrar;
+pub use model_view::ModelView;
 pub use organized::OrganizedCloud;
 
 use crate::acquire::View;

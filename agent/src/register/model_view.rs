@@ -1,0 +1,25 @@
+//! The model as one camera sees it: what a view is registered against (`fuse` renders it, `register` need not know the
+//! map).
+//!
+//! Every pixel keeps the surface point itself, not a depth at the pixel's centre: on a slanted surface half a pixel
+//! beside the ray is an error of the order that registration has to remove.
+
+use crate::acquire::Intrinsics;
+use nalgebra::Isometry3;
+
+/// The nearest model surface in each pixel of a pinhole camera, row-major.
+#[derive(Clone, Debug)]
+pub struct ModelView {
+    /// The camera it is rendered for; often a coarser picture than the view's.
+    pub intrinsics: Intrinsics,
+    /// Where that camera is.
+    pub table_from_camera: Isometry3<f64>,
+    /// Surface points in the camera frame, metres; `[0.0; 3]` where the model shows nothing.
+    pub points: Vec<[f32; 3]>,
+    /// Unit normals towards the camera, camera frame; zero where unknown.
+    pub normals: Vec<[f32; 3]>,
+    /// Component classes.
+    pub labels: Vec<u16>,
+    /// Instances; 0 = not separated.
+    pub instances: Vec<u16>,
+}
