@@ -10,7 +10,7 @@ use crate::app::{AppState, Event};
 use crate::link::LinkEvent;
 use crate::model::{LiveModel, ModelChange};
 use crate::render::{BackendChoice, DrawRequest};
-use crate::tools::{Bounds, CameraInput, OrbitCamera};
+use crate::tools::{CameraInput, OrbitCamera};
 use leptos::prelude::*;
 use semascan_shared::model::SemanticCloud;
 use std::cell::{Cell, RefCell};
@@ -38,7 +38,6 @@ pub(super) struct Stage {
     pub(super) graphics: Graphics,
     model: RefCell<LiveModel>,
     camera: Cell<OrbitCamera>,
-    bounds: Cell<Option<Bounds>>,
     /// The camera keeps the whole model in view until the person moves it.
     follows: Cell<bool>,
     size: Cell<Size>,
@@ -75,7 +74,6 @@ impl Stage {
                 graphics: Graphics::new(choice),
                 model: RefCell::default(),
                 camera: Cell::default(),
-                bounds: Cell::default(),
                 follows: Cell::new(true),
                 size: Cell::default(),
                 pace: Cell::default(),
@@ -131,9 +129,8 @@ impl Stage {
     /// Follows the person's hand.
     pub(super) fn steer(&self, input: CameraInput) {
         self.follows.set(matches!(input, CameraInput::Fit | CameraInput::View(_)));
-        self.bounds.set(self.model.borrow().bounds());
         let mut camera = self.camera.get();
-        camera.apply(input, self.bounds.get());
+        camera.apply(input, self.model.borrow().bounds());
         self.camera.set(camera);
         self.steered.set(true);
         self.redraw();
@@ -197,13 +194,11 @@ impl Stage {
         }
         let bounds = self.model.borrow().bounds();
         let mut camera = self.camera.get();
-        if let Some(bounds) = bounds.filter(|_| self.follows.get())
-            && self.bounds.get() != Some(bounds)
-        {
+        if let Some(bounds) = bounds.filter(|_| self.follows.get()) {
+            // Each time: the viewport may have changed as well as the model.
             camera.fit(bounds);
             self.camera.set(camera);
         }
-        self.bounds.set(bounds);
         let mut request = DrawRequest {
             camera,
             bounds,
