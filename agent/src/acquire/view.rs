@@ -32,6 +32,20 @@ impl Intrinsics {
         (p.z > 0.0).then(|| (self.fx * p.x / p.z + self.cx, self.fy * p.y / p.z + self.cy))
     }
 
+    /// The same camera with pixels `1 / factor` as wide; the picture covers at least what it covered.
+    pub fn scaled(&self, factor: f64) -> Self {
+        let size = |n: u32| ((f64::from(n) * factor).ceil() as u32).max(1);
+        Self {
+            width: size(self.width),
+            height: size(self.height),
+            fx: self.fx * factor,
+            fy: self.fy * factor,
+            // The corner of the picture, half a pixel before the centre of the first, stays where it is.
+            cx: (self.cx + 0.5) * factor - 0.5,
+            cy: (self.cy + 0.5) * factor - 0.5,
+        }
+    }
+
     /// Edge of a pixel's footprint in metres on a surface that faces the camera at depth `z`.
     pub fn footprint(&self, z: f64) -> f64 {
         z / (self.fx * self.fy).sqrt()
@@ -163,4 +177,19 @@ pub struct SourceInfo {
     pub volume: Option<(Point3<f64>, Point3<f64>)>,
     /// Seeds and settings that make the run repeatable, as `key = value`.
     pub settings: Vec<(String, String)>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_scaled_camera_sees_the_same_rays() {
+        let k = Intrinsics { width: 641, height: 480, fx: 600.0, fy: 610.0, cx: 310.0, cy: 250.0 };
+        let half = k.scaled(0.5);
+        assert_eq!((half.width, half.height), (321, 240));
+        let p = Point3::new(0.1, -0.05, 0.7);
+        let ((u, v), (hu, hv)) = (k.project(&p).expect("ahead"), half.project(&p).expect("ahead"));
+        assert!((hu + 0.5 - (u + 0.5) / 2.0).abs() < 1e-9 && (hv + 0.5 - (v + 0.5) / 2.0).abs() < 1e-9);
+    }
 }

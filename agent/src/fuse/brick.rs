@@ -19,6 +19,8 @@ pub(super) struct Voxel {
     /// Lead of `instance` over all others (Boyer-Moore majority vote): one counter in place of a histogram.
     pub(super) instance_lead: f32,
     pub(super) flags: PointFlags,
+    /// Index in the brick.
+    pub(super) local: u16,
 }
 
 /// Voxels of a brick and their class histograms.
@@ -42,7 +44,7 @@ impl Brick {
         let made = self.slots[local] == EMPTY;
         if made {
             self.slots[local] = self.voxels.len() as u16;
-            self.voxels.push(Voxel::default());
+            self.voxels.push(Voxel { local: local as u16, ..Voxel::default() });
             self.evidence.resize(self.voxels.len() * classes, 0.0);
         }
         let slot = usize::from(self.slots[local]);

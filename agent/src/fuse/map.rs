@@ -70,8 +70,11 @@ pub struct Integration {
 /// The semantic 3D model of a part, table frame.
 #[derive(Debug)]
 pub struct SemanticMap {
-    config: MapConfig,
+    pub(super) config: MapConfig,
+    /// In the order of their making.
     pub(super) bricks: Vec<Brick>,
+    /// Where each brick is.
+    pub(super) keys: Vec<BrickKey>,
     pub(super) index: HashMap<BrickKey, usize>,
     kept: KeptViews,
     epoch: u32,
@@ -90,7 +93,7 @@ impl SemanticMap {
             return Err(FuseError::Config { field: "classes", reason: "class 0 (none) must exist".into() });
         }
         let kept = KeptViews::new(config.keep_in_memory);
-        Ok(Self { config, bricks: Vec::new(), index: HashMap::new(), kept, epoch: 1 })
+        Ok(Self { config, bricks: Vec::new(), keys: Vec::new(), index: HashMap::new(), kept, epoch: 1 })
     }
 
     /// The settings.
@@ -153,6 +156,7 @@ impl SemanticMap {
             fresh.merge(&view, &samples);
         }
         self.bricks = fresh.bricks;
+        self.keys = fresh.keys;
         self.index = fresh.index;
         self.epoch += 1;
         Ok(())
@@ -171,6 +175,7 @@ impl SemanticMap {
             let key = brick_of(run[0].key);
             let slot = *self.index.entry(key).or_insert_with(|| {
                 self.bricks.push(Brick::default());
+                self.keys.push(key);
                 self.bricks.len() - 1
             });
             jobs.push((key, slot, std::mem::take(&mut self.bricks[slot]), run));

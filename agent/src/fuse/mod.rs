@@ -10,6 +10,7 @@ mod filters;
 mod kept_views;
 mod keys;
 mod map;
+mod model_view;
 mod samples;
 #[cfg(test)]
 mod tests;

@@ -1,0 +1,361 @@
+//! The map as a camera sees it: a z-buffered splat of the voxels, what registration aligns a view against.
+//!
+//! Each voxel that faces the camera covers a square of its own size; the nearest surface wins a pixel, so that the far
+//! side of the part does not shine through the gaps between voxels (M. Zwicker et al., "Surface splatting", SIGGRAPH
+//! 2001, gives the footprint; blending is not wanted here). A pixel keeps the voxel's mean point itself: of the voxels
+//! that belong to the nearest surface, the one whose point lies closest to the pixel's centre.
+//!
+//! Rows are split into bands, and each band sees its bricks in the order of the map, so the picture does not depend on
+//! the number of threads.
+
+use super::brick::{Voxel, best_share};
+use super::keys::{BRICK_EDGE, BrickKey};
+use super::map::SemanticMap;
+use crate::acquire::Intrinsics;
+use crate::register::ModelView;
+use nalgebra::{Isometry3, Matrix3, Point3, Vector3};
+use rayon::prelude::*;
+use semascan_shared::model::PointFlags;
+
+/// Rows that one job draws.
+const BAND: usize = 64;
+/// Half edge of a voxel's splat in voxels: mean points of neighbouring voxels may be nearly two voxels apart.
+const SPLAT: f32 = 1.0;
+/// Largest half edge of a splat, pixels: bounds the cost of a camera very close to the surface.
+const LARGEST_SPLAT: f32 = 12.0;
+/// Voxels within this depth of the nearest one, in voxels, belong to the same surface.
+const SAME_SURFACE: f32 = 2.0;
+/// No brick.
+const NONE: u32 = u32::MAX;
+
+/// What a pixel of the picture shows so far.
+#[derive(Clone, Copy)]
+struct Shown {
+    /// Depth of the nearest splat, metres.
+    nearest: f32,
+    /// Depth of the kept voxel.
+    depth: f32,
+    /// Squared distance of the kept point's image from the pixel's centre, pixels.
+    miss: f32,
+    brick: u32,
+    slot: u16,
+}
+
+/// The camera, ready for points in voxel units relative to a brick's lowest corner.
+struct Eye {
+    /// Camera from table, times the voxel edge.
+    turn: [[f32; 3]; 3],
+    edge: f64,
+    camera_from_table: Isometry3<f64>,
+    /// Camera centre in the table frame, metres.
+    centre: Point3<f64>,
+    k: Intrinsics,
+}
+
+impl SemanticMap {
+    /// `intrinsics` made coarser until a pixel is about a voxel wide at `depth` metres; never finer than it was.
+    pub fn model_camera(&self, intrinsics: &Intrinsics, depth: f64) -> Intrinsics {
+        let factor = intrinsics.footprint(depth) / self.config.voxel;
+        if factor.is_finite() && factor > 0.0 && factor < 1.0 { intrinsics.scaled(factor) } else { *intrinsics }
+    }
+
+    /// The model as a pinhole camera at `table_from_camera` sees it. Outliers and voxels that turn away are not shown.
+    pub fn render(&self, intrinsics: Intrinsics, table_from_camera: &Isometry3<f64>) -> ModelView {
+        let (width, height) = (intrinsics.width as usize, intrinsics.height as usize);
+        let pixels = width * height;
+        let mut picture = ModelView {
+            intrinsics,
+            table_from_camera: *table_from_camera,
+            points: vec![[0.0; 3]; pixels],
+            normals: vec![[0.0; 3]; pixels],
+            labels: vec![0; pixels],
+            instances: vec![0; pixels],
+        };
+        if pixels == 0 {
+            return picture;
+        }
+        let eye = Eye::new(intrinsics, self.config.voxel, table_from_camera);
+        let bands = self.bricks_by_band(&eye);
+        picture
+            .points
+            .par_chunks_mut(BAND * width)
+            .zip(picture.normals.par_chunks_mut(BAND * width))
+            .zip(picture.labels.par_chunks_mut(BAND * width))
+            .zip(picture.instances.par_chunks_mut(BAND * width))
+            .enumerate()
+            .for_each(|(band, (((points, normals), labels), instances))| {
+                let rows = (band * BAND) as i32..(band * BAND + points.len() / width) as i32;
+                let shown = self.draw(&eye, &bands[band], rows);
+                for (i, shown) in shown.iter().enumerate().filter(|(_, s)| s.brick != NONE) {
+                    let brick = &self.bricks[shown.brick as usize];
+                    let voxel = &brick.voxels[usize::from(shown.slot)];
+                    points[i] = eye.point(eye.corner(self.keys[shown.brick as usize]), within(voxel));
+                    normals[i] = eye.normal(voxel);
+                    labels[i] = self.label(shown.brick as usize, usize::from(shown.slot));
+                    instances[i] = voxel.instance;
+                }
+            });
+        picture
+    }
+
+    /// For each band of rows the bricks that may show in it, in the order of the map.
+    fn bricks_by_band(&self, eye: &Eye) -> Vec<Vec<u32>> {
+        let bands = (eye.k.height as usize).div_ceil(BAND);
+        let spans: Vec<Option<(usize, usize)>> = self.keys.par_iter().map(|key| eye.rows(*key)).collect();
+        let mut lists = vec![Vec::new(); bands];
+        for (i, span) in spans.into_iter().enumerate() {
+            let Some((first, last)) = span else { continue };
+            for list in &mut lists[first / BAND..=last / BAND] {
+                list.push(i as u32);
+            }
+        }
+        lists
+    }
+
+    /// Splats the voxels of `bricks` onto the pixels of `rows`.
+    fn draw(&self, eye: &Eye, bricks: &[u32], rows: std::ops::Range<i32>) -> Vec<Shown> {
+        let width = eye.k.width as usize;
+        let empty = Shown { nearest: f32::INFINITY, depth: f32::INFINITY, miss: 0.0, brick: NONE, slot: 0 };
+        let mut shown = vec![empty; rows.len() * width];
+        let [fx, fy, cx, cy] = [eye.k.fx, eye.k.fy, eye.k.cx, eye.k.cy].map(|k| k as f32);
+        let (last_column, first_row, last_row) = (eye.k.width as i32 - 1, rows.start, rows.end - 1);
+        let edge = eye.edge as f32;
+        let (spread_u, spread_v, same) = (SPLAT * edge * fx, SPLAT * edge * fy, SAME_SURFACE * edge);
+        for &b in bricks {
+            let key = self.keys[b as usize];
+            let corner = eye.corner(key);
+            let lowest = key.0.map(|c| f64::from(c * BRICK_EDGE));
+            let centre: [f32; 3] = std::array::from_fn(|i| (eye.centre[i] / eye.edge - lowest[i]) as f32);
+            for (slot, voxel) in self.bricks[b as usize].voxels.iter().enumerate() {
+                let q = within(voxel);
+                let facing: f32 = (0..3).map(|i| voxel.normal[i] * (q[i] - centre[i])).sum();
+                if facing >= 0.0 || voxel.flags.has(PointFlags::OUTLIER) {
+                    continue;
+                }
+                let [x, y, z] = eye.point(corner, q);
+                if z < edge {
+                    continue;
+                }
+                let near = 1.0 / z;
+                let (u, v) = (fx * x * near + cx, fy * y * near + cy);
+                let half_u = (spread_u * near).clamp(0.5, LARGEST_SPLAT);
+                let half_v = (spread_v * near).clamp(0.5, LARGEST_SPLAT);
+                let (left, right) =
+                    (((u - half_u).ceil() as i32).max(0), ((u + half_u).floor() as i32).min(last_column));
+                let top = ((v - half_v).ceil() as i32).max(first_row);
+                let bottom = ((v + half_v).floor() as i32).min(last_row);
+                for row in top..=bottom {
+                    let start = (row - first_row) as usize * width;
+                    let dv = row as f32 - v;
+                    for column in left..=right {
+                        let pixel = &mut shown[start + column as usize];
+                        if z > pixel.nearest + same {
+                            continue;
+                        }
+                        pixel.nearest = pixel.nearest.min(z);
+                        let du = column as f32 - u;
+                        let miss = du * du + dv * dv;
+                        if miss < pixel.miss || pixel.depth > pixel.nearest + same {
+                            (pixel.depth, pixel.miss, pixel.brick, pixel.slot) = (z, miss, b, slot as u16);
+                        }
+                    }
+                }
+            }
+        }
+        shown
+    }
+
+    /// Best component class of a voxel.
+    fn label(&self, brick: usize, slot: usize) -> u16 {
+        let classes = self.config.components + self.config.defects;
+        best_share(&self.bricks[brick].evidence(slot, classes)[..self.config.components]).0
+    }
+}
+
+/// The voxel's mean point in voxels from its brick's lowest corner.
+fn within(voxel: &Voxel) -> [f32; 3] {
+    let inverse = 1.0 / voxel.weight;
+    let local = voxel.local;
+    let cell = [local >> 6 & 7, local >> 3 & 7, local & 7];
+    std::array::from_fn(|i| f32::from(cell[i]) + voxel.offset[i] * inverse)
+}
+
+impl Eye {
+    fn new(k: Intrinsics, edge: f64, table_from_camera: &Isometry3<f64>) -> Self {
+        let camera_from_table = table_from_camera.inverse();
+        let turn: Matrix3<f64> = camera_from_table.rotation.to_rotation_matrix().into_inner() * edge;
+        Self {
+            turn: std::array::from_fn(|r| std::array::from_fn(|c| turn[(r, c)] as f32)),
+            edge,
+            camera_from_table,
+            centre: table_from_camera * Point3::origin(),
+            k,
+        }
+    }
+
+    /// Lowest corner of a brick in the camera frame.
+    fn corner(&self, key: BrickKey) -> [f32; 3] {
+        let [x, y, z] = key.0.map(|c| f64::from(c * BRICK_EDGE) * self.edge);
+        (self.camera_from_table * Point3::new(x, y, z)).cast::<f32>().into()
+    }
+
+    /// Camera frame point `q` voxels from `corner`.
+    fn point(&self, corner: [f32; 3], q: [f32; 3]) -> [f32; 3] {
+        std::array::from_fn(|r| corner[r] + (self.turn[r][0] * q[0] + self.turn[r][1] * q[1] + self.turn[r][2] * q[2]))
+    }
+
+    /// Unit normal of a voxel in the camera frame.
+    fn normal(&self, voxel: &Voxel) -> [f32; 3] {
+        let n = self.point([0.0; 3], voxel.normal);
+        let length = n.iter().map(|c| c * c).sum::<f32>().sqrt();
+        if length > 0.0 { n.map(|c| c / length) } else { [0.0; 3] }
+    }
+
+    /// First and last row in which a brick may show; `None` if it is out of sight.
+    fn rows(&self, key: BrickKey) -> Option<(usize, usize)> {
+        let half = 0.5 * f64::from(BRICK_EDGE);
+        let centre = Vector3::from_iterator(key.0.iter().map(|&c| (f64::from(c * BRICK_EDGE) + half) * self.edge));
+        let p = self.camera_from_table * Point3::from(centre);
+        // The brick's circumscribed sphere and the splats that stick out of it.
+        let radius = (half * 3.0_f64.sqrt() + 1.0) * self.edge;
+        let (width, height) = (f64::from(self.k.width), f64::from(self.k.height));
+        let near = p.z - radius;
+        if p.z + radius <= 0.0 {
+            return None;
+        }
+        if near <= radius {
+            return Some((0, self.k.height as usize - 1));
+        }
+        // A sphere's points at depth d >= near: |x / d - p.x / p.z| <= radius (1 + |p.x / p.z|) / near.
+        let span = |f: f64, c: f64, x: f64, size: f64| {
+            let middle = f * x / p.z + c;
+            let reach =
+                f * radius * (1.0 + (x / p.z).abs()) / near + f64::from(LARGEST_SPLAT).min(1.0 + f * self.edge / near);
+            let (low, high) = ((middle - reach).floor(), (middle + reach).ceil());
+            (high >= 0.0 && low <= size - 1.0).then(|| (low.max(0.0) as usize, high.min(size - 1.0) as usize))
+        };
+        span(self.k.fx, self.k.cx, p.x, width)?;
+        span(self.k.fy, self.k.cy, p.y, height)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{LabelledView, MapConfig, SemanticMap};
+    use super::*;
+    use crate::acquire::DepthImage;
+    use crate::register::OrganizedCloud;
+    use crate::segment::{ClassField, Segmentation};
+    use image::RgbImage;
+
+    const K: Intrinsics = Intrinsics { width: 160, height: 120, fx: 180.0, fy: 180.0, cx: 79.5, cy: 59.5 };
+    const VOXEL: f64 = 0.004;
+
+    /// Sees `depth(u, v)`; class 1 nearer than 0.45 m, else 2.
+    fn view(index: u32, pose: Isometry3<f64>, depth: impl Fn(usize, usize) -> f32) -> LabelledView {
+        let metres: Vec<f32> = (0..160 * 120).map(|i| depth(i % 160, i / 160)).collect();
+        let labels = metres.iter().map(|&z| if z < 0.45 { 1 } else { 2 }).collect();
+        LabelledView {
+            index,
+            cloud: OrganizedCloud::new(K, &DepthImage { width: 160, height: 120, metres }, None),
+            rgb: RgbImage::new(160, 120),
+            segmentation: Segmentation {
+                components: ClassField::Hard(labels),
+                defects: ClassField::Hard(vec![0; 160 * 120]),
+                instances: vec![3; 160 * 120],
+            },
+            table_from_camera: pose,
+        }
+    }
+
+    fn map(views: &[LabelledView]) -> SemanticMap {
+        let mut map = SemanticMap::new(MapConfig::new(VOXEL, 3, 1)).expect("valid settings");
+        for view in views {
+            map.integrate(view).expect("integrates");
+        }
+        map
+    }
+
+    /// Two walls one behind the other, both facing the camera: what a look into a housing shows.
+    fn walls() -> SemanticMap {
+        let pose = Isometry3::identity();
+        map(&[view(0, pose, |_, _| 0.5), view(1, pose, |_, _| 0.4)])
+    }
+
+    #[test]
+    fn the_far_wall_does_not_shine_through_the_near_one() {
+        let map = walls();
+        // A picture finer than the voxels is the hard case.
+        for k in [map.model_camera(&K, 0.4), K, K.scaled(2.0)] {
+            let view = map.render(k, &Isometry3::identity());
+            let (w, h) = (k.width as usize, k.height as usize);
+            let margin = (w / 16).max(3);
+            for v in margin..h - margin {
+                for u in margin..w - margin {
+                    let i = v * w + u;
+                    assert!((view.points[i][2] - 0.4).abs() < 1e-4, "({u}, {v}) of {w}x{h}: {:?}", view.points[i]);
+                    assert_eq!((view.labels[i], view.instances[i]), (1, 3));
+                    assert!(view.normals[i][2] < -0.999);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn points_are_the_mean_points_of_the_map_near_their_pixel() {
+        let map = walls();
+        let pose = Isometry3::new(Vector3::new(0.03, 0.0, -0.01), Vector3::new(0.05, -0.1, 0.2));
+        let view = map.render(K, &pose);
+        let known: std::collections::HashSet<[i64; 3]> =
+            map.cloud().positions.iter().map(|p| p.map(|c| (f64::from(c) * 1e5).round() as i64)).collect();
+        let mut seen = 0;
+        for (i, p) in view.points.iter().enumerate().filter(|(_, p)| p[2] > 0.0) {
+            let p = Point3::from(*p).cast::<f64>();
+            let (u, v) = K.project(&p).expect("ahead");
+            let reach = K.fx * VOXEL / p.z + 1e-3;
+            assert!((u - (i % 160) as f64).abs() <= reach && (v - (i / 160) as f64).abs() <= reach);
+            let q = pose * p;
+            let near = |c: f64| [(c * 1e5).round() as i64 - 1, (c * 1e5).round() as i64, (c * 1e5).round() as i64 + 1];
+            let found = near(q.x)
+                .iter()
+                .any(|&x| near(q.y).iter().any(|&y| near(q.z).iter().any(|&z| known.contains(&[x, y, z]))));
+            assert!(found, "{q} is no point of the map");
+            seen += 1;
+        }
+        assert!(seen > 160 * 120 / 2, "{seen} pixels");
+    }
+
+    #[test]
+    fn from_behind_nothing_is_seen_and_outliers_never_are() {
+        let mut map = walls();
+        let behind = Isometry3::new(Vector3::new(0.0, 0.0, 1.0), Vector3::y() * std::f64::consts::PI);
+        assert!(map.render(K, &behind).points.iter().all(|p| *p == [0.0; 3]));
+        for brick in &mut map.bricks {
+            for voxel in &mut brick.voxels {
+                voxel.flags = PointFlags(PointFlags::RADIUS_OUTLIER);
+            }
+        }
+        assert!(map.render(K, &Isometry3::identity()).points.iter().all(|p| *p == [0.0; 3]));
+    }
+
+    #[test]
+    fn a_camera_within_the_model_and_an_empty_map_give_a_picture() {
+        let inside = Isometry3::translation(0.0, 0.0, 0.398);
+        let view = walls().render(K, &inside);
+        assert!(view.points.iter().flatten().all(|c| c.is_finite()));
+        let empty = SemanticMap::new(MapConfig::new(VOXEL, 3, 1)).expect("valid settings");
+        assert!(empty.render(K, &inside).points.iter().all(|p| *p == [0.0; 3]));
+    }
+
+    #[test]
+    fn one_and_many_threads_draw_the_same_picture() {
+        let map = walls();
+        let pose = Isometry3::new(Vector3::new(0.05, 0.02, 0.0), Vector3::new(0.2, -0.3, 0.0));
+        let draw = |threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("pool");
+            pool.install(|| map.render(K, &pose))
+        };
+        let (one, four) = (draw(1), draw(4));
+        assert_eq!((one.points, one.normals, one.labels), (four.points, four.normals, four.labels));
+    }
+}
