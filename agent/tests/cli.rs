@@ -31,6 +31,12 @@ fn inspect_writes_the_whole_folder() {
     // Robot errors are on by default: what they cost is told.
     assert!(written["truth"]["at_true_poses"]["label_accuracy"].is_number(), "{text}");
     assert!(stderr(&output).contains("with the true poses"), "{}", stderr(&output));
+    // Poses are judged as they are and after one rigid alignment.
+    let aligned = &written["truth"]["aligned"];
+    assert_eq!(aligned["poses"].as_array().map(Vec::len), Some(3), "{text}");
+    assert_eq!(aligned["prior_poses"], aligned["poses"], "kinematics alone: the estimate is the prior");
+    assert_ne!(aligned["poses"], written["truth"]["poses"], "{text}");
+    assert!(stderr(&output).contains("after one rigid alignment"), "{}", stderr(&output));
 }
 
 #[test]

@@ -7,6 +7,7 @@ pub mod bop;
 pub mod camera_mask;
 mod error;
 mod open;
+pub mod pcd;
 mod view;
 pub mod virtual_cell;
 

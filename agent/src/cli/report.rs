@@ -43,6 +43,29 @@ fn print_truth(out: &mut impl Write, truth: &TruthRecord) -> io::Result<()> {
     let (accuracy, completeness) = (truth.label_accuracy * 100.0, truth.label_completeness * 100.0);
     writeln!(out, "label accuracy {accuracy:.2} %, completeness {completeness:.2} %")?;
     writeln!(out, "HD95 {}, ME {} (model to truth)", millimetres(truth.hd95), millimetres(truth.mean_error))?;
+    if let Some(aligned) = &truth.aligned {
+        writeln!(
+            out,
+            "after one rigid alignment of the poses: HD95 {}, ME {}",
+            millimetres(aligned.hd95),
+            millimetres(aligned.mean_error)
+        )?;
+    }
+    let errors = [("as they are", Some(&truth.poses)), ("aligned", truth.aligned.as_ref().map(|a| &a.poses))];
+    let kinematic = truth.aligned.as_ref().map(|a| &a.prior_poses);
+    for (name, poses) in errors.into_iter().chain([("kinematic, aligned", kinematic)]) {
+        if let Some(poses) = poses.filter(|p| !p.is_empty()) {
+            let (rotation, translation) = (spread(poses.iter().map(|p| p.1)), spread(poses.iter().map(|p| p.2)));
+            writeln!(
+                out,
+                "poses, {name:<18}: median {:.4} deg {:.4} mm, worst {:.4} deg {:.4} mm",
+                rotation.0.to_degrees(),
+                translation.0 * 1e3,
+                rotation.1.to_degrees(),
+                translation.1 * 1e3
+            )?;
+        }
+    }
     if let Some(ideal) = &truth.at_true_poses {
         let loss = (ideal.label_accuracy - truth.label_accuracy) * 100.0;
         writeln!(
@@ -54,4 +77,12 @@ fn print_truth(out: &mut impl Write, truth: &TruthRecord) -> io::Result<()> {
         )?;
     }
     Ok(())
+}
+
+/// Median and largest.
+fn spread(values: impl Iterator<Item = f64>) -> (f64, f64) {
+    let mut values: Vec<f64> = values.collect();
+    values.sort_by(f64::total_cmp);
+    let median = values.get(values.len() / 2).copied().unwrap_or(0.0);
+    (median, values.last().copied().unwrap_or(0.0))
 }

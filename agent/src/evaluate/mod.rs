@@ -3,5 +3,5 @@
 mod poses;
 mod truth;
 
-pub use poses::{PoseError, pose_error};
-pub use truth::{ComponentScore, SurfaceError, TruthReport, judge};
+pub use poses::{PoseError, PosePair, align_poses, aligned_pose_errors, pose_error};
+pub use truth::{ComponentScore, SurfaceError, TruthReport, judge, judge_aligned};

@@ -3,8 +3,10 @@
 //! Each point takes the label of the nearest vertex of the nearest true triangle as its true class. Points marked as
 //! outliers or background do not belong to the model and are not judged.
 
+use super::poses::moved;
 use crate::acquire::TrueMesh;
 use crate::acquire::virtual_cell::nearest::SurfaceIndex;
+use nalgebra::Isometry3;
 use rayon::prelude::*;
 use semascan_shared::model::{PointFlags, SemanticCloud};
 
@@ -67,14 +69,19 @@ pub struct TruthReport {
     pub points: u64,
 }
 
-/// Judges `cloud` (table frame) against `truth`.
+/// Judges `cloud` (table frame) against `truth`, as it stands.
 pub fn judge(cloud: &SemanticCloud, truth: &TrueMesh) -> TruthReport {
+    judge_aligned(cloud, truth, &Isometry3::identity())
+}
+
+/// Judges `cloud` (table frame) against `truth` after the rigid motion `truth_from_model`.
+pub fn judge_aligned(cloud: &SemanticCloud, truth: &TrueMesh, truth_from_model: &Isometry3<f64>) -> TruthReport {
     let index = SurfaceIndex::new(truth);
     let judged = PointFlags::OUTLIER | PointFlags::BACKGROUND;
     let found: Vec<_> = (0..cloud.len())
         .into_par_iter()
         .filter(|&i| !cloud.flags[i].has(judged))
-        .filter_map(|i| Some((i, index.closest(cloud.positions[i])?)))
+        .filter_map(|i| Some((i, index.closest(moved(truth_from_model, cloud.positions[i]))?)))
         .collect();
     let truth_of = |values: &[u16], vertex: u32| values.get(vertex as usize).copied().unwrap_or(0);
     let labels = found.iter().map(|(i, n)| Judged {

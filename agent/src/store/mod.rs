@@ -6,7 +6,7 @@ mod recorder;
 
 pub use folder::{StoreError, write_inspection};
 pub use record::{
-    ComponentTruth, IdealRecord, InspectionRecord, PoseRecord, SCHEMA_VERSION, SoftwareRecord, StageTime, TruthRecord,
-    ViewRecord,
+    AlignedRecord, ComponentTruth, IdealRecord, InspectionRecord, PoseRecord, SCHEMA_VERSION, SoftwareRecord,
+    StageTime, TruthRecord, ViewRecord,
 };
 pub use recorder::Recorder;

@@ -110,9 +110,29 @@ pub struct TruthRecord {
     pub mean_error: Option<f64>,
     /// Error of each accepted view's pose, in order: (view, radians, metres).
     pub poses: Vec<(u32, f64, f64)>,
+    /// The same model after one rigid alignment of its poses to the true ones, where those are known.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub aligned: Option<AlignedRecord>,
     /// The same views fused with their true poses, where the poses are not exact: what the poses cost.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub at_true_poses: Option<IdealRecord>,
+}
+
+/// A model after one rigid alignment of its poses to the true ones.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct AlignedRecord {
+    /// The alignment.
+    pub truth_from_model: PoseRecord,
+    /// Share of retained points that carry their true class.
+    pub label_accuracy: f64,
+    /// 95th percentile of the distance from the model's points to the true mesh.
+    pub hd95: Option<f64>,
+    /// Mean of that distance.
+    pub mean_error: Option<f64>,
+    /// Error of each accepted view's pose, in order: (view, radians, metres).
+    pub poses: Vec<(u32, f64, f64)>,
+    /// The same for the kinematic poses, after an alignment of their own.
+    pub prior_poses: Vec<(u32, f64, f64)>,
 }
 
 /// A model of the same views with their true poses.

@@ -1,11 +1,13 @@
 //! Listens to an inspection and keeps its record.
 
 use super::record::{
-    ComponentTruth, IdealRecord, InspectionRecord, PoseRecord, SCHEMA_VERSION, SoftwareRecord, StageTime, TruthRecord,
-    ViewRecord, rows,
+    AlignedRecord, ComponentTruth, IdealRecord, InspectionRecord, PoseRecord, SCHEMA_VERSION, SoftwareRecord,
+    StageTime, TruthRecord, ViewRecord, rows,
 };
 use crate::acquire::{Source, SourceInfo, TrueMesh};
-use crate::evaluate::{ComponentScore, PoseError, TruthReport, judge, pose_error};
+use crate::evaluate::{
+    ComponentScore, PosePair, TruthReport, align_poses, aligned_pose_errors, judge, judge_aligned, pose_error,
+};
 use crate::fuse::{OutlierFilter, SemanticMap, TouchedChunk};
 use crate::inspect::summarize;
 use crate::pipeline::{InspectionSink, Stage, StageStatus, ViewOutcome};
@@ -19,11 +21,20 @@ pub struct Recorder {
     views: Mutex<Vec<Heard>>,
 }
 
-/// A view's record, and its true pose with the error against it where the view is part of the model.
+/// A view's record, and its poses where the view is part of the model and its true pose is known.
 #[derive(Debug)]
 struct Heard {
     record: ViewRecord,
-    truth: Option<(Isometry3<f64>, PoseError)>,
+    poses: Option<Poses>,
+}
+
+/// Poses of one view, all `table_from_camera`.
+#[derive(Clone, Copy, Debug)]
+struct Poses {
+    index: u32,
+    estimate: Isometry3<f64>,
+    prior: Isometry3<f64>,
+    truth: Isometry3<f64>,
 }
 
 /// Pose errors below this are rounding (radians, metres).
@@ -51,12 +62,14 @@ impl InspectionSink for Recorder {
                 .collect(),
         };
         let truth = outcome.view.as_ref().and_then(|v| v.truth.as_ref());
-        let truth = registration
-            .zip(truth)
-            .filter(|_| outcome.result.is_ok())
-            .map(|(r, t)| (t.table_from_camera, pose_error(&r.table_from_camera, &t.table_from_camera)));
+        let poses = registration.zip(truth).filter(|_| outcome.result.is_ok()).map(|(r, t)| Poses {
+            index: outcome.index,
+            estimate: r.table_from_camera,
+            prior: r.prior,
+            truth: t.table_from_camera,
+        });
         let mut views = self.views.lock().unwrap_or_else(PoisonError::into_inner);
-        views.push(Heard { record, truth });
+        views.push(Heard { record, poses });
     }
 }
 
@@ -84,9 +97,19 @@ impl Recorder {
         let voxel = map.as_ref().map(|m| m.config().voxel);
         let (components, defects) = summarize(cloud, &info.taxonomy, voxel.unwrap_or(0.0));
         let truth = source.truth().map(|mesh| {
-            let errors: Vec<_> = views.iter().filter_map(|v| Some((v.record.index, v.truth?.1))).collect();
-            let mut record = truth_record(&judge(cloud, mesh), info, &errors);
-            record.at_true_poses = map.and_then(|map| ideal(map, mesh, &views, filter));
+            let mut known: Vec<_> = views.iter().filter_map(|v| v.poses).collect();
+            // Every view of the model, or none: an alignment to some of them would favour these.
+            let whole = views.iter().filter(|v| v.record.accepted).all(|v| v.poses.is_some());
+            // A pose may have been refined since its view was integrated: the map has the last word.
+            let last = map.as_ref().map(|m| m.kept_views().poses()).filter(|p| p.len() == known.len());
+            for (poses, refined) in known.iter_mut().zip(last.unwrap_or_default()) {
+                poses.estimate = refined;
+            }
+            let mut record = truth_record(&judge(cloud, mesh), info, &known);
+            if whole {
+                record.aligned = aligned(cloud, mesh, &known);
+                record.at_true_poses = map.and_then(|map| ideal(map, mesh, &known, filter));
+            }
             record
         });
         InspectionRecord {
@@ -107,14 +130,35 @@ impl Recorder {
     }
 }
 
-/// How true the model would be with the true poses; `None` if the poses are exact or not all known.
-fn ideal(map: &mut SemanticMap, mesh: &TrueMesh, views: &[Heard], filter: &OutlierFilter) -> Option<IdealRecord> {
-    let accepted = views.iter().filter(|v| v.record.accepted);
-    let known: Vec<_> = accepted.map(|v| v.truth).collect::<Option<_>>()?;
-    if known.iter().all(|(_, e)| e.rotation < EXACT && e.translation < EXACT) {
+/// The model and its poses after one rigid alignment of the poses to the true ones.
+fn aligned(cloud: &SemanticCloud, mesh: &TrueMesh, known: &[Poses]) -> Option<AlignedRecord> {
+    let pairs = |of: fn(&Poses) -> Isometry3<f64>| -> Vec<PosePair> {
+        known.iter().map(|p| PosePair { estimate: of(p), truth: p.truth }).collect()
+    };
+    let errors = |pairs: &[PosePair]| {
+        let errors = aligned_pose_errors(pairs).into_iter();
+        errors.zip(known).map(|(e, p)| (p.index, e.rotation, e.translation)).collect()
+    };
+    let estimated = pairs(|p| p.estimate);
+    let truth_from_model = align_poses(&estimated)?;
+    let report = judge_aligned(cloud, mesh, &truth_from_model);
+    Some(AlignedRecord {
+        truth_from_model: (&truth_from_model).into(),
+        label_accuracy: report.accuracy,
+        hd95: report.surface.map(|s| s.hd95),
+        mean_error: report.surface.map(|s| s.mean),
+        poses: errors(&estimated),
+        prior_poses: errors(&pairs(|p| p.prior)),
+    })
+}
+
+/// How true the model would be with the true poses; `None` if the poses are exact.
+fn ideal(map: &mut SemanticMap, mesh: &TrueMesh, known: &[Poses], filter: &OutlierFilter) -> Option<IdealRecord> {
+    let errors = known.iter().map(|p| pose_error(&p.estimate, &p.truth));
+    if errors.into_iter().all(|e| e.rotation < EXACT && e.translation < EXACT) {
         return None;
     }
-    let poses: Vec<_> = known.into_iter().map(|(pose, _)| pose).collect();
+    let poses: Vec<_> = known.iter().map(|p| p.truth).collect();
     if let Err(error) = map.rebuild(&poses) {
         tracing::warn!(%error, "the model could not be judged with the true poses");
         return None;
@@ -128,7 +172,7 @@ fn ideal(map: &mut SemanticMap, mesh: &TrueMesh, views: &[Heard], filter: &Outli
     })
 }
 
-fn truth_record(report: &TruthReport, info: &SourceInfo, errors: &[(u32, PoseError)]) -> TruthRecord {
+fn truth_record(report: &TruthReport, info: &SourceInfo, known: &[Poses]) -> TruthRecord {
     let named = |classes: &[ClassDef], scores: &[ComponentScore]| -> Vec<ComponentTruth> {
         let one = |s: &ComponentScore| ComponentTruth {
             class: s.class,
@@ -150,6 +194,12 @@ fn truth_record(report: &TruthReport, info: &SourceInfo, errors: &[(u32, PoseErr
             convention("hd95", "95th percentile of point-to-triangle distances, model to truth, metres"),
             convention("mean_error", "mean of point-to-triangle distances, model to truth, metres"),
             convention("poses", "(view, angle in radians, distance of camera centres in metres), no alignment"),
+            convention(
+                "aligned",
+                "after the one rigid motion of the model that minimises sum |c - X c'|^2 + s^2 a^2 over the views \
+                 (centres c, angles a, s = RMS distance of the true centres from their mean); prior_poses: the \
+                 kinematic poses after an alignment of their own; all else is judged without alignment",
+            ),
         ],
         label_accuracy: report.accuracy,
         label_completeness: report.completeness,
@@ -157,7 +207,13 @@ fn truth_record(report: &TruthReport, info: &SourceInfo, errors: &[(u32, PoseErr
         defects: named(&info.taxonomy.defects, &report.defects),
         hd95: report.surface.map(|s| s.hd95),
         mean_error: report.surface.map(|s| s.mean),
-        poses: errors.iter().map(|(view, e)| (*view, e.rotation, e.translation)).collect(),
+        poses: known.iter().map(pose_row).collect(),
+        aligned: None,
         at_true_poses: None,
     }
+}
+
+fn pose_row(p: &Poses) -> (u32, f64, f64) {
+    let error = pose_error(&p.estimate, &p.truth);
+    (p.index, error.rotation, error.translation)
 }
