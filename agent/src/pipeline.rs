@@ -1,5 +1,7 @@
-//! The way of one view: acquire -> segment -> register -> fuse, each stage beside the others on bounded queues, as P0
-//! runs its steps beside the robot's motion.
+//! The way of one view: acquire -> segment -> register -> fuse, on bounded queues, as P0 runs its steps beside the
+//! robot's motion. A view is registered against the model that the views before it made, so these two stages share a
+//! thread; capture and segmentation of the next views go on beside them. After the last view all poses are refined
+//! together and the map is made anew with them.
 //!
 //! A view that fails in any stage is reported with its reason and left out; the inspection goes on. What happens is
 //! told to an [`InspectionSink`]: the live stream, a progress bar, a record on disk.
@@ -8,7 +10,7 @@ use crate::acquire::{Source, SourceInfo, View};
 use crate::fuse::{
     FuseError, Integration, LabelledView, MapConfig, OutlierFilter, SemanticMap, TouchedChunk, voxel_for,
 };
-use crate::register::{OrganizedCloud, Registrar, Registration};
+use crate::register::{Arrival, JointRefinement, ModelSurface, OrganizedCloud, Registrar, Registration};
 use crate::segment::{Segmentation, Segmenter};
 use image::RgbImage;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -31,6 +33,8 @@ pub enum Stage {
     Fuse,
     /// Hand-over to the sink.
     Publish,
+    /// All poses together, after the last view.
+    Refine,
 }
 
 impl Stage {
@@ -42,6 +46,7 @@ impl Stage {
             Self::Register => "register",
             Self::Fuse => "fuse",
             Self::Publish => "publish",
+            Self::Refine => "refine",
         }
     }
 }
@@ -82,6 +87,8 @@ pub trait InspectionSink: Sync {
     fn map_changed(&self, map: &SemanticMap, touched: &[TouchedChunk], last: bool);
     /// A view is through, one way or the other.
     fn view_done(&self, outcome: &ViewOutcome);
+    /// All accepted views (`views`, in order) have new poses; the map that follows is made with them.
+    fn refined(&self, views: &[u32], refinement: &JointRefinement);
 }
 
 /// What an inspection is run with.
@@ -125,15 +132,14 @@ struct Captured {
 struct InFlight {
     index: u32,
     timings: Vec<(Stage, Duration)>,
-    result: Result<Arrived, String>,
+    result: Result<Surface, String>,
     view: Option<View>,
 }
 
-/// What the stages before fusion made of a view.
-struct Arrived {
+/// What a view shows: points with normals, and what they belong to.
+struct Surface {
     cloud: OrganizedCloud,
     segmentation: Segmentation,
-    registration: Registration,
 }
 
 /// Runs one inspection to its end, or until `stop` is set.
@@ -150,11 +156,18 @@ pub fn run(
 ) -> Result<Inspected, PipelineError> {
     let info = source.info().clone();
     let (captured, to_segment) = sync_channel(QUEUE);
-    let (registered, to_fuse) = sync_channel(QUEUE);
+    let (segmented, to_fuse) = sync_channel(QUEUE);
     std::thread::scope(|scope| {
         scope.spawn(move || acquire(source, config.pace, sink, stop, &captured));
-        scope.spawn(move || segment_and_register(segmenter, registrar, sink, &to_segment, &registered));
-        fuse(&info, config, sink, &to_fuse)
+        scope.spawn(move || segment(segmenter, sink, &to_segment, &segmented));
+        let mut fusion = Fusion { info: &info, config, sink, registrar, map: None, accepted: Vec::new() };
+        let (mut views, mut rejected) = (0, 0);
+        for in_flight in to_fuse {
+            views += 1;
+            rejected += u32::from(!fusion.view(in_flight)?);
+        }
+        let map = fusion.finish()?;
+        Ok(Inspected { map, views, rejected })
     })
 }
 
@@ -219,88 +232,148 @@ fn wait(mut rest: Duration, stop: &AtomicBool) {
     }
 }
 
-fn segment_and_register(
+fn segment(
     segmenter: &mut dyn Segmenter,
-    registrar: &mut dyn Registrar,
     sink: &dyn InspectionSink,
     captured: &Receiver<Captured>,
-    registered: &SyncSender<InFlight>,
+    segmented: &SyncSender<InFlight>,
 ) {
     for Captured { index, mut timings, view } in captured {
         let in_flight = match view {
             Err(reason) => InFlight { index, timings, result: Err(reason), view: None },
             Ok(view) => {
-                let result = staged(sink, &mut timings, index, Stage::Segment, || segmenter.segment(&view));
-                let result = result.and_then(|segmentation| {
-                    staged(sink, &mut timings, index, Stage::Register, || {
-                        let cloud = OrganizedCloud::new(view.intrinsics, &view.depth, None);
-                        if cloud.is_empty() {
-                            return Err("no depth in the whole picture".to_owned());
-                        }
-                        let registration = registrar.register(&view, &cloud).map_err(|e| e.to_string())?;
-                        Ok(Arrived { cloud, segmentation, registration })
-                    })
+                let result = staged(sink, &mut timings, index, Stage::Segment, || {
+                    let segmentation = segmenter.segment(&view).map_err(|e| e.to_string())?;
+                    let cloud = OrganizedCloud::new(view.intrinsics, &view.depth, None);
+                    if cloud.is_empty() {
+                        return Err("no depth in the whole picture".to_owned());
+                    }
+                    Ok(Surface { cloud, segmentation })
                 });
                 InFlight { index, timings, result, view: Some(view) }
             }
         };
-        if registered.send(in_flight).is_err() {
+        if segmented.send(in_flight).is_err() {
             return;
         }
     }
 }
 
-fn fuse(
-    info: &SourceInfo,
-    config: &PipelineConfig,
-    sink: &dyn InspectionSink,
-    registered: &Receiver<InFlight>,
-) -> Result<Inspected, PipelineError> {
-    let mut inspected = Inspected { map: None, views: 0, rejected: 0 };
-    for InFlight { index, mut timings, result, mut view } in registered {
-        inspected.views += 1;
-        let mut registration = None;
-        let mut segmentation = None;
+/// The stages that need the model: registration against it, and integration into it.
+struct Fusion<'a> {
+    info: &'a SourceInfo,
+    config: &'a PipelineConfig,
+    sink: &'a dyn InspectionSink,
+    registrar: &'a mut dyn Registrar,
+    map: Option<SemanticMap>,
+    /// Views in the map, in order.
+    accepted: Vec<u32>,
+}
+
+impl Fusion<'_> {
+    /// Takes one view the rest of its way; whether it became part of the model.
+    fn view(&mut self, in_flight: InFlight) -> Result<bool, PipelineError> {
+        let InFlight { index, mut timings, result, mut view } = in_flight;
+        let (mut registration, mut segmentation) = (None, None);
         let result = match (result, &mut view) {
             (Err(reason), _) => Err(reason),
             (Ok(_), None) => Err("view was lost on its way".to_owned()),
-            (Ok(arrived), Some(view)) => {
-                if inspected.map.is_none() {
-                    inspected.map = new_map(info, config, &arrived.cloud)?;
+            (Ok(surface), Some(view)) => {
+                let posed = self.register(index, view, &surface, &mut timings);
+                match posed {
+                    Err(reason) => {
+                        segmentation = Some(surface.segmentation);
+                        Err(reason)
+                    }
+                    Ok(posed) => {
+                        let labelled = LabelledView {
+                            index,
+                            cloud: surface.cloud,
+                            rgb: std::mem::replace(&mut view.rgb, RgbImage::new(0, 0)),
+                            segmentation: surface.segmentation,
+                            table_from_camera: posed.table_from_camera,
+                        };
+                        let integrated = self.integrate(&labelled, &mut timings)?;
+                        view.rgb = labelled.rgb;
+                        registration = Some(posed);
+                        segmentation = Some(labelled.segmentation);
+                        integrated
+                    }
                 }
-                let labelled = LabelledView {
-                    index,
-                    cloud: arrived.cloud,
-                    rgb: std::mem::replace(&mut view.rgb, RgbImage::new(0, 0)),
-                    segmentation: arrived.segmentation,
-                    table_from_camera: arrived.registration.table_from_camera,
-                };
-                let integrated = match &mut inspected.map {
-                    Some(map) => staged(sink, &mut timings, index, Stage::Fuse, || map.integrate(&labelled)),
-                    None => Err("no depth in the whole picture".to_owned()),
-                };
-                view.rgb = labelled.rgb;
-                registration = Some(arrived.registration);
-                segmentation = Some(labelled.segmentation);
-                integrated
             }
         };
-        if let (Some(map), Ok(integration)) = (&inspected.map, &result) {
+        if let (Some(map), Ok(integration)) = (&self.map, &result) {
             let publish = || -> Result<(), String> {
-                sink.map_changed(map, &integration.touched, false);
+                self.sink.map_changed(map, &integration.touched, false);
                 Ok(())
             };
-            let _ = staged(sink, &mut timings, index, Stage::Publish, publish);
+            let _ = staged(self.sink, &mut timings, index, Stage::Publish, publish);
         }
-        inspected.rejected += u32::from(result.is_err());
-        sink.view_done(&ViewOutcome { index, view, segmentation, registration, result, timings });
+        let accepted = result.is_ok();
+        if accepted {
+            self.registrar.accepted();
+            self.accepted.push(index);
+        }
+        self.sink.view_done(&ViewOutcome { index, view, segmentation, registration, result, timings });
+        Ok(accepted)
     }
-    if let Some(map) = &mut inspected.map {
-        let changed = map.mark_outliers(&config.filter);
-        let touched: Vec<_> = changed.into_iter().map(|id| TouchedChunk { id, made: 0, relabelled: 0 }).collect();
-        sink.map_changed(map, &touched, true);
+
+    fn register(
+        &mut self,
+        index: u32,
+        view: &View,
+        surface: &Surface,
+        timings: &mut Vec<(Stage, Duration)>,
+    ) -> Result<Registration, String> {
+        let arrival = Arrival {
+            view,
+            cloud: &surface.cloud,
+            segmentation: &surface.segmentation,
+            model: self.map.as_ref().map(|map| map as &dyn ModelSurface),
+        };
+        let registrar = &mut *self.registrar;
+        staged(self.sink, timings, index, Stage::Register, || registrar.register(&arrival))
     }
-    Ok(inspected)
+
+    fn integrate(
+        &mut self,
+        view: &LabelledView,
+        timings: &mut Vec<(Stage, Duration)>,
+    ) -> Result<Result<Integration, String>, PipelineError> {
+        if self.map.is_none() {
+            self.map = new_map(self.info, self.config, &view.cloud)?;
+        }
+        Ok(match &mut self.map {
+            Some(map) => staged(self.sink, timings, view.index, Stage::Fuse, || map.integrate(view)),
+            None => Err("no depth in the whole picture".to_owned()),
+        })
+    }
+
+    /// Refines all poses, makes the map anew with them, and marks outliers.
+    fn finish(self) -> Result<Option<SemanticMap>, PipelineError> {
+        let Some(mut map) = self.map else { return Ok(None) };
+        let last = self.accepted.last().copied().unwrap_or(0);
+        let mut touched = Vec::new();
+        let refined = staged(self.sink, &mut Vec::new(), last, Stage::Refine, || -> Result<bool, FuseError> {
+            let Some(refinement) = self.registrar.refine() else { return Ok(false) };
+            // Chunks that vanish must be told as well as those that come.
+            touched = map.chunk_ids();
+            map.rebuild(&refinement.table_from_camera)?;
+            self.sink.refined(&self.accepted, &refinement);
+            Ok(true)
+        });
+        let marked = map.mark_outliers(&self.config.filter);
+        if refined == Ok(true) {
+            touched.extend(map.chunk_ids());
+            touched.sort_unstable();
+            touched.dedup();
+        } else {
+            touched = marked;
+        }
+        let touched: Vec<_> = touched.into_iter().map(|id| TouchedChunk { id, made: 0, relabelled: 0 }).collect();
+        self.sink.map_changed(&map, &touched, true);
+        Ok(Some(map))
+    }
 }
 
 /// A map for views like the first one; `None` if that has no depth.

@@ -34,9 +34,25 @@ fn inspect_writes_the_whole_folder() {
     // Poses are judged as they are and after one rigid alignment.
     let aligned = &written["truth"]["aligned"];
     assert_eq!(aligned["poses"].as_array().map(Vec::len), Some(3), "{text}");
-    assert_eq!(aligned["prior_poses"], aligned["poses"], "kinematics alone: the estimate is the prior");
+    assert_ne!(aligned["prior_poses"], aligned["poses"], "the views were registered");
     assert_ne!(aligned["poses"], written["truth"]["poses"], "{text}");
+    let methods: Vec<_> = (0..3).map(|i| written["views"][i]["registration"]["method"].clone()).collect();
+    assert_eq!(methods, ["kinematic", "icp", "icp"], "the first view has nothing to be aligned with");
     assert!(stderr(&output).contains("after one rigid alignment"), "{}", stderr(&output));
+}
+
+#[test]
+fn kinematics_alone_leave_the_poses_as_they_are() {
+    let dir = tempfile::tempdir().expect("temporary folder");
+    let out = dir.path().join("motor");
+    let out = out.to_str().expect("UTF-8");
+    let output = semascan(&["inspect", MOTOR, "--out", out, "--registration", "kinematic", "--json"]);
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    let record: serde_json::Value = serde_json::from_slice(&output.stdout).expect("one JSON object");
+    let aligned = &record["truth"]["aligned"];
+    assert_eq!(aligned["prior_poses"], aligned["poses"]);
+    assert_eq!(record["views"][1]["registration"]["method"], "kinematic");
+    assert!(record["refinement"].is_null());
 }
 
 #[test]

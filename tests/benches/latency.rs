@@ -11,6 +11,7 @@ use semascan_agent::acquire::bop::CameraMask;
 use semascan_agent::acquire::{AcquireError, Source, SourceInfo, View, open};
 use semascan_agent::fuse::{SemanticMap, TouchedChunk};
 use semascan_agent::pipeline::{InspectionSink, PipelineConfig, Stage, StageStatus, ViewOutcome};
+use semascan_agent::register::JointRefinement;
 use semascan_agent::serve::{LiveModel, LiveSink};
 use semascan_shared::wire::{ClientMessage, Hello, Phase, SUBPROTOCOL, client_message};
 use semascan_tests::client::{Client, Holdings, open_socket};
@@ -68,6 +69,8 @@ impl InspectionSink for Stopwatch {
     fn view_done(&self, outcome: &ViewOutcome) {
         self.inner.view_done(outcome);
     }
+
+    fn refined(&self, _views: &[u32], _refinement: &JointRefinement) {}
 }
 
 /// Follows an inspection; when the n-th chunk message had been decoded.

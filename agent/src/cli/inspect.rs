@@ -7,6 +7,7 @@ use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use semascan_agent::fuse::{SemanticMap, TouchedChunk};
 use semascan_agent::pipeline::{InspectionSink, Stage, StageStatus, ViewOutcome};
+use semascan_agent::register::JointRefinement;
 use std::io::Write;
 use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
@@ -78,4 +79,6 @@ impl InspectionSink for Bar {
         }
         self.0.inc(1);
     }
+
+    fn refined(&self, _views: &[u32], _refinement: &JointRefinement) {}
 }

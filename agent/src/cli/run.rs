@@ -7,7 +7,7 @@ use semascan_agent::acquire::bop::CameraMask;
 use semascan_agent::acquire::{Source, open};
 use semascan_agent::fuse::SemanticMap;
 use semascan_agent::pipeline::{self, InspectionSink, PipelineConfig, Stage, StageStatus, ViewOutcome};
-use semascan_agent::register::KinematicRegistrar;
+use semascan_agent::register::{IcpConfig, IcpRegistrar, JointRefinement, KinematicRegistrar, Registrar, Selection};
 use semascan_agent::segment::RecordedSegmenter;
 use semascan_agent::store::{InspectionRecord, Recorder, write_inspection};
 use semascan_shared::model::SemanticCloud;
@@ -26,6 +26,19 @@ pub(crate) enum Labels {
     None,
 }
 
+/// How views get their poses.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Registration {
+    /// ICP on the object's points where a turntable moves it, on all points where everything stands still
+    Auto,
+    /// The robot's and turntable's readings alone
+    Kinematic,
+    /// ICP on all points
+    Icp,
+    /// ICP on the points that carry a component label
+    SegmentIcp,
+}
+
 /// What an inspection is run with.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct InspectionArgs {
@@ -35,6 +48,9 @@ pub(crate) struct InspectionArgs {
     /// Pixels that show the robot: a PNG (nonzero = ignore), `auto` to find them, or `none`
     #[arg(long, value_name = "PNG", default_value = "auto")]
     pub(crate) camera_mask: String,
+    /// How views get their poses
+    #[arg(long, value_enum, default_value = "auto")]
+    pub(crate) registration: Registration,
     /// Voxel edge in millimetres; by default twice the median pixel footprint, at least 0.5
     #[arg(long, value_name = "MM")]
     pub(crate) voxel: Option<f64>,
@@ -66,6 +82,16 @@ impl InspectionArgs {
         Ok(PipelineConfig { voxel, pace, ..PipelineConfig::default() })
     }
 
+    fn registrar(&self, source: &dyn Source) -> Box<dyn Registrar> {
+        let selection = match self.registration {
+            Registration::Kinematic => return Box::new(KinematicRegistrar),
+            Registration::Auto if source.info().turntable.is_some() => Selection::Object,
+            Registration::SegmentIcp => Selection::Object,
+            Registration::Auto | Registration::Icp => Selection::Everything,
+        };
+        Box::new(IcpRegistrar::new(IcpConfig::default(), selection))
+    }
+
     fn segmenter(&self) -> Result<RecordedSegmenter, Failure> {
         match self.labels {
             Labels::Source => Ok(RecordedSegmenter { required: true }),
@@ -94,9 +120,10 @@ pub(crate) fn run(
 ) -> Result<Done, Failure> {
     let config = args.pipeline()?;
     let mut segmenter = args.segmenter()?;
+    let mut registrar = args.registrar(source);
     let recorder = Recorder::default();
     let sink = Both(watcher, &recorder);
-    let mut inspected = pipeline::run(source, &mut segmenter, &mut KinematicRegistrar, &config, &sink, stop)?;
+    let mut inspected = pipeline::run(source, &mut segmenter, registrar.as_mut(), &config, &sink, stop)?;
     if inspected.map.is_none() {
         let reasons = recorder.rejections();
         return Err(Failure::Work(anyhow!("no view could be used: {}", reasons.join("; "))));
@@ -133,6 +160,11 @@ impl InspectionSink for Both<'_> {
     fn view_done(&self, outcome: &ViewOutcome) {
         self.0.view_done(outcome);
         self.1.view_done(outcome);
+    }
+
+    fn refined(&self, views: &[u32], refinement: &JointRefinement) {
+        self.0.refined(views, refinement);
+        self.1.refined(views, refinement);
     }
 }
 

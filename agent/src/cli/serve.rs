@@ -79,6 +79,7 @@ impl DemoArgs {
         let inspection = InspectionArgs {
             labels: super::run::Labels::Source,
             camera_mask: "auto".into(),
+            registration: super::run::Registration::Auto,
             voxel: self.voxel,
             pace: self.pace,
         };

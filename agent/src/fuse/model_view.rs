@@ -12,7 +12,7 @@ use super::brick::{Voxel, best_share};
 use super::keys::{BRICK_EDGE, BrickKey};
 use super::map::SemanticMap;
 use crate::acquire::Intrinsics;
-use crate::register::ModelView;
+use crate::register::{ModelSurface, ModelView};
 use nalgebra::{Isometry3, Matrix3, Point3, Vector3};
 use rayon::prelude::*;
 use semascan_shared::model::PointFlags;
@@ -50,6 +50,16 @@ struct Eye {
     /// Camera centre in the table frame, metres.
     centre: Point3<f64>,
     k: Intrinsics,
+}
+
+impl ModelSurface for SemanticMap {
+    fn view(&self, intrinsics: &Intrinsics, table_from_camera: &Isometry3<f64>) -> ModelView {
+        self.render(*intrinsics, table_from_camera)
+    }
+
+    fn spacing(&self) -> f64 {
+        self.config().voxel
+    }
 }
 
 impl SemanticMap {

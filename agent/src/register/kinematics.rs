@@ -3,9 +3,9 @@
 //! `table_from_camera = Rz(-phi) * tablebase_from_base * base_from_ee * ee_from_camera`. The sign of phi follows from
 //! `tablebase_from_table = Rz(phi)`: the table frame turns with the part, so a point fixed in it moves by +phi.
 
-use super::{OrganizedCloud, RegisterError, Registrar, Registration};
+use super::{Arrival, Method, RegisterError, Registrar, Registration};
 use crate::acquire::{Chain, PoseEvidence, View};
-use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Matrix6, Translation3, UnitQuaternion, Vector3};
 
 impl Chain {
     /// Camera pose in the rotating table frame (P0 Eq. 1).
@@ -18,25 +18,43 @@ impl Chain {
     }
 }
 
+/// What the kinematics say of a view.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Prior {
+    /// Camera pose.
+    pub table_from_camera: Isometry3<f64>,
+    /// Over (rotation, translation), radians and metres, camera frame.
+    pub covariance: Matrix6<f64>,
+}
+
+/// The pose that `view`'s evidence gives.
+///
+/// # Errors
+/// [`RegisterError`] if there is none, or it is no rigid transform.
+pub fn prior(view: &View) -> Result<Prior, RegisterError> {
+    let (pose, covariance, field) = match &view.pose {
+        PoseEvidence::Chain { chain, covariance } => (chain.table_from_camera(), covariance, "chain"),
+        PoseEvidence::World { table_from_camera, covariance } => (*table_from_camera, covariance, "camera pose"),
+        PoseEvidence::None => return Err(RegisterError::NoEvidence),
+    };
+    let finite = pose.translation.vector.iter().chain(pose.rotation.coords.iter()).all(|x| x.is_finite());
+    if !finite {
+        return Err(RegisterError::BadEvidence { field, reason: "not finite".into() });
+    }
+    if (pose.rotation.norm() - 1.0).abs() > 1e-6 {
+        return Err(RegisterError::BadEvidence { field, reason: "rotation is not a unit quaternion".into() });
+    }
+    Ok(Prior { table_from_camera: pose, covariance: *covariance })
+}
+
 /// Trusts the kinematics: the pose is the prior.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct KinematicRegistrar;
 
 impl Registrar for KinematicRegistrar {
-    fn register(&mut self, view: &View, _cloud: &OrganizedCloud) -> Result<Registration, RegisterError> {
-        let (prior, covariance, field) = match &view.pose {
-            PoseEvidence::Chain { chain, covariance } => (chain.table_from_camera(), covariance, "chain"),
-            PoseEvidence::World { table_from_camera, covariance } => (*table_from_camera, covariance, "camera pose"),
-            PoseEvidence::None => return Err(RegisterError::NoEvidence),
-        };
-        let finite = prior.translation.vector.iter().chain(prior.rotation.coords.iter()).all(|x| x.is_finite());
-        if !finite {
-            return Err(RegisterError::BadEvidence { field, reason: "not finite".into() });
-        }
-        if (prior.rotation.norm() - 1.0).abs() > 1e-6 {
-            return Err(RegisterError::BadEvidence { field, reason: "rotation is not a unit quaternion".into() });
-        }
-        Ok(Registration { table_from_camera: prior, prior, covariance: *covariance })
+    fn register(&mut self, arrival: &Arrival<'_>) -> Result<Registration, RegisterError> {
+        let Prior { table_from_camera, covariance } = prior(arrival.view)?;
+        Ok(Registration { table_from_camera, prior: table_from_camera, covariance, method: Method::Kinematic })
     }
 }
 

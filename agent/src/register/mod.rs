@@ -1,15 +1,45 @@
 //! View -> pose: where the camera was when it took a view, in the table frame, with covariance.
+//!
+//! The steps in the order of a view's way: [`KinematicRegistrar`] (P0 Eq. 1) gives the prior, [`OrganizedCloud`] points
+//! with normals, [`SourcePoints`] those of the object (P1's segment ICP), `projective_icp` aligns them with a
+//! [`ModelView`] of the model so far, `degeneracy` tells which directions the data hold, and `joint_refinement` moves all
+//! views at once when the turn is complete. [`IcpRegistrar`] puts them together.
 
+mod correspondences;
+mod degeneracy;
+mod icp_registrar;
+mod joint_refinement;
 mod kinematics;
 mod model_view;
 mod organized;
+mod projective_icp;
+mod source_points;
+pub mod twist;
 
-pub use kinematics::KinematicRegistrar;
-pub use model_view::ModelView;
+pub use correspondences::{Gate, Linearised, linearise};
+pub use degeneracy::{Degeneracy, FrozenDirection};
+pub use icp_registrar::{IcpRegistrar, Selection};
+pub use joint_refinement::{JointRefinement, RefinedView};
+pub use kinematics::{KinematicRegistrar, Prior, prior};
+pub use model_view::{ModelSurface, ModelView};
 pub use organized::OrganizedCloud;
+pub use projective_icp::{Aligned, IcpConfig, IcpReport, NotAligned, align};
+pub use source_points::SourcePoints;
 
 use crate::acquire::View;
+use crate::segment::Segmentation;
 use nalgebra::{Isometry3, Matrix6};
+
+/// How a pose was come by.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Method {
+    /// From the robot's and turntable's readings alone.
+    Kinematic,
+    /// Aligned with the model.
+    Icp(Box<IcpReport>),
+    /// Alignment was tried and would have been no better: the kinematic pose stands.
+    KeptPrior(NotAligned),
+}
 
 /// Where a view was taken.
 #[derive(Clone, Debug, PartialEq)]
@@ -20,6 +50,8 @@ pub struct Registration {
     pub prior: Isometry3<f64>,
     /// Covariance over (rotation, translation), radians and metres, camera frame.
     pub covariance: Matrix6<f64>,
+    /// How the estimate was come by.
+    pub method: Method,
 }
 
 /// Why a view's pose could not be had.
@@ -38,11 +70,32 @@ pub enum RegisterError {
     },
 }
 
+/// A view that wants a pose, and what there is to find it by.
+#[derive(Clone, Copy)]
+pub struct Arrival<'a> {
+    /// The view.
+    pub view: &'a View,
+    /// Its points with normals.
+    pub cloud: &'a OrganizedCloud,
+    /// Its labels.
+    pub segmentation: &'a Segmentation,
+    /// The model so far; `None` for the first view.
+    pub model: Option<&'a dyn ModelSurface>,
+}
+
 /// Gives a view its pose.
 pub trait Registrar: Send {
-    /// Pose of `view`, whose organized points are `cloud`.
+    /// Pose of a view.
     ///
     /// # Errors
     /// [`RegisterError`] if no pose can be given; the view is then reported and left out.
-    fn register(&mut self, view: &View, cloud: &OrganizedCloud) -> Result<Registration, RegisterError>;
+    fn register(&mut self, arrival: &Arrival<'_>) -> Result<Registration, RegisterError>;
+
+    /// The view that was registered last has become part of the model.
+    fn accepted(&mut self) {}
+
+    /// Better poses of all accepted views, in order, now that the last one is in; `None` if there are none.
+    fn refine(&mut self) -> Option<JointRefinement> {
+        None
+    }
 }

@@ -7,6 +7,14 @@
 use crate::acquire::Intrinsics;
 use nalgebra::Isometry3;
 
+/// A model that can be looked at: the map, or a reference.
+pub trait ModelSurface {
+    /// What a camera at `table_from_camera` sees of it.
+    fn view(&self, intrinsics: &Intrinsics, table_from_camera: &Isometry3<f64>) -> ModelView;
+    /// Distance between neighbouring points, metres.
+    fn spacing(&self) -> f64;
+}
+
 /// The nearest model surface in each pixel of a pinhole camera, row-major.
 #[derive(Clone, Debug)]
 pub struct ModelView {

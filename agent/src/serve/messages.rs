@@ -15,6 +15,7 @@ fn wire_stage(stage: Stage) -> wire::Stage {
         Stage::Register => wire::Stage::Register,
         Stage::Fuse => wire::Stage::Fuse,
         Stage::Publish => wire::Stage::Publish,
+        Stage::Refine => wire::Stage::Refine,
     }
 }
 

@@ -9,6 +9,7 @@ use super::messages::{stage_event, view_report};
 use crate::acquire::SourceInfo;
 use crate::fuse::{SemanticMap, TouchedChunk};
 use crate::pipeline::{InspectionSink, Stage, StageStatus, ViewOutcome};
+use crate::register::JointRefinement;
 use rayon::prelude::*;
 use semascan_shared::model::Taxonomy;
 use semascan_shared::wire::chunk::ChunkEncoder;
@@ -122,4 +123,6 @@ impl InspectionSink for LiveSink {
             p.views_rejected += rejected;
         });
     }
+
+    fn refined(&self, _views: &[u32], _refinement: &JointRefinement) {}
 }

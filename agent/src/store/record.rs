@@ -1,6 +1,7 @@
 //! `inspection.json`: what was inspected, how each view went, what was found, and how true it is where truth is known.
 
 use crate::inspect::ClassSummary;
+use crate::register::{IcpReport, JointRefinement, Method};
 use nalgebra::{Isometry3, Matrix6};
 use serde::{Deserialize, Serialize};
 
@@ -28,6 +29,9 @@ pub struct InspectionRecord {
     pub voxel: Option<f64>,
     /// Points of the model, flagged ones included.
     pub points: u64,
+    /// All poses together; absent if they were not refined.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub refinement: Option<RefinementRecord>,
     /// Every view, in capture order.
     pub views: Vec<ViewRecord>,
     /// Every component class.
@@ -67,10 +71,58 @@ pub struct ViewRecord {
     /// Covariance of the pose over (rotation, translation), camera frame, row by row.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub covariance: Option<Vec<[f64; 6]>>,
+    /// How the pose was come by.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub registration: Option<RegistrationRecord>,
     /// Voxels that the view made.
     pub points_added: u64,
     /// Time of each stage.
     pub timings: Vec<StageTime>,
+}
+
+/// How a view's pose was come by. Lengths in metres.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RegistrationRecord {
+    /// `kinematic`, `icp`, or `kept prior` where alignment would have been no better.
+    pub method: String,
+    /// Why the kinematic pose was kept.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reason: Option<String>,
+    /// How the alignment went.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub icp: Option<IcpRecord>,
+}
+
+/// An alignment with the model.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct IcpRecord {
+    /// Rounds.
+    pub iterations: u32,
+    /// Share of the points that lie on the model.
+    pub overlap: f64,
+    /// Standard deviation of the residuals.
+    pub sigma: f64,
+    /// Root mean truncated square distance at the kinematic pose.
+    pub fit_before: f64,
+    /// The same at the estimate.
+    pub fit_after: f64,
+    /// How well the data hold each direction, ascending; 0 is not at all.
+    pub eigenvalues: [f64; 6],
+    /// Directions that the data do not hold: twists about the object's centre, rotation times its radius first.
+    pub frozen_directions: Vec<[f64; 6]>,
+}
+
+/// All poses together, after the last view. Lengths in metres.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RefinementRecord {
+    /// Pairs of views that were matched.
+    pub edges: usize,
+    /// Rounds.
+    pub rounds: u32,
+    /// Root mean truncated square distance between overlapping views before.
+    pub fit_before: f64,
+    /// The same after.
+    pub fit_after: f64,
 }
 
 /// Rigid transform.
@@ -167,6 +219,38 @@ impl From<&Isometry3<f64>> for PoseRecord {
     fn from(pose: &Isometry3<f64>) -> Self {
         let q = pose.rotation.coords;
         Self { rotation: [q.x, q.y, q.z, q.w], translation: pose.translation.vector.into() }
+    }
+}
+
+impl From<&Method> for RegistrationRecord {
+    fn from(method: &Method) -> Self {
+        match method {
+            Method::Kinematic => Self { method: "kinematic".into(), reason: None, icp: None },
+            Method::KeptPrior(reason) => {
+                Self { method: "kept prior".into(), reason: Some(reason.to_string()), icp: None }
+            }
+            Method::Icp(report) => Self { method: "icp".into(), reason: None, icp: Some((&**report).into()) },
+        }
+    }
+}
+
+impl From<&IcpReport> for IcpRecord {
+    fn from(r: &IcpReport) -> Self {
+        Self {
+            iterations: r.iterations,
+            overlap: r.overlap,
+            sigma: r.sigma,
+            fit_before: r.fit_before,
+            fit_after: r.fit_after,
+            eigenvalues: r.degeneracy.eigenvalues,
+            frozen_directions: r.degeneracy.frozen.iter().map(|f| f.twist).collect(),
+        }
+    }
+}
+
+impl From<&JointRefinement> for RefinementRecord {
+    fn from(r: &JointRefinement) -> Self {
+        Self { edges: r.edges, rounds: r.rounds, fit_before: r.fit_before, fit_after: r.fit_after }
     }
 }
 

@@ -1,8 +1,8 @@
 //! Listens to an inspection and keeps its record.
 
 use super::record::{
-    AlignedRecord, ComponentTruth, IdealRecord, InspectionRecord, PoseRecord, SCHEMA_VERSION, SoftwareRecord,
-    StageTime, TruthRecord, ViewRecord, rows,
+    AlignedRecord, ComponentTruth, IdealRecord, InspectionRecord, PoseRecord, RefinementRecord, SCHEMA_VERSION,
+    SoftwareRecord, StageTime, TruthRecord, ViewRecord, rows,
 };
 use crate::acquire::{Source, SourceInfo, TrueMesh};
 use crate::evaluate::{
@@ -11,6 +11,7 @@ use crate::evaluate::{
 use crate::fuse::{OutlierFilter, SemanticMap, TouchedChunk};
 use crate::inspect::summarize;
 use crate::pipeline::{InspectionSink, Stage, StageStatus, ViewOutcome};
+use crate::register::JointRefinement;
 use nalgebra::Isometry3;
 use semascan_shared::model::{ClassDef, SemanticCloud};
 use std::sync::{Mutex, PoisonError};
@@ -19,6 +20,7 @@ use std::sync::{Mutex, PoisonError};
 #[derive(Debug, Default)]
 pub struct Recorder {
     views: Mutex<Vec<Heard>>,
+    refinement: Mutex<Option<RefinementRecord>>,
 }
 
 /// A view's record, and its poses where the view is part of the model and its true pose is known.
@@ -54,6 +56,7 @@ impl InspectionSink for Recorder {
             pose: registration.map(|r| (&r.table_from_camera).into()),
             prior: registration.map(|r| PoseRecord::from(&r.prior)),
             covariance: registration.map(|r| rows(&r.covariance)),
+            registration: registration.map(|r| (&r.method).into()),
             points_added: outcome.result.as_ref().map_or(0, |i| i.points_added),
             timings: outcome
                 .timings
@@ -70,6 +73,19 @@ impl InspectionSink for Recorder {
         });
         let mut views = self.views.lock().unwrap_or_else(PoisonError::into_inner);
         views.push(Heard { record, poses });
+    }
+
+    fn refined(&self, indices: &[u32], refinement: &JointRefinement) {
+        let mut views = self.views.lock().unwrap_or_else(PoisonError::into_inner);
+        for (index, pose) in indices.iter().zip(&refinement.table_from_camera) {
+            if let Some(heard) = views.iter_mut().find(|v| v.record.index == *index) {
+                heard.record.pose = Some(pose.into());
+                if let Some(poses) = &mut heard.poses {
+                    poses.estimate = *pose;
+                }
+            }
+        }
+        *self.refinement.lock().unwrap_or_else(PoisonError::into_inner) = Some(refinement.into());
     }
 }
 
@@ -97,14 +113,9 @@ impl Recorder {
         let voxel = map.as_ref().map(|m| m.config().voxel);
         let (components, defects) = summarize(cloud, &info.taxonomy, voxel.unwrap_or(0.0));
         let truth = source.truth().map(|mesh| {
-            let mut known: Vec<_> = views.iter().filter_map(|v| v.poses).collect();
+            let known: Vec<_> = views.iter().filter_map(|v| v.poses).collect();
             // Every view of the model, or none: an alignment to some of them would favour these.
             let whole = views.iter().filter(|v| v.record.accepted).all(|v| v.poses.is_some());
-            // A pose may have been refined since its view was integrated: the map has the last word.
-            let last = map.as_ref().map(|m| m.kept_views().poses()).filter(|p| p.len() == known.len());
-            for (poses, refined) in known.iter_mut().zip(last.unwrap_or_default()) {
-                poses.estimate = refined;
-            }
             let mut record = truth_record(&judge(cloud, mesh), info, &known);
             if whole {
                 record.aligned = aligned(cloud, mesh, &known);
@@ -122,6 +133,7 @@ impl Recorder {
             settings: info.settings.clone(),
             voxel,
             points: cloud.len() as u64,
+            refinement: self.refinement.into_inner().unwrap_or_else(PoisonError::into_inner),
             views: views.into_iter().map(|v| v.record).collect(),
             components,
             defects,

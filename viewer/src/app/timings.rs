@@ -8,7 +8,8 @@ use semascan_shared::wire::{Stage, StageEvent, StageState, ViewReport};
 use std::collections::BTreeMap;
 
 /// The stages in the order a view passes through them.
-pub const STAGES: [Stage; 5] = [Stage::Acquire, Stage::Segment, Stage::Register, Stage::Fuse, Stage::Publish];
+pub const STAGES: [Stage; 6] =
+    [Stage::Acquire, Stage::Segment, Stage::Register, Stage::Fuse, Stage::Publish, Stage::Refine];
 
 /// Name of a stage for people.
 pub fn stage_label(stage: Stage) -> &'static str {
@@ -19,6 +20,7 @@ pub fn stage_label(stage: Stage) -> &'static str {
         Stage::Register => "Register",
         Stage::Fuse => "Fuse",
         Stage::Publish => "Publish",
+        Stage::Refine => "Refine",
     }
 }
 
@@ -31,6 +33,7 @@ pub fn stage_key(stage: Stage) -> &'static str {
         Stage::Register => "register",
         Stage::Fuse => "fuse",
         Stage::Publish => "publish",
+        Stage::Refine => "refine",
     }
 }
 

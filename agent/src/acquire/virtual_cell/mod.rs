@@ -157,12 +157,18 @@ fn draw_intrinsics(seed: u64, (width, height): (u32, u32)) -> Intrinsics {
 }
 
 fn settings(spec: &VirtualCellSpec) -> Vec<(String, String)> {
-    let named = |none: bool| if none { "none" } else { "simulated" }.to_owned();
     [
         ("seed", spec.seed.to_string()),
         ("views", spec.views.to_string()),
         ("size", format!("{}x{}", spec.size.0, spec.size.1)),
-        ("errors", named(spec.errors == ErrorModel::NONE)),
+        (
+            "errors",
+            match spec.errors {
+                ErrorModel::NONE => "none".to_owned(),
+                ErrorModel::ROUGH => "rough".to_owned(),
+                _ => "default".to_owned(),
+            },
+        ),
         (
             "noise",
             match spec.noise {

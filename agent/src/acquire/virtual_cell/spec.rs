@@ -1,7 +1,7 @@
 //! What to simulate, as a URI: `virtual:starter-motor?seed=7&views=12&size=640x480` or `virtual:mesh?path=part.obj`.
 //!
-//! Keys (defaults in brackets): `seed` [7], `views` [12], `size` [640x480] up to 4096x4096, `errors` [default] or `none`
-//! (robot and table), `noise` [default], `zivid` or `none` (sensor), `sampling` [turn] or `random` (P0's), `cell` [1.2]
+//! Keys (defaults in brackets): `seed` [7], `views` [12], `size` [640x480] up to 4096x4096, `errors` [default], `rough`
+//! (each view off by up to 1 degree and 3 mm) or `none` (robot and table), `noise` [default], `zivid` or `none` (sensor), `sampling` [turn] or `random` (P0's), `cell` [1.2]
 //! the motor's mesh size in millimetres; for `mesh` also `path` and `scale` [1] to metres. `%xx` stands for a byte.
 
 use std::path::PathBuf;
@@ -102,7 +102,7 @@ impl VirtualCellSpec {
                 "seed" => spec.seed = value.parse().map_err(|_| bad("a number from 0 to 2^64-1"))?,
                 "views" => spec.views = number(&value, 1, Self::MAX_VIEWS).ok_or_else(|| bad("1 to 100000"))?,
                 "size" => spec.size = size(&value).ok_or_else(|| bad("WIDTHxHEIGHT, each 16 to 4096"))?,
-                "errors" => spec.errors = choice(&value, &ERRORS).ok_or_else(|| bad("default or none"))?,
+                "errors" => spec.errors = choice(&value, &ERRORS).ok_or_else(|| bad("default, rough or none"))?,
                 "noise" => spec.noise = choice(&value, &NOISES).ok_or_else(|| bad("default, zivid or none"))?,
                 "sampling" => spec.sampling = choice(&value, &SAMPLINGS).ok_or_else(|| bad("turn or random"))?,
                 "cell" if !mesh => cell = length(&value, 0.5, 5.0).ok_or_else(|| bad("0.5 to 5 millimetres"))?,
@@ -121,7 +121,8 @@ impl VirtualCellSpec {
     }
 }
 
-const ERRORS: [(&str, ErrorModel); 2] = [("default", ErrorModel::DEFAULT), ("none", ErrorModel::NONE)];
+const ERRORS: [(&str, ErrorModel); 3] =
+    [("default", ErrorModel::DEFAULT), ("rough", ErrorModel::ROUGH), ("none", ErrorModel::NONE)];
 const NOISES: [(&str, Option<SensorModel>); 3] =
     [("default", Some(SensorModel::DEFAULT)), ("zivid", Some(SensorModel::ZIVID)), ("none", None)];
 const SAMPLINGS: [(&str, Sampling); 2] = [("turn", Sampling::Turn), ("random", Sampling::Random)];

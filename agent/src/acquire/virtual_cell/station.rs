@@ -20,16 +20,27 @@ pub struct ErrorModel {
     pub table: (f64, f64),
     /// Robot: rotation, translation. New for every view.
     pub robot: (f64, f64),
+    /// Whether the robot's error fills a ball evenly, with a hard limit of sqrt(5) standard deviations, instead of being
+    /// normally distributed.
+    pub robot_limited: bool,
     /// Table angle. New for every view.
     pub table_angle: f64,
 }
 
 impl ErrorModel {
     /// A calibrated cell of ordinary quality: 0.1 to 0.2 degrees and some tenths of a millimetre in all.
-    pub const DEFAULT: Self =
-        Self { hand_eye: (1.2e-3, 2.5e-4), table: (8e-4, 2.0e-4), robot: (3e-4, 5e-5), table_angle: 4e-4 };
+    pub const DEFAULT: Self = Self {
+        hand_eye: (1.2e-3, 2.5e-4),
+        table: (8e-4, 2.0e-4),
+        robot: (3e-4, 5e-5),
+        robot_limited: false,
+        table_angle: 4e-4,
+    };
     /// A perfect cell.
-    pub const NONE: Self = Self { hand_eye: (0.0, 0.0), table: (0.0, 0.0), robot: (0.0, 0.0), table_angle: 0.0 };
+    pub const NONE: Self =
+        Self { hand_eye: (0.0, 0.0), table: (0.0, 0.0), robot: (0.0, 0.0), robot_limited: false, table_angle: 0.0 };
+    /// A worn or badly calibrated robot: every view is off by up to 1 degree and 3 mm, evenly.
+    pub const ROUGH: Self = Self { robot: (0.007_805_4, 1.341_641e-3), robot_limited: true, ..Self::DEFAULT };
 }
 
 /// Standard deviation that even a perfect cell states: a microradian and a micrometre.
@@ -94,7 +105,12 @@ impl Station {
             table_angle: phi,
         };
         let mut s = Stream::new(self.seed, &format!("view {index}"));
-        let robot = small(&mut s, self.errors.robot.0, self.errors.robot.1);
+        let (rotation, translation) = self.errors.robot;
+        let robot = if self.errors.robot_limited {
+            within(&mut s, rotation, translation)
+        } else {
+            small(&mut s, rotation, translation)
+        };
         let table_angle = phi + s.normal(self.errors.table_angle);
         let table_from_camera = camera_pose(
             &(base_from_ee * robot),
@@ -143,6 +159,17 @@ fn camera_pose(
 fn small(s: &mut Stream, rotation: f64, translation: f64) -> Isometry3<f64> {
     let mut draw = |sigma| Vector3::new(s.normal(sigma), s.normal(sigma), s.normal(sigma));
     let (w, t) = (draw(rotation), draw(translation));
+    Isometry3::from_parts(Translation3::from(t), UnitQuaternion::from_scaled_axis(w))
+}
+
+/// Rotation and translation vectors spread evenly over balls whose standard deviation on each axis is as given.
+fn within(s: &mut Stream, rotation: f64, translation: f64) -> Isometry3<f64> {
+    let mut ball = |sigma: f64| {
+        let direction = Vector3::new(s.normal(1.0), s.normal(1.0), s.normal(1.0));
+        let length = f64::from(s.range(0.0, 1.0)).cbrt() * sigma * 5.0_f64.sqrt();
+        direction.try_normalize(1e-9).unwrap_or_else(Vector3::x) * length
+    };
+    let (w, t) = (ball(rotation), ball(translation));
     Isometry3::from_parts(Translation3::from(t), UnitQuaternion::from_scaled_axis(w))
 }
 

@@ -1,0 +1,233 @@
+//! Projective association and the symmetric point-to-plane objective, linearised.
+//!
+//! A source point is projected into the target's picture and paired with what that pixel shows: one look-up, no search
+//! tree (Blais and Levine 1995; KinectFusion). Residual `r = n.(p - q)` with `n` the mean of both normals (Rusinkiewicz,
+//! *A symmetric objective function for ICP*, 2019): exact for pairs on a common circle, so coarse pairs still pull right.
+//! Residuals are f32, sums f64 and centred on the object: a rotation about a camera half a metre away would drown.
+
+use super::{ModelView, SourcePoints};
+use nalgebra::{Isometry3, Matrix6, Point3, Vector6};
+use rayon::prelude::*;
+
+/// Points of one task: fixed, so that sums do not depend on the number of threads.
+const BLOCK: usize = 4096;
+/// Bins of the residual histogram.
+const BINS: usize = 512;
+
+/// Which pairs count, and how much.
+#[derive(Clone, Copy, Debug)]
+pub struct Gate {
+    /// Longest pair, metres.
+    pub distance: f32,
+    /// Smallest cosine between the normals.
+    pub cosine: f32,
+    /// Tukey's constant: pairs with a larger residual do not count, metres.
+    pub tukey: f32,
+    /// Only pairs of one component class count, where both have one.
+    pub same_label: bool,
+}
+
+/// The objective around the current pose, as normal equations over a twist (rotation, translation) of the source about
+/// `centre`, in the target's frame.
+#[derive(Clone, Debug)]
+pub struct Linearised {
+    /// `sum w J'J`.
+    pub hessian: Matrix6<f64>,
+    /// `sum w J'r`.
+    pub gradient: Vector6<f64>,
+    /// Sum of weights.
+    pub weight: f64,
+    /// Pairs within the gate, whatever their residual.
+    pub pairs: u32,
+    /// `sum min(r^2, tukey^2)` over all source points; those without a pair count as outside.
+    pub truncated_cost: f64,
+    /// Standard deviation of the residuals, from the median of their absolute values, metres; 0 without pairs.
+    pub sigma: f64,
+    /// Centre of the twist in the target's frame.
+    pub centre: Point3<f64>,
+}
+
+/// Linearises the objective for `source`, whose points `target_from_source` takes to the target's camera frame;
+/// `centre` is in the source's frame.
+pub fn linearise(
+    source: &SourcePoints,
+    target: &ModelView,
+    target_from_source: &Isometry3<f64>,
+    centre: &Point3<f64>,
+    gate: &Gate,
+) -> Linearised {
+    let centre = target_from_source * centre;
+    let pairing = Pairing::new(target, target_from_source, &centre, gate);
+    let blocks: Vec<Sums> = (0..source.len().div_ceil(BLOCK))
+        .into_par_iter()
+        .map(|b| pairing.block(source, b * BLOCK..((b + 1) * BLOCK).min(source.len())))
+        .collect();
+    let mut total = Sums::default();
+    for block in &blocks {
+        total.add(block);
+    }
+    total.finish(centre, gate)
+}
+
+/// What is the same for all points.
+struct Pairing<'a> {
+    target: &'a ModelView,
+    rotation: [[f32; 3]; 3],
+    translation: [f32; 3],
+    centre: [f32; 3],
+    gate: &'a Gate,
+    camera: [f32; 4],
+}
+
+struct Sums {
+    hessian: [f64; 21],
+    gradient: [f64; 6],
+    weight: f64,
+    cost: f64,
+    pairs: u32,
+    histogram: Vec<u32>,
+}
+
+impl Default for Sums {
+    fn default() -> Self {
+        Self { hessian: [0.0; 21], gradient: [0.0; 6], weight: 0.0, cost: 0.0, pairs: 0, histogram: vec![0; BINS] }
+    }
+}
+
+impl<'a> Pairing<'a> {
+    fn new(target: &'a ModelView, target_from_source: &Isometry3<f64>, centre: &Point3<f64>, gate: &'a Gate) -> Self {
+        let r = target_from_source.rotation.to_rotation_matrix();
+        let t = target_from_source.translation.vector;
+        let k = &target.intrinsics;
+        Self {
+            target,
+            rotation: std::array::from_fn(|i| std::array::from_fn(|j| r[(i, j)] as f32)),
+            translation: [t.x as f32, t.y as f32, t.z as f32],
+            centre: [centre.x as f32, centre.y as f32, centre.z as f32],
+            gate,
+            // Half a pixel more: truncation then rounds to the nearest pixel.
+            camera: [k.fx as f32, k.fy as f32, k.cx as f32 + 0.5, k.cy as f32 + 0.5],
+        }
+    }
+
+    fn turn(&self, p: [f32; 3]) -> [f32; 3] {
+        let r = &self.rotation;
+        std::array::from_fn(|i| r[i][0] * p[0] + r[i][1] * p[1] + r[i][2] * p[2])
+    }
+
+    fn block(&self, source: &SourcePoints, range: std::ops::Range<usize>) -> Sums {
+        let mut sums = Sums::default();
+        let (width, height) = (self.target.intrinsics.width as f32, self.target.intrinsics.height as f32);
+        let [fx, fy, cx, cy] = self.camera;
+        let (reach, tukey) = (self.gate.distance * self.gate.distance, self.gate.tukey);
+        let outside = f64::from(tukey * tukey);
+        let bin = BINS as f32 / self.gate.distance;
+        // f32 sums over a short block, then f64.
+        for i in range {
+            sums.cost += outside;
+            let turned = self.turn(source.points[i]);
+            let p: [f32; 3] = std::array::from_fn(|a| turned[a] + self.translation[a]);
+            if p[2] <= 0.0 {
+                continue;
+            }
+            let (u, v) = (fx * p[0] / p[2] + cx, fy * p[1] / p[2] + cy);
+            if !(u >= 0.0 && v >= 0.0 && u < width && v < height) {
+                continue;
+            }
+            let at = v as usize * self.target.intrinsics.width as usize + u as usize;
+            let q = self.target.points[at];
+            if q[2] <= 0.0 {
+                continue;
+            }
+            let d: [f32; 3] = std::array::from_fn(|a| p[a] - q[a]);
+            if d[0] * d[0] + d[1] * d[1] + d[2] * d[2] > reach {
+                continue;
+            }
+            let (np, nq) = (self.turn(source.normals[i]), self.target.normals[at]);
+            if np[0] * nq[0] + np[1] * nq[1] + np[2] * nq[2] < self.gate.cosine {
+                continue;
+            }
+            if self.gate.same_label {
+                let (a, b) = (source.labels[i], self.target.labels[at]);
+                if a != b && a != 0 && b != 0 {
+                    continue;
+                }
+            }
+            let n: [f32; 3] = std::array::from_fn(|a| 0.5 * (np[a] + nq[a]));
+            let r = n[0] * d[0] + n[1] * d[1] + n[2] * d[2];
+            sums.pairs += 1;
+            sums.histogram[((r.abs() * bin) as usize).min(BINS - 1)] += 1;
+            let x = r / tukey;
+            if x.abs() >= 1.0 {
+                continue;
+            }
+            let w = (1.0 - x * x) * (1.0 - x * x);
+            // Both sides turn half of the way about the centre: the arm is that of the pair's middle.
+            let m: [f32; 3] = std::array::from_fn(|a| 0.5 * (p[a] + q[a]) - self.centre[a]);
+            let j = [m[1] * n[2] - m[2] * n[1], m[2] * n[0] - m[0] * n[2], m[0] * n[1] - m[1] * n[0], n[0], n[1], n[2]];
+            sums.push(&j, w, r, outside);
+        }
+        sums
+    }
+}
+
+impl Sums {
+    #[inline]
+    fn push(&mut self, j: &[f32; 6], w: f32, r: f32, outside: f64) {
+        let mut k = 0;
+        for a in 0..6 {
+            let wj = w * j[a];
+            for jb in &j[a..] {
+                self.hessian[k] += f64::from(wj * jb);
+                k += 1;
+            }
+            self.gradient[a] += f64::from(wj * r);
+        }
+        self.weight += f64::from(w);
+        self.cost += f64::from(r * r) - outside;
+    }
+
+    fn add(&mut self, other: &Self) {
+        self.hessian.iter_mut().zip(&other.hessian).for_each(|(a, b)| *a += b);
+        self.gradient.iter_mut().zip(&other.gradient).for_each(|(a, b)| *a += b);
+        self.histogram.iter_mut().zip(&other.histogram).for_each(|(a, b)| *a += b);
+        self.weight += other.weight;
+        self.cost += other.cost;
+        self.pairs += other.pairs;
+    }
+
+    fn finish(self, centre: Point3<f64>, gate: &Gate) -> Linearised {
+        let mut hessian = Matrix6::zeros();
+        let mut k = 0;
+        for a in 0..6 {
+            for b in a..6 {
+                hessian[(a, b)] = self.hessian[k];
+                hessian[(b, a)] = self.hessian[k];
+                k += 1;
+            }
+        }
+        Linearised {
+            hessian,
+            gradient: Vector6::from_column_slice(&self.gradient),
+            weight: self.weight,
+            pairs: self.pairs,
+            truncated_cost: self.cost,
+            sigma: 1.4826 * median_of(&self.histogram, self.pairs) * f64::from(gate.distance) / BINS as f64,
+            centre,
+        }
+    }
+}
+
+/// Median of a histogram in bins, linear within the bin; 0 if it is empty.
+fn median_of(histogram: &[u32], count: u32) -> f64 {
+    let half = f64::from(count) / 2.0;
+    let mut below = 0.0;
+    for (i, &n) in histogram.iter().enumerate() {
+        let n = f64::from(n);
+        if n > 0.0 && below + n >= half {
+            return i as f64 + (half - below) / n;
+        }
+        below += n;
+    }
+    0.0
+}
