@@ -2,16 +2,16 @@
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use semascan_agent::acquire::Source;
-use semascan_agent::acquire::virtual_cell::nearest::SurfaceIndex;
 use semascan_agent::acquire::virtual_cell::raycast::RayScene;
 use semascan_agent::acquire::virtual_cell::{VirtualCell, VirtualCellSpec};
+use semascan_shared::measure::SurfaceIndex;
 
 fn raycast(c: &mut Criterion) {
     let spec = VirtualCellSpec::parse("virtual:starter-motor?seed=7&views=12&size=640x480").expect("a valid URI");
     let cell = VirtualCell::open(&spec).expect("a motor needs no file");
     let mesh = cell.truth().expect("the cell knows the truth");
     let scene = RayScene::new(&mesh.vertices, &mesh.triangles);
-    let index = SurfaceIndex::new(mesh);
+    let index = SurfaceIndex::new(&mesh.vertices, &mesh.triangles);
     let mut group = c.benchmark_group("virtual cell");
     group.sample_size(10);
     group.bench_function("view 640x480", |b| b.iter(|| cell.view(3)));

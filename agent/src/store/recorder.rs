@@ -5,14 +5,13 @@ use super::record::{
     SoftwareRecord, StageTime, TruthRecord, ViewRecord, rows,
 };
 use crate::acquire::{Source, SourceInfo, TrueMesh};
-use crate::evaluate::{
-    ComponentScore, PosePair, TruthReport, align_poses, aligned_pose_errors, judge, judge_aligned, pose_error,
-};
+use crate::evaluate::{PosePair, TruthReport, align_poses, aligned_pose_errors, judge, judge_aligned, pose_error};
 use crate::fuse::{OutlierFilter, SemanticMap, TouchedChunk};
 use crate::inspect::summarize;
 use crate::pipeline::{InspectionSink, Stage, StageStatus, ViewOutcome};
 use crate::register::JointRefinement;
 use nalgebra::Isometry3;
+use semascan_shared::measure::ClassScore;
 use semascan_shared::model::{ClassDef, SemanticCloud};
 use std::sync::{Mutex, PoisonError};
 
@@ -185,8 +184,8 @@ fn ideal(map: &mut SemanticMap, mesh: &TrueMesh, known: &[Poses], filter: &Outli
 }
 
 fn truth_record(report: &TruthReport, info: &SourceInfo, known: &[Poses]) -> TruthRecord {
-    let named = |classes: &[ClassDef], scores: &[ComponentScore]| -> Vec<ComponentTruth> {
-        let one = |s: &ComponentScore| ComponentTruth {
+    let named = |classes: &[ClassDef], scores: &[ClassScore]| -> Vec<ComponentTruth> {
+        let one = |s: &ClassScore| ComponentTruth {
             class: s.class,
             name: classes.get(usize::from(s.class)).map_or_else(|| "unknown".into(), |c| c.name.clone()),
             points: s.points,

@@ -10,7 +10,6 @@ mod develop;
 mod dual_contour;
 mod lighting;
 mod mesh_import;
-pub mod nearest;
 mod noise;
 mod part;
 mod random;

@@ -73,12 +73,12 @@ fn barycentric(t: &RtTriangle, ray: &Ray) -> [f32; 2] {
     [r.dot(t.e2) * inverse, r.dot(t.e1) * inverse]
 }
 
-pub(super) fn corners_of(vertices: &[[f32; 3]], triangles: &[[u32; 3]]) -> Vec<Triangle> {
+fn corners_of(vertices: &[[f32; 3]], triangles: &[[u32; 3]]) -> Vec<Triangle> {
     let corner = |i: u32| vertices.get(i as usize).map_or(Vec3A::ZERO, |v| Vec3A::from_array(*v));
     triangles.iter().map(|&[a, b, c]| Triangle { v0: corner(a), v1: corner(b), v2: corner(c) }).collect()
 }
 
-pub(super) fn on_one_thread<T: Send>(build: impl FnOnce() -> T + Send) -> T {
+fn on_one_thread<T: Send>(build: impl FnOnce() -> T + Send) -> T {
     match rayon::ThreadPoolBuilder::new().num_threads(1).build() {
         Ok(pool) => pool.install(build),
         Err(_) => build(),

@@ -5,8 +5,8 @@ use std::sync::OnceLock;
 
 use nalgebra::Point3;
 
-use super::nearest::SurfaceIndex;
 use super::*;
+use semascan_shared::measure::SurfaceIndex;
 
 fn open(query: &str) -> VirtualCell {
     let uri = format!("virtual:starter-motor?size=160x120&cell=2.5&{query}");
@@ -38,7 +38,7 @@ fn same_seed_same_bytes_on_any_number_of_threads() {
 fn depth_and_labels_agree_with_the_true_mesh() {
     let cell = ideal();
     let truth = cell.truth().expect("truth");
-    let index = SurfaceIndex::new(truth);
+    let index = SurfaceIndex::new(&truth.vertices, &truth.triangles);
     let (low, high) = cell.info().volume.expect("a volume");
     let (mut checked, mut right) = (0, 0);
     for i in [0, 4, 9] {
