@@ -2,12 +2,13 @@
 //! and prints one table.
 //!
 //! A benchmark is a cargo bench target that either prints one JSON object on stdout (people's text goes to stderr) or
-//! uses criterion. The stream benchmark is measured on models that the agent fuses first, beside Draco.
+//! uses criterion. The stream benchmark is measured on models that the agent fuses first, beside Draco; other benches are
+//! compared with the peers that their `rivals.py` names.
 
 use crate::bench_table::{self, Row};
-use crate::packages;
-use crate::process::{capture, exists, line, run as run_command};
+use crate::process::{capture, line, run as run_command};
 use crate::report::{heading, note};
+use crate::rivals;
 use crate::wasm_target::{TARGET, Toolchain};
 use crate::workspace::{Workspace, cargo};
 use anyhow::{Context, Result};
@@ -25,9 +26,6 @@ const STREAM: &str = "stream";
 
 /// The chunk codec in WebAssembly.
 const WASM_CODEC: &str = "codec_wasm";
-
-/// What a rival's program needs, pinned: figures are compared across machines and months.
-const RIVALS: [&str; 2] = ["numpy==2.4.6", "DracoPy==2.2.0"];
 
 /// A 2 M voxel motor: high resolution and small voxels, so that the stream is measured at the size it must stand.
 const MOTOR: [&str; 3] = ["virtual:starter-motor?seed=7&views=12&size=1920x1200", "--voxel", "0.5"];
@@ -48,13 +46,13 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     let folder = workspace.target.join("bench");
     fs::create_dir_all(&folder)?;
     let mut rows = Vec::new();
-    for (package, bench) in benches()? {
+    for Target { package, bench, source } in benches()? {
         if options.name.as_deref().is_some_and(|part| !bench.contains(part)) {
             continue;
         }
         heading(&format!("{package}: {bench}"));
         if bench != STREAM || options.synthetic {
-            rows.extend(measure(&workspace, &folder, &package, &bench, &bench, &[])?);
+            rows.extend(beside_rivals(&workspace, &folder, &package, &bench, &source)?);
             continue;
         }
         for cloud in clouds(&workspace, &folder)? {
@@ -73,8 +71,15 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     Ok(())
 }
 
-/// Package and name of every bench target, as cargo knows them.
-fn benches() -> Result<Vec<(String, String)>> {
+/// A bench target.
+struct Target {
+    package: String,
+    bench: String,
+    source: PathBuf,
+}
+
+/// Every bench target, as cargo knows them.
+fn benches() -> Result<Vec<Target>> {
     let metadata = capture(cargo().args(["metadata", "--format-version=1", "--no-deps"]))?;
     let metadata: Value = serde_json::from_str(&metadata).context("cargo metadata is not JSON")?;
     let mut found = Vec::new();
@@ -84,13 +89,29 @@ fn benches() -> Result<Vec<(String, String)>> {
         let is_bench =
             |target: &&Value| target["kind"].as_array().is_some_and(|kinds| kinds.iter().any(|k| k == "bench"));
         if PACKAGES.contains(&name) {
-            found.extend(
-                targets.filter(is_bench).filter_map(|t| Some((name.to_owned(), t["name"].as_str()?.to_owned()))),
-            );
+            let target = |t: &Value| {
+                let (bench, source) = (t["name"].as_str()?.to_owned(), t["src_path"].as_str()?.into());
+                Some(Target { package: name.to_owned(), bench, source })
+            };
+            found.extend(targets.filter(is_bench).filter_map(target));
         }
     }
     anyhow::ensure!(!found.is_empty(), "no package of {PACKAGES:?} has a bench target");
     Ok(found)
+}
+
+/// Runs one bench target, and its rivals on the inputs that it leaves, if it has any.
+fn beside_rivals(workspace: &Workspace, folder: &Path, package: &str, bench: &str, source: &Path) -> Result<Vec<Row>> {
+    let Some(script) = rivals::script(source) else {
+        return measure(workspace, folder, package, bench, bench, &[]);
+    };
+    let inputs = folder.join(bench);
+    fs::create_dir_all(&inputs)?;
+    let mut rows = measure(workspace, folder, package, bench, bench, &[&inputs])?;
+    let python = rivals::python(workspace)?;
+    let ours = folder.join(format!("{bench}.json"));
+    rows.extend(keep(Command::new(python).arg(script).arg(inputs).arg(ours), folder, &format!("{bench}-rivals"))?);
+    Ok(rows)
 }
 
 /// Runs one bench target. What it prints on stdout is kept when it is a JSON object.
@@ -177,24 +198,8 @@ fn wasm_codec(workspace: &Workspace, folder: &Path) -> Result<Vec<Row>> {
 /// Measures Draco's kd-tree coder on the same cloud.
 fn draco(workspace: &Workspace, folder: &Path, cloud: &Path) -> Result<Vec<Row>> {
     let script = workspace.root.join("shared/benches/draco_compare.py");
-    let python = rivals_python(&workspace.target.join("bench-venv"))?;
+    let python = rivals::python(workspace)?;
     keep(Command::new(python).arg(script).arg(cloud), folder, &format!("draco-{}", stem(cloud)))
-}
-
-/// A Python with the rivals installed, in a virtual environment of its own, made anew when the pins change.
-fn rivals_python(venv: &Path) -> Result<PathBuf> {
-    let (python, pins) = (venv.join("bin/python"), venv.join("pins.txt"));
-    if fs::read_to_string(&pins).is_ok_and(|made| made == RIVALS.join("\n")) {
-        return Ok(python);
-    }
-    if !exists("python3") {
-        packages::install("the rivals of the stream are Python packages", &["python3", "python3-venv"])?;
-    }
-    note(format!("making a virtual environment with {}", RIVALS.join(", ")));
-    run_command(Command::new("python3").args(["-m", "venv", "--clear"]).arg(venv))?;
-    run_command(Command::new(&python).args(["-m", "pip", "install", "--quiet"]).args(RIVALS))?;
-    fs::write(pins, RIVALS.join("\n"))?;
-    Ok(python)
 }
 
 fn stem(path: &Path) -> String {

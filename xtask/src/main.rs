@@ -13,6 +13,7 @@ mod dist;
 mod packages;
 mod process;
 mod report;
+mod rivals;
 mod test;
 mod wasm_sysroot;
 mod wasm_target;
