@@ -7,10 +7,12 @@
 
 mod correspondences;
 mod degeneracy;
+mod edges;
 mod icp_registrar;
 mod joint_refinement;
 mod kinematics;
 mod model_view;
+mod normals;
 mod organized;
 mod projective_icp;
 mod source_points;

@@ -1,21 +1,12 @@
 //! A view's depth as points with normals on the pixel grid.
 //!
-//! A plane is affine in inverse depth over the image (`1/z = a u + b v + c`), so a normal is one small linear
-//! least-squares fit over a window. Unlike central differences it does not mind the regular holes of depth that was
-//! warped into the colour image.
+//! Flying pixels are found first ([`super::edges`]), so that they bend no normal; then planes are fitted
+//! ([`super::normals`]).
 
+use super::edges::flying_pixels;
+use super::normals::{Grid, fit_normals};
 use crate::acquire::{DepthImage, Intrinsics};
-use nalgebra::{Matrix3, Point3, Vector3};
-use rayon::prelude::*;
-
-/// Half edge of the fitting window in pixels; the wide one is tried where the narrow one holds too few points.
-const WINDOWS: [i32; 2] = [3, 6];
-
-/// Fewest points for a fit.
-const MIN_POINTS: u32 = 8;
-
-/// Neighbours farther in depth than this share of the depth belong to another surface.
-const SAME_SURFACE: f32 = 0.015;
+use nalgebra::Point3;
 
 /// Points and normals in the camera frame, one a pixel, row-major.
 #[derive(Clone, Debug)]
@@ -26,11 +17,23 @@ pub struct OrganizedCloud {
     pub depth: Vec<f32>,
     /// Unit normals towards the camera; zero where none could be fitted.
     pub normals: Vec<[f32; 3]>,
+    /// Pixels that hang between two surfaces or stray from theirs; they have depth but no normal.
+    pub flying: Vec<bool>,
 }
 
 impl OrganizedCloud {
     /// Points and normals of a depth image; pixels where `ignore` (row-major, same size) is true are left out.
     pub fn new(intrinsics: Intrinsics, depth: &DepthImage, ignore: Option<&[bool]>) -> Self {
+        Self::with_normals_of(intrinsics, depth, ignore, None)
+    }
+
+    /// As [`Self::new`], but normals are fitted only where `wanted` (row-major, same size) is true.
+    pub fn with_normals_of(
+        intrinsics: Intrinsics,
+        depth: &DepthImage,
+        ignore: Option<&[bool]>,
+        wanted: Option<&[bool]>,
+    ) -> Self {
         let mut z = depth.metres.clone();
         if let Some(ignore) = ignore {
             for (z, &ignored) in z.iter_mut().zip(ignore) {
@@ -39,14 +42,13 @@ impl OrganizedCloud {
                 }
             }
         }
-        let width = depth.width as usize;
-        let mut normals = vec![[0.0; 3]; z.len()];
-        normals.par_chunks_mut(width.max(1)).enumerate().for_each(|(v, row)| {
-            for (u, normal) in row.iter_mut().enumerate() {
-                *normal = fit_normal(&intrinsics, &z, u as i32, v as i32);
-            }
-        });
-        Self { intrinsics, depth: z, normals }
+        let flying = flying_pixels(&intrinsics, &z);
+        let mut solid = z.clone();
+        for (z, _) in solid.iter_mut().zip(&flying).filter(|(_, flying)| **flying) {
+            *z = 0.0;
+        }
+        let normals = fit_normals(Grid { k: &intrinsics, depth: &solid }, wanted);
+        Self { intrinsics, depth: z, normals, flying }
     }
 
     /// Point of pixel index `i` in the camera frame, `None` where there is no depth.
@@ -78,63 +80,11 @@ impl OrganizedCloud {
     }
 }
 
-/// Unit normal at pixel `(u, v)` towards the camera, or zero.
-fn fit_normal(k: &Intrinsics, depth: &[f32], u: i32, v: i32) -> [f32; 3] {
-    let (width, height) = (k.width as i32, k.height as i32);
-    let centre = depth[(v * width + u) as usize];
-    if centre <= 0.0 {
-        return [0.0; 3];
-    }
-    let inverse = 1.0 / centre;
-    for half in WINDOWS {
-        // Sums over (du, dv, dw) with dw = 1/z - 1/z0, relative to 1/z0 so that f32 keeps its digits.
-        let (mut n, mut su, mut sv, mut sw) = (0_u32, 0.0_f32, 0.0_f32, 0.0_f32);
-        let (mut suu, mut suv, mut svv, mut suw, mut svw) = (0.0_f32, 0.0_f32, 0.0_f32, 0.0_f32, 0.0_f32);
-        for y in (v - half).max(0)..=(v + half).min(height - 1) {
-            for x in (u - half).max(0)..=(u + half).min(width - 1) {
-                let z = depth[(y * width + x) as usize];
-                if z <= 0.0 || (z - centre).abs() > SAME_SURFACE * centre {
-                    continue;
-                }
-                let (du, dv) = ((x - u) as f32, (y - v) as f32);
-                let dw = centre / z - 1.0;
-                n += 1;
-                su += du;
-                sv += dv;
-                sw += dw;
-                suu += du * du;
-                suv += du * dv;
-                svv += dv * dv;
-                suw += du * dw;
-                svw += dv * dw;
-            }
-        }
-        if n < MIN_POINTS {
-            continue;
-        }
-        let lhs = Matrix3::new(suu, suv, su, suv, svv, sv, su, sv, n as f32).cast::<f64>();
-        let rhs = Vector3::new(suw, svw, sw).cast::<f64>();
-        // Points on one line leave the plane open.
-        if (lhs[(0, 0)] * lhs[(1, 1)] - lhs[(0, 1)] * lhs[(0, 1)]) < 0.05 * lhs[(0, 0)] * lhs[(1, 1)] {
-            continue;
-        }
-        let Some(fit) = lhs.lu().solve(&rhs) else { continue };
-        let w = f64::from(inverse);
-        let (a, b, c) = (fit.x * w, fit.y * w, (fit.z + 1.0) * w);
-        // 1/z = a du + b dv + c  <=>  n.p = 1 with n as below; the camera is on the side of -n.
-        let plane = Vector3::new(a * k.fx, b * k.fy, c - a * (f64::from(u) - k.cx) - b * (f64::from(v) - k.cy));
-        let norm = plane.norm();
-        if norm.is_finite() && norm > 0.0 {
-            let normal = -plane / norm;
-            return [normal.x as f32, normal.y as f32, normal.z as f32];
-        }
-    }
-    [0.0; 3]
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use nalgebra::Vector3;
+    use rand::{RngExt, SeedableRng};
 
     fn plane_view(normal: Vector3<f64>, holes: bool) -> OrganizedCloud {
         let k = Intrinsics { width: 64, height: 48, fx: 80.0, fy: 80.0, cx: 31.5, cy: 23.5 };
@@ -172,5 +122,59 @@ mod tests {
         let cloud = OrganizedCloud::new(k, &depth, Some(&[true, false]));
         assert_eq!(cloud.len(), 1);
         assert!(cloud.point(0).is_none());
+    }
+
+    /// A cylinder across the picture before a wall, with true normals of the cylinder's pixels.
+    fn cylinder(noise: f32) -> (OrganizedCloud, Vec<Option<Vector3<f64>>>) {
+        let k = Intrinsics { width: 200, height: 160, fx: 240.0, fy: 240.0, cx: 99.5, cy: 79.5 };
+        let (radius, away) = (0.04_f64, 0.5_f64);
+        let mut truth = Vec::new();
+        let mut random = rand_pcg::Pcg32::seed_from_u64(3);
+        let metres = (0..200 * 160_u32)
+            .map(|i| {
+                let ray = k.unproject(f64::from(i % 200), f64::from(i / 200), 1.0).coords;
+                // Axis along x at depth `away`: |(y, z) t - (0, away)| = radius.
+                let (a, b, c) = (ray.y * ray.y + 1.0, away, away * away - radius * radius);
+                let root = b * b - a * c;
+                let jitter = f64::from(noise * (2.0 * random.random::<f32>() - 1.0));
+                if root < 0.0 {
+                    truth.push(None);
+                    return (0.7 + jitter) as f32;
+                }
+                let t = (b - root.sqrt()) / a;
+                truth.push(Some(Vector3::new(0.0, ray.y * t, t - away).normalize()));
+                (t + jitter) as f32
+            })
+            .collect();
+        (OrganizedCloud::new(k, &DepthImage { width: 200, height: 160, metres }, None), truth)
+    }
+
+    #[test]
+    fn normals_of_a_cylinder_hold_up_to_its_border_and_under_noise() {
+        for (noise, median, worst_share) in [(0.0, 0.01, 0.08), (1e-4, 0.06, 0.2)] {
+            let (cloud, truth) = cylinder(noise);
+            let mut angles: Vec<f64> = truth
+                .iter()
+                .zip(&cloud.normals)
+                .filter_map(|(t, n)| {
+                    let n = Vector3::from(*n).cast::<f64>();
+                    t.filter(|t| t.z < -0.3 && n != Vector3::zeros()).map(|t| t.angle(&n))
+                })
+                .collect();
+            assert!(angles.len() > 5000);
+            angles.sort_by(f64::total_cmp);
+            let (middle, late) = (angles[angles.len() / 2], angles[angles.len() * 98 / 100]);
+            assert!(middle < median && late < worst_share, "noise {noise}: median {middle}, 98 % {late}");
+        }
+    }
+
+    #[test]
+    fn normals_are_fitted_where_they_are_wanted() {
+        let k = Intrinsics { width: 90, height: 70, fx: 80.0, fy: 80.0, cx: 31.5, cy: 23.5 };
+        let depth = DepthImage { width: 90, height: 70, metres: vec![0.5; 90 * 70] };
+        let wanted: Vec<bool> = (0..90 * 70).map(|i| i % 90 < 20).collect();
+        let cloud = OrganizedCloud::with_normals_of(k, &depth, None, Some(&wanted));
+        assert!(cloud.normals.iter().zip(&wanted).all(|(n, w)| (*n != [0.0; 3]) == *w));
+        assert_eq!(cloud.len(), 90 * 70);
     }
 }
