@@ -5,7 +5,8 @@ use semascan_shared::model::{PointFlags, SemanticPoint};
 
 const EMPTY: u16 = u16::MAX;
 
-/// Sums over everything that fell into one voxel. Offsets are in voxel edges from the voxel's lowest corner.
+/// Sums over everything that fell into one voxel: a cache line. Offsets are in voxel edges from the voxel's lowest
+/// corner.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Voxel {
     pub(super) weight: f32,
@@ -14,19 +15,23 @@ pub(super) struct Voxel {
     pub(super) color: [f32; 3],
     pub(super) sigma: f32,
     pub(super) defect_sigma: f32,
-    pub(super) views: u16,
-    pub(super) instance: u16,
     /// Lead of `instance` over all others (Boyer-Moore majority vote): one counter in place of a histogram.
     pub(super) instance_lead: f32,
+    pub(super) instance: u16,
+    pub(super) views: u16,
     pub(super) flags: PointFlags,
     /// Index in the brick.
     pub(super) local: u16,
+    /// Best component class of the evidence.
+    pub(super) label: u16,
+    /// Best defect class.
+    pub(super) defect: u16,
 }
 
 /// Voxels of a brick and their class histograms.
 #[derive(Clone, Debug)]
 pub(super) struct Brick {
-    slots: Box<[u16; BRICK_VOXELS]>,
+    pub(super) slots: Box<[u16; BRICK_VOXELS]>,
     pub(super) voxels: Vec<Voxel>,
     /// Dirichlet evidence: `classes` values a voxel, component classes first, then defect classes.
     evidence: Vec<f32>,
@@ -39,22 +44,32 @@ impl Default for Brick {
 }
 
 impl Brick {
+    /// Makes room for `more` voxels.
+    pub(super) fn reserve(&mut self, more: usize, classes: usize) {
+        // A few at a time: a model of millions of voxels must not pay for twice its size.
+        if self.voxels.capacity() - self.voxels.len() < more {
+            let room = more.max(self.voxels.len() / 8);
+            self.voxels.reserve_exact(room);
+            self.evidence.reserve_exact(room * classes);
+        }
+    }
+
     /// The voxel at `local` with its evidence, made if it is not there; true if it was made.
-    pub(super) fn entry(&mut self, local: usize, classes: usize) -> (&mut Voxel, &mut [f32], bool) {
-        let made = self.slots[local] == EMPTY;
+    pub(super) fn entry(&mut self, local: u16, classes: usize) -> (&mut Voxel, &mut [f32], bool) {
+        let place = &mut self.slots[usize::from(local)];
+        let made = *place == EMPTY;
         if made {
-            self.slots[local] = self.voxels.len() as u16;
-            self.voxels.push(Voxel { local: local as u16, ..Voxel::default() });
+            *place = self.voxels.len() as u16;
+            self.voxels.push(Voxel { local, ..Voxel::default() });
             self.evidence.resize(self.voxels.len() * classes, 0.0);
         }
-        let slot = usize::from(self.slots[local]);
+        let slot = usize::from(*place);
         (&mut self.voxels[slot], &mut self.evidence[slot * classes..(slot + 1) * classes], made)
     }
 
-    /// The voxel at `local`, if occupied, with its slot.
-    pub(super) fn get(&self, local: usize) -> Option<(usize, &Voxel)> {
-        let slot = usize::from(self.slots[local]);
-        self.voxels.get(slot).map(|v| (slot, v))
+    /// Whether the voxel at `local` is occupied.
+    pub(super) fn holds(&self, local: u16) -> bool {
+        self.slots[usize::from(local)] != EMPTY
     }
 
     /// Evidence of the voxel in `slot`.
@@ -77,6 +92,21 @@ impl Voxel {
             let offset = f64::from(self.offset[i] / self.weight).clamp(0.0, 0.999_999);
             ((f64::from(lowest[i]) + offset) * edge) as f32
         })
+    }
+
+    /// Casts a vote for `instance`; 0 is no instance and no vote.
+    pub(super) fn vote(&mut self, instance: u16, weight: f32) {
+        if instance == 0 || weight <= 0.0 {
+            return;
+        }
+        if self.instance == instance {
+            self.instance_lead += weight;
+        } else if self.instance_lead >= weight {
+            self.instance_lead -= weight;
+        } else {
+            self.instance = instance;
+            self.instance_lead = weight - self.instance_lead;
+        }
     }
 
     /// The voxel as a point, its labels the best classes of `evidence`.
@@ -119,7 +149,7 @@ mod tests {
     #[test]
     fn evidence_stays_with_its_voxel() {
         let mut brick = Brick::default();
-        for (i, local) in [5_usize, 500, 0].into_iter().enumerate() {
+        for (i, local) in [5_u16, 500, 0].into_iter().enumerate() {
             let (_, evidence, made) = brick.entry(local, 4);
             assert!(made);
             evidence[i] = 1.0;
@@ -128,6 +158,15 @@ mod tests {
         assert_eq!(order, [(0, 2), (5, 0), (500, 1)]);
         assert_eq!(brick.evidence(1, 4), [0.0, 1.0, 0.0, 0.0]);
         assert!(!brick.entry(5, 4).2);
+    }
+
+    #[test]
+    fn the_majority_has_the_instance_and_pixels_without_one_do_not_vote() {
+        let mut voxel = Voxel::default();
+        for (instance, weight) in [(1, 1.0), (2, 0.7), (0, 9.0), (2, 0.8), (0, 9.0), (2, 0.6)] {
+            voxel.vote(instance, weight);
+        }
+        assert_eq!(voxel.instance, 2);
     }
 
     #[test]

@@ -8,37 +8,29 @@ pub(super) const BRICK_EDGE: i32 = 8;
 /// Voxels in a brick.
 pub(super) const BRICK_VOXELS: usize = 512;
 
-/// Largest absolute brick coordinate: 18 bits an axis, with 9 bits for the voxel, fit a sortable `u64`.
+/// Largest absolute brick coordinate: 18 bits an axis fit a sortable `u64`.
 const BRICK_LIMIT: i32 = 1 << 17;
 
 /// Brick coordinates.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub(super) struct BrickKey(pub(super) [i32; 3]);
 
-/// A voxel's address as one sortable number: bricks in order, voxels in order within them.
-pub(super) fn pack(voxel: [i32; 3]) -> Option<u64> {
-    let mut brick = 0_u64;
-    let mut local = 0_u64;
-    for axis in voxel {
-        let b = axis.div_euclid(BRICK_EDGE);
+/// A brick's address as one number that sorts as the address does; `None` out of range.
+pub(super) fn pack_brick(brick: [i32; 3]) -> Option<u64> {
+    let mut packed = 0_u64;
+    for b in brick {
         if !(-BRICK_LIMIT..BRICK_LIMIT).contains(&b) {
             return None;
         }
-        brick = brick << 18 | (b + BRICK_LIMIT) as u64;
-        local = local << 3 | axis.rem_euclid(BRICK_EDGE) as u64;
+        packed = packed << 18 | (b + BRICK_LIMIT) as u64;
     }
-    Some(brick << 9 | local)
+    Some(packed)
 }
 
 /// The brick of a packed address.
 pub(super) fn brick_of(packed: u64) -> BrickKey {
-    let axis = |shift: u32| (packed >> (9 + shift) & 0x3_ffff) as i32 - BRICK_LIMIT;
+    let axis = |shift: u32| (packed >> shift & 0x3_ffff) as i32 - BRICK_LIMIT;
     BrickKey([axis(36), axis(18), axis(0)])
-}
-
-/// The voxel's index in its brick, of a packed address.
-pub(super) fn local_of(packed: u64) -> usize {
-    (packed & 0x1ff) as usize
 }
 
 impl BrickKey {
@@ -71,17 +63,21 @@ mod tests {
 
     proptest! {
         #[test]
-        fn packing_keeps_the_address(voxel in prop::array::uniform3(-1_000_000..1_000_000_i32)) {
-            let packed = pack(voxel).expect("in range");
-            prop_assert_eq!(brick_of(packed), BrickKey::containing(voxel));
-            prop_assert_eq!(local_of(packed), local_index(voxel));
-            prop_assert_eq!(brick_of(packed).voxel(local_of(packed)), voxel);
+        fn packing_keeps_the_address_and_its_order(
+            a in prop::array::uniform3(-1_000_000..1_000_000_i32),
+            b in prop::array::uniform3(-1_000_000..1_000_000_i32),
+        ) {
+            let (first, second) = (BrickKey::containing(a), BrickKey::containing(b));
+            let packed = |k: BrickKey| pack_brick(k.0).expect("in range");
+            prop_assert_eq!(brick_of(packed(first)), first);
+            prop_assert_eq!(first.voxel(local_index(a)), a);
+            prop_assert_eq!(packed(first).cmp(&packed(second)), first.cmp(&second));
         }
     }
 
     #[test]
     fn addresses_out_of_range_are_refused() {
-        assert_eq!(pack([BRICK_LIMIT * BRICK_EDGE, 0, 0]), None);
-        assert_eq!(pack([0, i32::MIN, 0]), None);
+        assert_eq!(pack_brick([BRICK_LIMIT, 0, 0]), None);
+        assert_eq!(pack_brick([0, i32::MIN, 0]), None);
     }
 }

@@ -1,15 +1,16 @@
 //! The semantic map: a voxel hash of bricks that views are integrated into, in order, whatever the number of threads.
 //!
-//! Evidence follows P0 Eqs. 2 and 3 with a Dirichlet histogram a voxel: `alpha_c += w p_c`, `w` the cosine of incidence.
-//! One view's evidence for a voxel is capped, because neighbouring pixels of one picture are not independent witnesses.
+//! Evidence follows P0 Eqs. 2 and 3 with a Dirichlet histogram a voxel: `alpha_c += w p_c` with
+//! `w = cos(incidence) (1 - sigma^2 / threshold^2)`. Geometry is weighted by the inverse variance of the depth.
 
-use super::brick::{Brick, best_share};
-use super::keys::{BrickKey, brick_of, local_of};
-use super::samples::{Sample, sorted_samples};
+use super::brick::Brick;
+use super::keys::{BrickKey, brick_of};
+use super::merge::{Change, Scratch, merge_brick};
+use super::runs::{Placer, Run, sorted_runs};
 use super::{FuseError, KeptViews, LabelledView};
 use nalgebra::{Isometry3, Point3};
 use rayon::prelude::*;
-use semascan_shared::model::{PointFlags, SemanticCloud};
+use semascan_shared::model::SemanticCloud;
 use semascan_shared::wire::chunk::{CHUNK_EDGE, VoxelChunk};
 use std::collections::{BTreeMap, HashMap};
 
@@ -132,12 +133,18 @@ impl SemanticMap {
         if view.segmentation.instances.len() != pixels {
             return Err(mismatch("instance labels"));
         }
-        let samples = sorted_samples(view, self.config.voxel);
-        if samples.is_empty() {
-            return Err(FuseError::NoDepth { view: view.index });
+        if view.cloud.normals.len() != pixels || view.cloud.flying.len() != pixels {
+            return Err(mismatch("normals"));
         }
-        self.kept.keep(view)?;
-        Ok(self.merge(view, &samples))
+        let no_depth = FuseError::NoDepth { view: view.index };
+        let Some(placer) = Placer::new(view, self.config.voxel) else { return Err(no_depth) };
+        // Packing a view takes as long as placing it, and one does not wait for the other.
+        let (packed, runs) = rayon::join(|| KeptViews::pack(view), || sorted_runs(view, &placer));
+        if runs.is_empty() {
+            return Err(no_depth);
+        }
+        self.kept.keep(packed?)?;
+        Ok(self.merge(view, &placer, &runs))
     }
 
     /// Makes the map anew from the kept views under other camera poses (one a kept view, in order), in a new epoch.
@@ -149,16 +156,29 @@ impl SemanticMap {
             return Err(FuseError::PoseCount { poses: table_from_camera.len(), views: self.kept.len() });
         }
         let mut fresh = Self::new(self.config.clone())?;
+        let mut next = if self.kept.is_empty() { None } else { Some(self.kept.restore(0)?) };
         for (i, pose) in table_from_camera.iter().enumerate() {
-            let mut view = self.kept.restore(i)?;
+            let Some(mut view) = next.take() else { break };
             view.table_from_camera = *pose;
-            let samples = sorted_samples(&view, self.config.voxel);
-            fresh.merge(&view, &samples);
+            // One view is unpacked while the one before is merged; no more than two are in memory.
+            let more = i + 1 < self.kept.len();
+            let (restored, merged) =
+                rayon::join(|| more.then(|| self.kept.restore(i + 1)).transpose(), || fresh.place_and_merge(&view));
+            merged?;
+            next = restored?;
         }
         self.bricks = fresh.bricks;
         self.keys = fresh.keys;
         self.index = fresh.index;
+        self.kept.set_poses(table_from_camera);
         self.epoch += 1;
+        Ok(())
+    }
+
+    fn place_and_merge(&mut self, view: &LabelledView) -> Result<(), FuseError> {
+        let placer = Placer::new(view, self.config.voxel).ok_or(FuseError::NoDepth { view: view.index })?;
+        let runs = sorted_runs(view, &placer);
+        self.merge(view, &placer, &runs);
         Ok(())
     }
 
@@ -167,32 +187,42 @@ impl SemanticMap {
         &self.kept
     }
 
-    fn merge(&mut self, view: &LabelledView, samples: &[Sample]) -> Integration {
-        // One job a brick. Bricks are taken out of the arena so that each job owns its brick.
-        let runs: Vec<&[Sample]> = samples.chunk_by(|a, b| a.key >> 9 == b.key >> 9).collect();
-        let mut jobs: Vec<(BrickKey, usize, Brick, &[Sample])> = Vec::with_capacity(runs.len());
-        for run in runs {
-            let key = brick_of(run[0].key);
-            let slot = *self.index.entry(key).or_insert_with(|| {
+    fn merge(&mut self, view: &LabelledView, placer: &Placer, runs: &[Run]) -> Integration {
+        // One job a brick.
+        let mut work: Vec<&[Run]> = vec![&[]; self.bricks.len()];
+        for run in runs.chunk_by(|a, b| a.brick == b.brick) {
+            let key = brick_of(run[0].brick);
+            let at = *self.index.entry(key).or_insert_with(|| {
                 self.bricks.push(Brick::default());
                 self.keys.push(key);
+                work.push(&[]);
                 self.bricks.len() - 1
             });
-            jobs.push((key, slot, std::mem::take(&mut self.bricks[slot]), run));
+            work[at] = run;
         }
         let config = &self.config;
-        let changes: Vec<(u32, u32)> =
-            jobs.par_iter_mut().map(|(key, _, brick, run)| merge_brick(config, view, *key, brick, run)).collect();
+        let changes: Vec<Change> = self
+            .bricks
+            .par_iter_mut()
+            .zip(&self.keys)
+            .zip(&work)
+            .map_init(Scratch::default, |scratch, ((brick, key), run)| {
+                if run.is_empty() {
+                    Change::default()
+                } else {
+                    merge_brick(config, view, placer, scratch, (*key, brick, run))
+                }
+            })
+            .collect();
 
-        let mut touched: BTreeMap<[i32; 3], (u32, u32)> = BTreeMap::new();
-        for ((key, slot, brick, _), (made, relabelled)) in jobs.into_iter().zip(changes) {
-            self.bricks[slot] = brick;
+        let mut touched: BTreeMap<[i32; 3], Change> = BTreeMap::new();
+        for ((key, change), _) in self.keys.iter().zip(changes).zip(&work).filter(|(_, run)| !run.is_empty()) {
             let chunk = touched.entry(key.chunk()).or_default();
-            chunk.0 += made;
-            chunk.1 += relabelled;
+            chunk.made += change.made;
+            chunk.relabelled += change.relabelled;
         }
-        let points_added = touched.values().map(|c| u64::from(c.0)).sum();
-        let chunk = |(id, (made, relabelled))| TouchedChunk { id, made, relabelled };
+        let points_added = touched.values().map(|c| u64::from(c.made)).sum();
+        let chunk = |(id, Change { made, relabelled })| TouchedChunk { id, made, relabelled };
         Integration { touched: touched.into_iter().map(chunk).collect(), points_added }
     }
 
@@ -242,90 +272,5 @@ impl SemanticMap {
             }
         }
         chunk
-    }
-}
-
-/// Merges one view's samples of one brick; returns how many voxels were made and relabelled.
-fn merge_brick(
-    config: &MapConfig,
-    view: &LabelledView,
-    key: BrickKey,
-    brick: &mut Brick,
-    run: &[Sample],
-) -> (u32, u32) {
-    let classes = config.components + config.defects;
-    let rotation = view.table_from_camera.rotation.to_rotation_matrix().matrix().cast::<f32>();
-    let (mut made, mut relabelled) = (0, 0);
-    let mut fresh = vec![0.0_f32; classes];
-    for samples in run.chunk_by(|a, b| a.key == b.key) {
-        let local = local_of(samples[0].key);
-        let (voxel, evidence, is_new) = brick.entry(local, classes);
-        fresh.fill(0.0);
-        for s in samples {
-            let i = s.pixel as usize;
-            let n = view.cloud.normals[i];
-            let weight = incidence(view, i, n);
-            voxel.weight += weight;
-            let rgb = view.rgb.as_raw().get(i * 3..i * 3 + 3).unwrap_or(&[0; 3]);
-            for axis in 0..3 {
-                let turned = rotation[(axis, 0)] * n[0] + rotation[(axis, 1)] * n[1] + rotation[(axis, 2)] * n[2];
-                voxel.offset[axis] += weight * s.offset[axis];
-                voxel.normal[axis] += weight * turned;
-                voxel.color[axis] += weight * f32::from(rgb[axis]);
-            }
-            let (sigma, defect_sigma) = (view.segmentation.components.sigma(i), view.segmentation.defects.sigma(i));
-            voxel.sigma += weight * sigma;
-            voxel.defect_sigma += weight * defect_sigma;
-            if sigma <= config.sigma_threshold {
-                view.segmentation.components.add_evidence(i, weight, &mut fresh[..config.components]);
-            }
-            if defect_sigma <= config.sigma_threshold {
-                view.segmentation.defects.add_evidence(i, weight, &mut fresh[config.components..]);
-            }
-            vote_instance(voxel, view.segmentation.instances[i], weight);
-        }
-        voxel.views = voxel.views.saturating_add(1);
-        let (components, defects) = evidence.split_at_mut(config.components);
-        let before = (best_share(components).0, best_share(defects).0);
-        add_capped(components, &fresh[..config.components], config.evidence_cap);
-        add_capped(defects, &fresh[config.components..], config.evidence_cap);
-        if is_new {
-            made += 1;
-            if let Some((low, high)) = config.volume {
-                let p = voxel.position(key.voxel(local), config.voxel);
-                let inside = (0..3).all(|a| f64::from(p[a]) >= low[a] && f64::from(p[a]) <= high[a]);
-                voxel.flags = PointFlags(if inside { 0 } else { PointFlags::BACKGROUND });
-            }
-        } else if before != (best_share(components).0, best_share(defects).0) {
-            relabelled += 1;
-        }
-    }
-    (made, relabelled)
-}
-
-/// Weight of pixel `i`: cosine between its normal and the ray, with a floor for grazing or unknown normals.
-fn incidence(view: &LabelledView, i: usize, normal: [f32; 3]) -> f32 {
-    const FLOOR: f32 = 0.05;
-    let Some(p) = view.cloud.point(i) else { return FLOOR };
-    let ray = p.coords.cast::<f32>().normalize();
-    (-(ray.x * normal[0] + ray.y * normal[1] + ray.z * normal[2])).max(FLOOR)
-}
-
-fn add_capped(evidence: &mut [f32], fresh: &[f32], cap: f32) {
-    let total: f32 = fresh.iter().sum();
-    let scale = if total > cap { cap / total } else { 1.0 };
-    for (alpha, e) in evidence.iter_mut().zip(fresh) {
-        *alpha += scale * e;
-    }
-}
-
-fn vote_instance(voxel: &mut super::brick::Voxel, instance: u16, weight: f32) {
-    if voxel.instance == instance {
-        voxel.instance_lead += weight;
-    } else if voxel.instance_lead >= weight {
-        voxel.instance_lead -= weight;
-    } else {
-        voxel.instance = instance;
-        voxel.instance_lead = weight - voxel.instance_lead;
     }
 }

@@ -10,10 +10,12 @@ mod filters;
 mod kept_views;
 mod keys;
 mod map;
+mod merge;
 mod model_view;
-mod samples;
+mod runs;
 #[cfg(test)]
 mod tests;
+mod view_codec;
 
 pub use error::FuseError;
 pub use filters::OutlierFilter;

@@ -8,7 +8,7 @@
 //! Rows are split into bands, and each band sees its bricks in the order of the map, so the picture does not depend on
 //! the number of threads.
 
-use super::brick::{Voxel, best_share};
+use super::brick::Voxel;
 use super::keys::{BRICK_EDGE, BrickKey};
 use super::map::SemanticMap;
 use crate::acquire::Intrinsics;
@@ -101,7 +101,7 @@ impl SemanticMap {
                     let voxel = &brick.voxels[usize::from(shown.slot)];
                     points[i] = eye.point(eye.corner(self.keys[shown.brick as usize]), within(voxel));
                     normals[i] = eye.normal(voxel);
-                    labels[i] = self.label(shown.brick as usize, usize::from(shown.slot));
+                    labels[i] = voxel.label;
                     instances[i] = voxel.instance;
                 }
             });
@@ -173,12 +173,6 @@ impl SemanticMap {
             }
         }
         shown
-    }
-
-    /// Best component class of a voxel.
-    fn label(&self, brick: usize, slot: usize) -> u16 {
-        let classes = self.config.components + self.config.defects;
-        best_share(&self.bricks[brick].evidence(slot, classes)[..self.config.components]).0
     }
 }
 

@@ -13,8 +13,10 @@ impl PointFlags {
     pub const BACKGROUND: u16 = 1 << 2;
     /// No evidence for any component class.
     pub const UNLABELLED: u16 = 1 << 3;
+    /// Seen only by flying pixels: at depth steps, where a pixel's depth is that of neither surface.
+    pub const EDGE: u16 = 1 << 4;
     /// Any of the outlier marks.
-    pub const OUTLIER: u16 = Self::RADIUS_OUTLIER | Self::STATISTICAL_OUTLIER;
+    pub const OUTLIER: u16 = Self::RADIUS_OUTLIER | Self::STATISTICAL_OUTLIER | Self::EDGE;
 
     /// Whether any of `bits` is set.
     pub fn has(self, bits: u16) -> bool {
