@@ -34,11 +34,6 @@ pub(super) fn brick_of(packed: u64) -> BrickKey {
 }
 
 impl BrickKey {
-    /// The brick that holds `voxel`.
-    pub(super) fn containing(voxel: [i32; 3]) -> Self {
-        Self(voxel.map(|c| c.div_euclid(BRICK_EDGE)))
-    }
-
     /// Address of the voxel at index `local`.
     pub(super) fn voxel(self, local: usize) -> [i32; 3] {
         let within = [local >> 6 & 7, local >> 3 & 7, local & 7];
@@ -51,15 +46,18 @@ impl BrickKey {
     }
 }
 
-/// Index of `voxel` in its brick.
-pub(super) fn local_index(voxel: [i32; 3]) -> usize {
-    voxel.iter().fold(0, |local, c| local << 3 | c.rem_euclid(BRICK_EDGE) as usize)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use proptest::prelude::*;
+
+    fn containing(voxel: [i32; 3]) -> BrickKey {
+        BrickKey(voxel.map(|c| c.div_euclid(BRICK_EDGE)))
+    }
+
+    fn local_index(voxel: [i32; 3]) -> usize {
+        voxel.iter().fold(0, |local, c| local << 3 | c.rem_euclid(BRICK_EDGE) as usize)
+    }
 
     proptest! {
         #[test]
@@ -67,7 +65,7 @@ mod tests {
             a in prop::array::uniform3(-1_000_000..1_000_000_i32),
             b in prop::array::uniform3(-1_000_000..1_000_000_i32),
         ) {
-            let (first, second) = (BrickKey::containing(a), BrickKey::containing(b));
+            let (first, second) = (containing(a), containing(b));
             let packed = |k: BrickKey| pack_brick(k.0).expect("in range");
             prop_assert_eq!(brick_of(packed(first)), first);
             prop_assert_eq!(first.voxel(local_index(a)), a);
