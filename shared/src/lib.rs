@@ -4,10 +4,12 @@
 //! |---|---|
 //! | [`model`] | classes, the semantic point cloud, the inspection record |
 //! | [`wire`] | the messages of the live stream and the chunk codec |
+//! | [`mesh`] | oriented semantic points to a semantic mesh |
 //! | [`measure`] | areas and distances, the same figures in agent and viewer |
 //! | [`export`] | PLY and glTF writers |
 
 pub mod export;
 pub mod measure;
+pub mod mesh;
 pub mod model;
 pub mod wire;

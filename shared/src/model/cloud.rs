@@ -15,6 +15,8 @@ impl PointFlags {
     pub const UNLABELLED: u16 = 1 << 3;
     /// Seen only by flying pixels: at depth steps, where a pixel's depth is that of neither surface.
     pub const EDGE: u16 = 1 << 4;
+    /// Vertices of a mesh only: what lies beyond was not observed.
+    pub const BOUNDARY: u16 = 1 << 15;
     /// Any of the outlier marks.
     pub const OUTLIER: u16 = Self::RADIUS_OUTLIER | Self::STATISTICAL_OUTLIER | Self::EDGE;
 
@@ -145,6 +147,24 @@ impl SemanticCloud {
         })
     }
 
+    /// Replaces point `i`; nothing happens past the end.
+    pub fn set(&mut self, i: usize, p: SemanticPoint) {
+        if i < self.len() {
+            self.positions[i] = p.position;
+            self.normals[i] = p.normal;
+            self.colors[i] = p.color;
+            self.labels[i] = p.label;
+            self.confidence[i] = p.confidence;
+            self.defects[i] = p.defect;
+            self.defect_confidence[i] = p.defect_confidence;
+            self.sigma[i] = p.sigma;
+            self.defect_sigma[i] = p.defect_sigma;
+            self.instances[i] = p.instance;
+            self.views[i] = p.views;
+            self.flags[i] = p.flags;
+        }
+    }
+
     /// All points in order.
     pub fn iter(&self) -> impl Iterator<Item = SemanticPoint> + '_ {
         (0..self.len()).filter_map(|i| self.get(i))
@@ -170,9 +190,15 @@ impl SemanticCloud {
 impl FromIterator<SemanticPoint> for SemanticCloud {
     fn from_iter<I: IntoIterator<Item = SemanticPoint>>(points: I) -> Self {
         let mut cloud = Self::default();
-        for p in points {
-            cloud.push(p);
-        }
+        cloud.extend(points);
         cloud
+    }
+}
+
+impl Extend<SemanticPoint> for SemanticCloud {
+    fn extend<I: IntoIterator<Item = SemanticPoint>>(&mut self, points: I) {
+        for p in points {
+            self.push(p);
+        }
     }
 }

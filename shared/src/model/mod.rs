@@ -1,7 +1,9 @@
-//! The data model: classes, semantic points, the record of an inspection.
+//! The data model: classes, semantic points, the semantic mesh, the record of an inspection.
 
 mod cloud;
+mod mesh;
 mod taxonomy;
 
 pub use cloud::{PointFlags, SemanticCloud, SemanticPoint};
+pub use mesh::SemanticMesh;
 pub use taxonomy::{ClassDef, Color, Taxonomy};
