@@ -115,8 +115,8 @@ const TUKEY: f64 = 4.685;
 const SIGMA_FLOOR: f64 = 5e-6;
 /// Longest pair of all, metres.
 const LONGEST: f64 = 0.05;
-/// An update that moves the object by less ends a level, metres.
-const STILL: f64 = 1.5e-6;
+/// An update that moves the object by less ends a level: metres, and standard deviations of the residuals.
+const STILL: (f64, f64) = (1.5e-6, 0.01);
 /// Fewest pairs that say anything.
 const FEWEST_PAIRS: u32 = 50;
 /// So many pixels of motion since the rendering make a new one worth its time.
@@ -161,7 +161,7 @@ pub fn align(
             let Some(step) = problem.step(&at, &rendered, &pose) else { break };
             pose *= motion(&step);
             gate.tukey = ((TUKEY * at.sigma.max(SIGMA_FLOOR)) as f32).min(gate.distance);
-            if problem.moved(&step) < STILL {
+            if problem.moved(&step) < STILL.0.max(STILL.1 * at.sigma) {
                 break;
             }
         }
