@@ -1,11 +1,12 @@
 //! An agent served on a free loopback port, and inspections told to it.
 
 use anyhow::Result;
+use semascan_agent::acquire::Source;
 use semascan_agent::acquire::bop::CameraMask;
 use semascan_agent::acquire::open;
 use semascan_agent::fuse::SemanticMap;
 use semascan_agent::pipeline::{self, InspectionSink, PipelineConfig};
-use semascan_agent::register::KinematicRegistrar;
+use semascan_agent::register::{KinematicRegistrar, Registrar};
 use semascan_agent::segment::RecordedSegmenter;
 use semascan_agent::serve::{AccessRule, LiveModel, LiveSink, Server, ServerConfig};
 use std::net::{Ipv4Addr, SocketAddr};
@@ -66,17 +67,26 @@ impl Drop for Served {
     }
 }
 
-/// Runs `source` through the pipeline with its own labels.
+/// Runs `source` through the pipeline with its own labels and the poses that kinematics give.
 ///
 /// # Errors
 /// If it cannot be run or no view could be used.
-pub fn run(
-    source: &mut dyn semascan_agent::acquire::Source,
+pub fn run(source: &mut dyn Source, config: &PipelineConfig, sink: &dyn InspectionSink) -> Result<SemanticMap> {
+    run_with(source, &mut KinematicRegistrar, config, sink)
+}
+
+/// Runs `source` through the pipeline with its own labels and the poses of `registrar`.
+///
+/// # Errors
+/// If it cannot be run or no view could be used.
+pub fn run_with(
+    source: &mut dyn Source,
+    registrar: &mut dyn Registrar,
     config: &PipelineConfig,
     sink: &dyn InspectionSink,
 ) -> Result<SemanticMap> {
     let mut segmenter = RecordedSegmenter { required: true };
     let stop = AtomicBool::new(false);
-    let inspected = pipeline::run(source, &mut segmenter, &mut KinematicRegistrar, config, sink, &stop)?;
+    let inspected = pipeline::run(source, &mut segmenter, registrar, config, sink, &stop)?;
     inspected.map.ok_or_else(|| anyhow::anyhow!("no view could be used"))
 }

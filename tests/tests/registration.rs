@@ -1,0 +1,93 @@
+//! Views against each other: a simulated motor whose true poses are known, and real captures of a shelf.
+
+use anyhow::Result;
+use semascan_agent::acquire::bop::CameraMask;
+use semascan_agent::acquire::open;
+use semascan_agent::fuse::SemanticMap;
+use semascan_agent::pipeline::PipelineConfig;
+use semascan_agent::register::{IcpConfig, IcpRegistrar, Selection};
+use semascan_agent::store::Recorder;
+use semascan_shared::measure::NearestPoints;
+use semascan_tests::{data, served};
+
+fn icp(selection: Selection) -> IcpRegistrar {
+    IcpRegistrar::new(IcpConfig::default(), selection)
+}
+
+#[test]
+fn a_robot_off_by_a_degree_is_set_right() -> Result<()> {
+    let uri = "virtual:starter-motor?seed=8&views=12&errors=rough&noise=zivid";
+    let mut source = open(uri, &CameraMask::Auto)?;
+    let recorder = Recorder::default();
+    let config = PipelineConfig::default();
+    let mut map = served::run_with(source.as_mut(), &mut icp(Selection::Object), &config, &recorder)?;
+    assert_eq!(map.epoch(), 2, "the map was made anew with the refined poses");
+    let cloud = map.cloud();
+    let record = recorder.finish("test", source.as_ref(), "source", Some(&mut map), &cloud, &config.filter);
+    let truth = record.truth.expect("the virtual cell knows the truth");
+    let aligned = truth.aligned.expect("all poses are known");
+    let mut turned: Vec<f64> = aligned.poses.iter().map(|p| p.1.to_degrees()).collect();
+    let mut shifted: Vec<f64> = aligned.poses.iter().map(|p| p.2 * 1e3).collect();
+    for (pose, prior) in aligned.poses.iter().zip(&aligned.prior_poses) {
+        assert!(pose.1 < prior.1 && pose.2 < prior.2, "view {}: {pose:?} is worse than kinematics' {prior:?}", pose.0);
+    }
+    turned.sort_by(f64::total_cmp);
+    shifted.sort_by(f64::total_cmp);
+    let (angle, distance) = (turned[6], shifted[6]);
+    println!("median pose error {angle:.4} deg, {distance:.4} mm; worst {:.4} deg, {:.4} mm", turned[11], shifted[11]);
+    assert!(angle < 0.02 && distance < 0.08, "{angle} deg, {distance} mm");
+    assert!(aligned.mean_error.is_some_and(|e| e < 0.12e-3), "{:?}", aligned.mean_error);
+    Ok(())
+}
+
+#[test]
+#[cfg_attr(not(semascan_data), ignore = "SEMASCAN_DATA is not set")]
+fn real_views_of_a_shelf_agree_better_once_registered() -> Result<()> {
+    let shelf = data::folder("shelf-eye-in-hand")?;
+    let mut agreement = Vec::new();
+    for registered in [false, true] {
+        let mut source = open(&shelf.display().to_string(), &CameraMask::Auto)?;
+        let (config, sink) = (PipelineConfig::default(), Recorder::default());
+        let map = if registered {
+            served::run_with(source.as_mut(), &mut icp(Selection::Everything), &config, &sink)?
+        } else {
+            served::run(source.as_mut(), &config, &sink)?
+        };
+        agreement.push(mean_nearest_distance(&map)?);
+    }
+    println!(
+        "mean nearest distance between overlapping views: {:.4} mm by kinematics, {:.4} mm registered",
+        agreement[0] * 1e3,
+        agreement[1] * 1e3
+    );
+    assert!(agreement[1] < 0.9 * agreement[0], "{agreement:?}");
+    Ok(())
+}
+
+/// Mean distance from a view's points to the nearest point of another view, over all pairs and the points that have one
+/// within 10 mm; metres.
+fn mean_nearest_distance(map: &SemanticMap) -> Result<f64> {
+    let kept = map.kept_views();
+    let poses = kept.poses();
+    let mut clouds = Vec::new();
+    for (i, pose) in poses.iter().enumerate() {
+        let view = kept.restore(i)?;
+        let points: Vec<[f32; 3]> = (0..view.cloud.depth.len())
+            .step_by(5)
+            .filter_map(|p| view.cloud.point(p))
+            .map(|p| (pose * p).coords.cast::<f32>().into())
+            .collect();
+        clouds.push(points);
+    }
+    let (mut sum, mut count) = (0.0, 0_u64);
+    for (i, cloud) in clouds.iter().enumerate() {
+        let index = NearestPoints::new(cloud);
+        for (_, other) in clouds.iter().enumerate().filter(|(j, _)| *j != i) {
+            for nearest in other.iter().step_by(5).filter_map(|p| index.nearest_within(*p, 0.01)) {
+                sum += nearest.distance();
+                count += 1;
+            }
+        }
+    }
+    Ok(sum / count as f64)
+}
