@@ -6,9 +6,11 @@
 //! | [`wire`] | the messages of the live stream and the chunk codec |
 //! | [`mesh`] | oriented semantic points to a semantic mesh |
 //! | [`measure`] | areas and distances, the same figures in agent and viewer |
-//! | [`export`] | PLY and glTF writers |
+//! | [`export`] | PLY, OBJ, STL and glTF writers |
+//! | [`import`] | PLY reader |
 
 pub mod export;
+pub mod import;
 pub mod measure;
 pub mod mesh;
 pub mod model;

@@ -4,14 +4,25 @@
 //! | module | what |
 //! |---|---|
 //! | [`filter`] | which points an export holds |
-//! | [`ply`] | `cloud.ply` and `truth.ply` |
-//! | [`glb`] | a point-cloud scene with a node by component |
+//! | [`ply`] | `cloud.ply`, `mesh.ply` and `truth.ply` |
+//! | [`obj`] | a mesh in groups with materials by component |
+//! | [`stl`] | a mesh as one solid by component |
+//! | [`glb`] | a scene of points or of meshes with a node by component |
 
+mod by_component;
 pub mod filter;
 pub mod glb;
+pub mod obj;
 pub mod ply;
+pub mod stl;
 
+pub use by_component::{Component, components};
 pub use filter::ExportFilter;
+
+/// A name as a part of a file name: letters, digits, `-` and `_`.
+pub fn file_part(name: &str) -> String {
+    name.chars().map(|c| if c.is_alphanumeric() || c == '-' { c } else { '_' }).collect()
+}
 
 /// Why an export failed.
 #[derive(Debug, thiserror::Error)]

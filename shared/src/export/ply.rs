@@ -3,11 +3,11 @@
 //! Class names travel as comments, `comment label 3 solenoid #rrggbb` and `comment defect 1 corrosion #rrggbb`; readers
 //! that know nothing of them still see labels as numbers.
 
-use super::ExportError;
-use crate::model::{ClassDef, SemanticCloud, SemanticPoint, Taxonomy};
+use super::{ExportError, by_component};
+use crate::model::{ClassDef, SemanticCloud, SemanticMesh, SemanticPoint, Taxonomy};
 use std::io::{BufWriter, Write};
 
-/// Properties of a vertex of `cloud.ply`, in order.
+/// Properties of a vertex of `cloud.ply` and `mesh.ply`, in order.
 const CLOUD_PROPERTIES: [(&str, &str); 18] = [
     ("float", "x"),
     ("float", "y"),
@@ -32,6 +32,9 @@ const CLOUD_PROPERTIES: [(&str, &str); 18] = [
 /// Properties of a vertex of a labelled mesh, in order.
 const MESH_PROPERTIES: [(&str, &str); 5] =
     [("float", "x"), ("float", "y"), ("float", "z"), ("ushort", "label"), ("ushort", "defect")];
+
+/// The one property of a face: `int`, because some readers know no unsigned indices.
+const FACE: (&str, &str) = ("list uchar int", "vertex_indices");
 
 /// A triangle mesh with a label and a defect for every vertex.
 #[derive(Clone, Copy, Debug)]
@@ -66,6 +69,34 @@ pub fn write_cloud(
     Ok(out.flush()?)
 }
 
+/// Writes `mesh.ply`: vertices as in `cloud.ply`, the mark of the unobserved among their flags, and faces.
+///
+/// # Errors
+/// [`ExportError::Vertex`] if a triangle names a vertex that is not there, [`ExportError::TooLarge`] past 2^31 - 1
+/// vertices, [`ExportError::Io`] if `out` fails.
+pub fn write_semantic_mesh(
+    out: impl Write,
+    mesh: &SemanticMesh,
+    taxonomy: &Taxonomy,
+    comments: &[(String, String)],
+) -> Result<(), ExportError> {
+    by_component::check(mesh)?;
+    let limit = i32::MAX as usize;
+    if mesh.len() > limit {
+        return Err(ExportError::TooLarge { what: "the mesh", len: mesh.len(), limit });
+    }
+    let mut out = BufWriter::new(out);
+    begin(&mut out, taxonomy, comments)?;
+    element(&mut out, "vertex", mesh.len(), &CLOUD_PROPERTIES)?;
+    element(&mut out, "face", mesh.triangles.len(), &[FACE])?;
+    out.write_all(b"end_header\n")?;
+    for (v, point) in mesh.vertices.iter().enumerate() {
+        write_point(&mut out, &SemanticPoint { flags: mesh.flags(v), ..point })?;
+    }
+    write_faces(&mut out, &mesh.triangles)?;
+    Ok(out.flush()?)
+}
+
 /// Writes a labelled mesh, `truth.ply` for instance.
 ///
 /// # Errors
@@ -81,20 +112,24 @@ pub fn write_mesh(
     let mut out = BufWriter::new(out);
     begin(&mut out, taxonomy, comments)?;
     element(&mut out, "vertex", mesh.vertices.len(), &MESH_PROPERTIES)?;
-    // `int`, because some readers know no unsigned indices.
-    element(&mut out, "face", mesh.triangles.len(), &[("list uchar int", "vertex_indices")])?;
+    element(&mut out, "face", mesh.triangles.len(), &[FACE])?;
     out.write_all(b"end_header\n")?;
     for ((vertex, label), defect) in mesh.vertices.iter().zip(mesh.labels).zip(mesh.defects) {
         floats(&mut out, vertex)?;
         shorts(&mut out, &[*label, *defect])?;
     }
-    for triangle in mesh.triangles {
+    write_faces(&mut out, mesh.triangles)?;
+    Ok(out.flush()?)
+}
+
+fn write_faces(out: &mut impl Write, triangles: &[[u32; 3]]) -> Result<(), ExportError> {
+    for triangle in triangles {
         out.write_all(&[3])?;
         for vertex in triangle {
             out.write_all(&vertex.to_le_bytes())?;
         }
     }
-    Ok(out.flush()?)
+    Ok(())
 }
 
 fn check(mesh: &LabelledMesh<'_>) -> Result<(), ExportError> {

@@ -1,6 +1,7 @@
 //! Exports read back by other people's readers: `ply-rs` and the `gltf` crate.
 
 mod glb;
+mod mesh;
 mod ply;
 
 use proptest::prelude::*;

@@ -1,4 +1,4 @@
-//! The shared buffer: all positions, then all normals, then all colours, a buffer view each.
+//! The shared buffer: all positions, then all normals, all colours and all indices, a buffer view each.
 
 use crate::model::{Color, SemanticCloud};
 use gltf_json::accessor::{Accessor, ComponentType, GenericComponentType, Type};
@@ -17,6 +17,7 @@ pub(super) struct Binary {
     positions: Column,
     normals: Column,
     colors: Column,
+    indices: Column,
 }
 
 impl Binary {
@@ -26,6 +27,7 @@ impl Binary {
             positions: Column::new("positions", 12, ComponentType::F32, Type::Vec3),
             normals: Column::new("normals", 12, ComponentType::F32, Type::Vec3),
             colors: Column::new("colors", 8, ComponentType::U16, Type::Vec4),
+            indices: Column::new("indices", 4, ComponentType::U32, Type::Scalar),
         }
     }
 
@@ -73,10 +75,17 @@ impl Binary {
         self.colors.accessor(root, start, points.len(), None)
     }
 
+    /// Adds some triangles, at least one.
+    pub(super) fn indices(&mut self, root: &mut Root, triangles: &[[u32; 3]]) -> Index<Accessor> {
+        let start = self.indices.bytes.len();
+        self.indices.bytes.extend(triangles.iter().flatten().flat_map(|v| v.to_le_bytes()));
+        self.indices.accessor(root, start, 3 * triangles.len(), None)
+    }
+
     /// Joins the columns and enters the buffer in `root`.
     pub(super) fn finish(self, root: &mut Root) -> Vec<u8> {
         let mut buffer = Vec::new();
-        for column in [self.positions, self.normals, self.colors] {
+        for column in [self.positions, self.normals, self.colors, self.indices] {
             if let Some(view) = column.view {
                 let view = &mut root.buffer_views[view.value()];
                 view.byte_offset = Some(USize64::from(buffer.len()));
@@ -123,9 +132,13 @@ impl Column {
                 // Offset and length are known in the end.
                 byte_length: USize64(0),
                 byte_offset: None,
-                byte_stride: Some(Stride(self.stride)),
+                // Indices are no vertex attributes, and lie close.
+                byte_stride: (self.shape != Type::Scalar).then_some(Stride(self.stride)),
                 name: Some(self.name.into()),
-                target: Some(Valid(Target::ArrayBuffer)),
+                target: Some(Valid(match self.shape {
+                    Type::Scalar => Target::ElementArrayBuffer,
+                    _ => Target::ArrayBuffer,
+                })),
                 extensions: None,
                 extras: None,
             })

@@ -54,7 +54,7 @@ pub(super) fn components(cloud: &SemanticCloud) -> Vec<Component> {
 }
 
 /// Whether a vector is a direction, if not quite of unit length.
-fn is_direction(normal: [f32; 3]) -> bool {
+pub(super) fn is_direction(normal: [f32; 3]) -> bool {
     let squared: f32 = normal.iter().map(|c| c * c).sum();
     (0.25..4.0).contains(&squared)
 }
