@@ -1,6 +1,7 @@
 //! Commands, their arguments and exit codes.
 
 mod config;
+mod export;
 mod inspect;
 mod report;
 mod run;
@@ -25,6 +26,8 @@ enum Command {
     Serve(serve::ServeArgs),
     /// Inspect a source without a browser and write the model
     Inspect(inspect::InspectArgs),
+    /// Write the model of an inspection as a mesh or a cloud in other formats
+    Export(export::ExportArgs),
 }
 
 /// A failed command: its exit code and why.
@@ -62,6 +65,7 @@ impl Cli {
             Command::Demo(args) => args.run(),
             Command::Serve(args) => args.run(),
             Command::Inspect(args) => args.run(),
+            Command::Export(args) => args.run(),
         }
     }
 }

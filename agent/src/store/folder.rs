@@ -1,4 +1,5 @@
-//! The folder that an inspection leaves behind: inspection.json, cloud.ply, scene.glb, and truth.ply where it is known.
+//! The folder that an inspection leaves behind: inspection.json, cloud.ply, mesh.ply, scene.glb, and truth.ply where it is
+//! known.
 //!
 //! Each file is written under a temporary name and renamed when it is whole, so that a killed process or a full disk
 //! leaves no half file under a good name.
@@ -8,6 +9,7 @@ use crate::acquire::TrueMesh;
 use semascan_shared::export::glb::{self, GlbOptions};
 use semascan_shared::export::ply::{self, LabelledMesh};
 use semascan_shared::export::{ExportError, ExportFilter};
+use semascan_shared::mesh::{MeshError, MeshOptions, mesh_cloud};
 use semascan_shared::model::{PointFlags, SemanticCloud, Taxonomy};
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
@@ -32,6 +34,14 @@ pub enum StoreError {
         /// Why.
         source: ExportError,
     },
+    /// There is no mesh of the cloud.
+    #[error("{}: {source}", path.display())]
+    Mesh {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: MeshError,
+    },
 }
 
 /// Writes an inspection into `folder`, which is made if need be.
@@ -48,6 +58,12 @@ pub fn write_inspection(
     fs::create_dir_all(folder).map_err(|source| StoreError::Io { path: folder.to_owned(), source })?;
     let comments = comments(record);
     write(&folder.join("cloud.ply"), |out| ply::write_cloud(out, cloud, taxonomy, &comments))?;
+    if let Some(voxel) = record.voxel {
+        let path = folder.join("mesh.ply");
+        let mesh = mesh_cloud(cloud, voxel as f32, &MeshOptions::default(), &());
+        let mesh = mesh.map_err(|source| StoreError::Mesh { path: path.clone(), source })?;
+        write(&path, |out| ply::write_semantic_mesh(out, &mesh, taxonomy, &comments))?;
+    }
     write(&folder.join("scene.glb"), |out| {
         // The scene shows the part: what was marked as stray or as background stays in cloud.ply.
         let filter =
@@ -84,7 +100,14 @@ fn comments(record: &InspectionRecord) -> Vec<(String, String)> {
     list
 }
 
-fn write(path: &Path, content: impl FnOnce(&mut BufWriter<File>) -> Result<(), ExportError>) -> Result<(), StoreError> {
+/// Writes a file under a temporary name and renames it when it is whole.
+///
+/// # Errors
+/// [`StoreError`] naming the file; what stood there before then stays.
+pub fn write(
+    path: &Path,
+    content: impl FnOnce(&mut BufWriter<File>) -> Result<(), ExportError>,
+) -> Result<(), StoreError> {
     let io_error = |source| StoreError::Io { path: path.to_owned(), source };
     let mut name = path.file_name().unwrap_or_default().to_owned();
     name.push(".part");

@@ -26,7 +26,7 @@ impl PlyModel {
 
     /// Voxel edge in metres, if the file notes a sensible one.
     pub fn voxel(&self) -> Option<f32> {
-        self.comment("voxel")?.parse().ok().filter(|v: &f32| v.is_finite() && *v > 0.0)
+        self.comment("voxel")?.parse().ok().map(|v: f64| v as f32).filter(|v| v.is_finite() && *v > 0.0)
     }
 }
 
