@@ -5,7 +5,8 @@
 //! truth (J. Sturm et al., "A benchmark for the evaluation of RGB-D SLAM systems", 2012, with the rotations as well as
 //! the centres, so that cameras in one line are aligned too).
 
-use nalgebra::{Isometry3, Matrix3, Point3, Rotation3, Translation3, UnitQuaternion, Vector3};
+use crate::register::rigid::nearest_rotation;
+use nalgebra::{Isometry3, Matrix3, Point3, Translation3, UnitQuaternion, Vector3};
 
 /// Difference of two poses.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -63,18 +64,6 @@ pub fn align_poses(pairs: &[PosePair]) -> Option<Isometry3<f64>> {
 pub fn aligned_pose_errors(pairs: &[PosePair]) -> Vec<PoseError> {
     let Some(truth_from_estimate) = align_poses(pairs) else { return Vec::new() };
     pairs.iter().map(|p| pose_error(&(truth_from_estimate * p.estimate), &p.truth)).collect()
-}
-
-/// The rotation that maximises `tr(R^T M)` (S. Umeyama, "Least-squares estimation of transformation parameters between
-/// two point patterns", 1991).
-pub(crate) fn nearest_rotation(m: &Matrix3<f64>) -> Option<Rotation3<f64>> {
-    let svd = m.svd(true, true);
-    let (u, v_t) = (svd.u?, svd.v_t?);
-    let sign = (u.determinant() * v_t.determinant()).signum();
-    // nalgebra sorts singular values, largest first: the last one pays for a reflection.
-    let flip = Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, sign));
-    let rotation = u * flip * v_t;
-    rotation.iter().all(|v| v.is_finite()).then(|| Rotation3::from_matrix_unchecked(rotation))
 }
 
 /// A point of the model brought into the truth's frame.

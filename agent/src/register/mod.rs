@@ -4,10 +4,15 @@
 //! with normals, [`SourcePoints`] those of the object (P1's segment ICP), `projective_icp` aligns them with a
 //! [`ModelView`] of the model so far, `degeneracy` tells which directions the data hold, and `joint_refinement` moves all
 //! views at once when the turn is complete. [`IcpRegistrar`] puts them together.
+//!
+//! Clouds that are not organized take another way: [`SurfelCloud`] thins them and fits normals, [`gicp`] aligns them from
+//! a guess, and [`global`] without one.
 
 mod correspondences;
 mod degeneracy;
 mod edges;
+pub mod gicp;
+pub mod global;
 mod icp_registrar;
 mod joint_refinement;
 mod kinematics;
@@ -15,7 +20,9 @@ mod model_view;
 mod normals;
 mod organized;
 mod projective_icp;
+pub mod rigid;
 mod source_points;
+mod surfels;
 pub mod twist;
 
 pub use correspondences::{Gate, Linearised, linearise};
@@ -27,6 +34,7 @@ pub use model_view::{ModelSurface, ModelView};
 pub use organized::OrganizedCloud;
 pub use projective_icp::{Aligned, IcpConfig, IcpReport, NotAligned, align};
 pub use source_points::SourcePoints;
+pub use surfels::{CloudError, Facing, SurfelCloud};
 
 use crate::acquire::View;
 use crate::segment::Segmentation;

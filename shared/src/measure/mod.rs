@@ -11,7 +11,7 @@ mod surface;
 
 pub use area::surfel_area;
 pub use cloud_metrics::{CONVENTIONS, Comparison, OneWay, PRECISION_DISTANCE, percentile};
-pub use nearest_points::{NearestPoints, Neighbour};
+pub use nearest_points::{Guess, NearestPoints, Neighbour};
 pub use pseudo_normals::PseudoNormals;
 pub use semantic::{ClassScore, LabelledPoint, SEMANTIC_CONVENTIONS, class_scores};
 pub use surface::{Feature, Nearest, SurfaceIndex};

@@ -31,6 +31,22 @@ impl Neighbour {
     }
 }
 
+/// A place in an index: where a search for a point may begin, because a point near it, or the same point a little
+/// earlier, was found there.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Guess(u32);
+
+impl Guess {
+    /// No idea.
+    pub const NONE: Self = Self(NONE);
+}
+
+impl Default for Guess {
+    fn default() -> Self {
+        Self::NONE
+    }
+}
+
 /// Eight points side by side; places without a point are infinitely far and have the index [`NONE`].
 #[derive(Clone, Copy, Debug)]
 struct Leaf {
@@ -121,6 +137,20 @@ impl NearestPoints {
             return None;
         }
         self.neighbour(p, self.search(p, NONE, radius * radius))
+    }
+
+    /// As [`Self::nearest_within`], faster the better the guess is, which becomes the place of what is found. A guess may
+    /// change which of several equally near points is given. It has to stem from this index.
+    #[inline]
+    pub fn nearest_from(&self, p: [f32; 3], radius: f32, guess: &mut Guess) -> Option<Neighbour> {
+        if !usable(&p) {
+            return None;
+        }
+        let known = (guess.0 as usize) < LEAF * self.leaves.len() && self.index_of(guess.0) != NONE;
+        let near = known && squared(p, self.at(guess.0)) < radius * radius;
+        let found = self.search(p, if near { guess.0 } else { NONE }, radius * radius);
+        guess.0 = if found == NONE { guess.0 } else { found };
+        self.neighbour(p, found)
     }
 
     /// The `k` nearest points into `found`, nearest first; all of them if there are fewer.

@@ -53,6 +53,11 @@ fn agrees_with_brute_force() {
         index.within(*q, 0.2, |_| within += 1);
         assert_eq!(within, expected.iter().filter(|d| **d < 0.04).count());
         assert_eq!(index.nearest_within(*q, 0.02).is_some(), expected[0] < 0.0004);
+        for mut guess in [Guess::NONE, Guess(17), Guess(u32::MAX - 1), Guess(3000)] {
+            let found = index.nearest_from(*q, 0.02, &mut guess);
+            assert_eq!(found.is_some(), expected[0] < 0.0004);
+            assert!(found.is_none_or(|n| same(n.distance_squared, expected[0])));
+        }
     }
 }
 
