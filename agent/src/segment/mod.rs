@@ -3,6 +3,7 @@
 //! A [`Segmenter`] is the seam that networks plug into; [`RecordedSegmenter`] passes on labels that came with the view
 //! (recorded masks, simulated truth).
 
+pub mod geometric;
 mod recorded;
 
 pub use recorded::RecordedSegmenter;

@@ -1,0 +1,384 @@
+//! Supervoxels: Voxel Cloud Connectivity Segmentation (Papon, Abramov, Schoeler and Woergoetter, CVPR 2013), the
+//! over-segmentation that P1 section 3.1.2 starts from.
+//!
+//! Seeds stand a seed cell apart. Each grows over touching voxels, a ring a round, and takes every voxel that is nearer
+//! to it than to its owner: `D = l_n (1 - |n.n'|) + l_c |dRGB|/255 + l_s |dx|/R`. Centroids move after each round.
+//! Supervoxels take their turn in the Morton order of their seed cells, so the result depends on the points alone.
+
+use super::normals::voxel_normals;
+use super::points::ColouredPoints;
+use super::voxel_grid::{NONE, VoxelGrid, morton, sort_by_key};
+use std::collections::BTreeMap;
+
+/// How supervoxels are grown.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct VccsConfig {
+    /// Voxel edge r, metres.
+    pub voxel: f32,
+    /// Seed cell edge R, metres.
+    pub seed: f32,
+    /// Weight of colour, l_c.
+    pub colour: f32,
+    /// Weight of distance, l_s.
+    pub spatial: f32,
+    /// Weight of the normal, l_n.
+    pub normal: f32,
+    /// How often supervoxels are grown anew from the voxels nearest to their centroids.
+    pub refinements: u32,
+}
+
+impl VccsConfig {
+    /// The usual ratio of lengths and weights (R = 4 r, l = (0, 1, 4)) for a voxel edge in metres.
+    pub fn new(voxel: f32) -> Self {
+        Self { voxel, seed: 4.0 * voxel, colour: 0.0, spatial: 1.0, normal: 4.0, refinements: 0 }
+    }
+}
+
+/// A voxel or the mean of several.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Patch {
+    /// Metres.
+    pub position: [f32; 3],
+    /// Unit normal towards the sensor; zero where unknown.
+    pub normal: [f32; 3],
+    /// Mean colour, 0 to 255.
+    pub colour: [f32; 3],
+    /// Voxels in it.
+    pub voxels: u32,
+}
+
+/// Supervoxels of a cloud and which of them touch.
+#[derive(Clone, Debug, Default)]
+pub struct Supervoxels {
+    /// The supervoxels.
+    pub patches: Vec<Patch>,
+    /// Pairs of touching supervoxels, lower index first, in order.
+    pub edges: Vec<[u32; 2]>,
+    /// Supervoxel of each point; [`NONE`] for points that are missing or that none reached.
+    pub of_point: Vec<u32>,
+}
+
+impl Supervoxels {
+    /// Grows supervoxels over `points`. None are grown where a setting is no length.
+    pub fn grow(points: &ColouredPoints, config: &VccsConfig) -> Self {
+        let grid = VoxelGrid::new(points, config.voxel);
+        let normals = voxel_normals(&grid);
+        let mut growth = Growth::new(&grid, &normals, config);
+        for round in 0..=config.refinements {
+            if round > 0 {
+                growth.reseed();
+            }
+            growth.run();
+        }
+        growth.finish()
+    }
+}
+
+struct Growth<'a> {
+    grid: &'a VoxelGrid,
+    normals: &'a [[f32; 3]],
+    config: VccsConfig,
+    seeds: SeedCells,
+    owner: Vec<u32>,
+    distance: Vec<f32>,
+    patches: Vec<Patch>,
+    members: Vec<Vec<u32>>,
+}
+
+impl<'a> Growth<'a> {
+    fn new(grid: &'a VoxelGrid, normals: &'a [[f32; 3]], config: &VccsConfig) -> Self {
+        let seeds = SeedCells::new(&grid.positions, config.seed);
+        let mut growth = Self {
+            owner: vec![NONE; grid.len()],
+            distance: vec![f32::INFINITY; grid.len()],
+            patches: Vec::new(),
+            members: Vec::new(),
+            grid,
+            normals,
+            config: *config,
+            seeds,
+        };
+        for voxel in growth.seeds.select(&grid.positions, config) {
+            growth.plant(voxel);
+        }
+        growth
+    }
+
+    fn plant(&mut self, voxel: u32) {
+        let v = voxel as usize;
+        if self.owner[v] != NONE {
+            return;
+        }
+        self.owner[v] = self.patches.len() as u32;
+        let (position, normal, colour) = (self.grid.positions[v], self.normals[v], self.grid.colours[v]);
+        self.patches.push(Patch { position, normal, colour, voxels: 1 });
+        self.members.push(vec![voxel]);
+    }
+
+    fn run(&mut self) {
+        let rounds = (1.8 * self.config.seed / self.config.voxel) as u32;
+        for _ in 1..rounds.min(1000) {
+            for i in 0..self.patches.len() {
+                self.expand(i as u32);
+            }
+            for i in 0..self.patches.len() {
+                self.recentre(i as u32);
+            }
+        }
+    }
+
+    /// One ring of growth. What others took is dropped from the members first.
+    fn expand(&mut self, i: u32) {
+        let (owner, patch) = (&mut self.owner, self.patches[i as usize]);
+        let mut members = std::mem::take(&mut self.members[i as usize]);
+        members.retain(|&v| owner[v as usize] == i);
+        let before = members.len();
+        for at in 0..before {
+            for &v in self.grid.neighbours(members[at]) {
+                let u = v as usize;
+                if owner[u] == i {
+                    continue;
+                }
+                let d = distance(&self.config, &patch, self.grid.positions[u], self.normals[u], self.grid.colours[u]);
+                if d < self.distance[u] {
+                    self.distance[u] = d;
+                    owner[u] = i;
+                    members.push(v);
+                }
+            }
+        }
+        self.members[i as usize] = members;
+    }
+
+    fn recentre(&mut self, i: u32) {
+        let (mut mean, mut n) = (Patch::default(), 0_u32);
+        for &v in self.members[i as usize].iter().filter(|&&v| self.owner[v as usize] == i) {
+            n += 1;
+            for a in 0..3 {
+                mean.position[a] += self.grid.positions[v as usize][a];
+                mean.normal[a] += self.normals[v as usize][a];
+                mean.colour[a] += self.grid.colours[v as usize][a];
+            }
+        }
+        let patch = &mut self.patches[i as usize];
+        patch.voxels = n;
+        if n > 0 {
+            let share = 1.0 / n as f32;
+            *patch = Patch {
+                position: mean.position.map(|x| x * share),
+                normal: unit(mean.normal),
+                colour: mean.colour.map(|c| c * share),
+                voxels: n,
+            };
+        }
+    }
+
+    /// Every supervoxel begins again from the voxel nearest to its centroid.
+    fn reseed(&mut self) {
+        let centres: Vec<[f32; 3]> = self.patches.iter().filter(|p| p.voxels > 0).map(|p| p.position).collect();
+        self.owner.fill(NONE);
+        self.distance.fill(f32::INFINITY);
+        self.patches.clear();
+        self.members.clear();
+        for centre in centres {
+            if let Some(voxel) = self.seeds.nearest(&self.grid.positions, centre) {
+                self.plant(voxel);
+            }
+        }
+    }
+
+    /// Numbers the supervoxels that hold voxels, and finds which touch.
+    fn finish(self) -> Supervoxels {
+        let mut number = vec![NONE; self.patches.len()];
+        let mut patches = Vec::with_capacity(self.patches.len());
+        for (i, patch) in self.patches.iter().enumerate().filter(|(_, p)| p.voxels > 0) {
+            number[i] = patches.len() as u32;
+            patches.push(*patch);
+        }
+        let of_voxel: Vec<u32> =
+            self.owner.iter().map(|&o| number.get(o as usize).copied().unwrap_or(NONE)).collect();
+        let mut edges = Vec::new();
+        for (v, &a) in of_voxel.iter().enumerate().filter(|(_, a)| **a != NONE) {
+            let others = self.grid.neighbours(v as u32).iter().map(|&u| of_voxel[u as usize]);
+            edges.extend(others.filter(|&b| b != NONE && a < b).map(|b| [a, b]));
+        }
+        edges.sort_unstable();
+        edges.dedup();
+        let of_point =
+            self.grid.of_point.iter().map(|&v| of_voxel.get(v as usize).copied().unwrap_or(NONE)).collect();
+        Supervoxels { patches, edges, of_point }
+    }
+}
+
+/// D of VCCS between a supervoxel and a voxel.
+fn distance(c: &VccsConfig, a: &Patch, position: [f32; 3], normal: [f32; 3], colour: [f32; 3]) -> f32 {
+    let apart = |p: [f32; 3], q: [f32; 3]| {
+        let d = [p[0] - q[0], p[1] - q[1], p[2] - q[2]];
+        (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]).sqrt()
+    };
+    let bend = 1.0 - dot(a.normal, normal).abs();
+    let mut d = c.normal * bend + c.spatial * apart(a.position, position) / c.seed;
+    if c.colour != 0.0 {
+        d += c.colour * apart(a.colour, colour) / 255.0;
+    }
+    d
+}
+
+pub(super) fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+/// Unit vector, or zero where there is no direction.
+fn unit(v: [f32; 3]) -> [f32; 3] {
+    let length = dot(v, v).sqrt();
+    if length > 1e-6 { v.map(|c| c / length) } else { [0.0; 3] }
+}
+
+/// Voxels by seed cell. The cells are anchored at the first voxel, which stands in the middle of its own.
+struct SeedCells {
+    anchor: [f32; 3],
+    edge: f32,
+    cells: BTreeMap<[i32; 3], Vec<u32>>,
+}
+
+impl SeedCells {
+    fn new(positions: &[[f32; 3]], edge: f32) -> Self {
+        let usable = edge.is_finite() && edge > 0.0;
+        let anchor = positions.first().copied().unwrap_or_default().map(|x| x - 0.5 * edge);
+        let mut cells = Self { anchor, edge, cells: BTreeMap::new() };
+        let mut by_cell: Vec<([i32; 3], u32)> = Vec::new();
+        if usable {
+            by_cell = positions.iter().enumerate().map(|(i, &p)| (cells.cell(p), i as u32)).collect();
+            by_cell.sort_unstable();
+        }
+        for group in by_cell.chunk_by(|a, b| a.0 == b.0) {
+            cells.cells.insert(group[0].0, group.iter().map(|g| g.1).collect());
+        }
+        cells
+    }
+
+    fn cell(&self, p: [f32; 3]) -> [i32; 3] {
+        // Float to integer saturates; cells at the rim of the range merge, which only costs seeds.
+        [0, 1, 2].map(|a| ((p[a] - self.anchor[a]) / self.edge).floor().clamp(-1e9, 1e9) as i32)
+    }
+
+    /// Voxels in the cell of `p` and the cells around it.
+    fn around(&self, p: [f32; 3]) -> impl Iterator<Item = u32> + '_ {
+        let [x, y, z] = self.cell(p);
+        (0..9).flat_map(move |k| {
+            let row = [x + k / 3 - 1, y + k % 3 - 1];
+            self.cells.range([row[0], row[1], z - 1]..=[row[0], row[1], z + 1]).flat_map(|(_, v)| v.iter().copied())
+        })
+    }
+
+    /// The voxel nearest to `p`, the lower index where two are equally near.
+    fn nearest(&self, positions: &[[f32; 3]], p: [f32; 3]) -> Option<u32> {
+        let to = |v: u32| squared(positions[v as usize], p);
+        self.around(p).map(|v| (to(v), v)).min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1))).map(|n| n.1)
+    }
+
+    /// The seeds: the voxel nearest to the middle of each occupied cell, unless it stands nearly alone.
+    fn select(&self, positions: &[[f32; 3]], config: &VccsConfig) -> Vec<u32> {
+        let lowest = self.cells.keys().fold([i32::MAX; 3], |low, c| [0, 1, 2].map(|a| low[a].min(c[a])));
+        let code = |c: &[i32; 3]| morton([0, 1, 2].map(|a| (c[a] - lowest[a]).min((1 << 21) - 1) as u32));
+        let cells: Vec<&[i32; 3]> = self.cells.keys().collect();
+        let mut order: Vec<(u64, u32)> = cells.iter().enumerate().map(|(i, c)| (code(c), i as u32)).collect();
+        sort_by_key(&mut order);
+        // A twentieth of the voxels of a plane through the search ball.
+        let radius = 0.5 * config.seed;
+        let fewest = 0.05 * std::f32::consts::PI * radius * radius / (config.voxel * config.voxel);
+        let seed = |&(_, i): &(u64, u32)| {
+            let cell = cells[i as usize];
+            let middle = [0, 1, 2].map(|a| self.anchor[a] + (cell[a] as f32 + 0.5) * self.edge);
+            let voxel = self.nearest(positions, middle)?;
+            let at = positions[voxel as usize];
+            let near = self.around(at).filter(|&v| squared(positions[v as usize], at) <= radius * radius).count();
+            (near as f32 > fewest).then_some(voxel)
+        };
+        order.iter().filter_map(seed).collect()
+    }
+}
+
+fn squared(a: [f32; 3], b: [f32; 3]) -> f32 {
+    let d = [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
+    dot(d, d)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// A floor of 40 x 40 points 5 mm apart with a wall on one side, seen from the origin.
+    fn corner() -> ColouredPoints {
+        let mut points = ColouredPoints::default();
+        for i in 0..40 {
+            for j in 0..40 {
+                let (u, v) = (i as f32 * 0.005 - 0.1, j as f32 * 0.005);
+                points.positions.push([u, 0.1, 0.4 + v]);
+                points.positions.push([u, 0.1 - v, 0.6]);
+                points.colours.extend([[200, 0, 0], [0, 200, 0]]);
+            }
+        }
+        points
+    }
+
+    #[test]
+    fn supervoxels_cover_the_surface_and_stop_at_the_crease() {
+        let points = corner();
+        let grown = Supervoxels::grow(&points, &VccsConfig::new(0.0075));
+        assert!(grown.of_point.iter().all(|&p| p != NONE));
+        assert!((60..140).contains(&grown.patches.len()), "{}", grown.patches.len());
+        for (patch, i) in grown.patches.iter().zip(0..) {
+            let members: Vec<usize> = (0..points.len()).filter(|&k| grown.of_point[k] == i).collect();
+            assert!(!members.is_empty());
+            let far = members.iter().map(|&k| squared(points.positions[k], patch.position).sqrt()).fold(0.0, f32::max);
+            assert!(far < 2.0 * 0.03, "a supervoxel reaches {far} m");
+        }
+        // Nearly all hold one side only.
+        let mixed = (0..grown.patches.len() as u32).filter(|&i| {
+            let sides = [0, 1].map(|s| (s..points.len()).step_by(2).filter(|&k| grown.of_point[k] == i).count());
+            sides[0].min(sides[1]) * 4 > sides[0].max(sides[1])
+        });
+        assert!(mixed.count() * 10 < grown.patches.len());
+    }
+
+    #[test]
+    fn edges_join_supervoxels_that_touch() {
+        let grown = Supervoxels::grow(&corner(), &VccsConfig::new(0.0075));
+        assert!(grown.edges.windows(2).all(|e| e[0] < e[1]));
+        for [a, b] in &grown.edges {
+            let d = squared(grown.patches[*a as usize].position, grown.patches[*b as usize].position).sqrt();
+            assert!(a < b && d < 0.09, "{a} and {b} are {d} m apart");
+        }
+        let mut joined = vec![false; grown.patches.len()];
+        grown.edges.iter().flatten().for_each(|&p| joined[p as usize] = true);
+        assert!(joined.iter().all(|&j| j), "the surface is in one piece");
+    }
+
+    #[test]
+    fn refinement_keeps_the_cover() {
+        let config = VccsConfig { refinements: 3, ..VccsConfig::new(0.0075) };
+        let grown = Supervoxels::grow(&corner(), &config);
+        let reached = grown.of_point.iter().filter(|&&p| p != NONE).count();
+        assert!(reached * 100 >= grown.of_point.len() * 99, "{reached}");
+    }
+
+    proptest! {
+        #[test]
+        fn any_points_and_settings_are_accepted(
+            bits in prop::collection::vec(prop::array::uniform3(any::<u32>()), 0..40),
+            near in prop::collection::vec(prop::array::uniform3(-0.05_f32..0.05), 0..60),
+            lengths in prop::array::uniform2(prop::num::f32::ANY),
+        ) {
+            let mut positions: Vec<[f32; 3]> = bits.iter().map(|p| p.map(f32::from_bits)).collect();
+            positions.extend(near);
+            let points = ColouredPoints { positions, colours: Vec::new() };
+            for config in [VccsConfig::new(0.01), VccsConfig { voxel: lengths[0], seed: lengths[1], ..VccsConfig::new(0.01) }] {
+                let grown = Supervoxels::grow(&points, &config);
+                prop_assert_eq!(grown.of_point.len(), points.len());
+                prop_assert!(grown.of_point.iter().all(|&p| p == NONE || (p as usize) < grown.patches.len()));
+            }
+        }
+    }
+}
