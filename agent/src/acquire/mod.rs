@@ -5,6 +5,7 @@
 
 pub mod bop;
 pub mod camera_mask;
+pub mod depth_map;
 mod error;
 mod open;
 pub mod pcd;

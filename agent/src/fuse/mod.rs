@@ -4,6 +4,7 @@
 //! histogram over component classes and one over defect classes, uncertainties, and who saw it. Views are kept
 //! ([`KeptViews`]) because an averaging map cannot subtract: better poses mean a new map ([`SemanticMap::rebuild`]).
 
+mod association;
 mod brick;
 mod error;
 mod filters;
@@ -17,6 +18,9 @@ mod runs;
 mod tests;
 mod view_codec;
 
+pub use association::{
+    Association, GravityCentre, Misidentification, ObjectCloud, Overlap, by_gravity_centre, by_overlap,
+};
 pub use error::FuseError;
 pub use filters::OutlierFilter;
 pub use kept_views::KeptViews;

@@ -1,11 +1,15 @@
 //! Pixels -> class probabilities and uncertainty.
 //!
 //! A [`Segmenter`] is the seam that networks plug into; [`RecordedSegmenter`] passes on labels that came with the view
-//! (recorded masks, simulated truth).
+//! (recorded masks, simulated truth). [`GeometricSegmenter`] fits another's masks to the geometry, [`Degraded`] spoils
+//! them as networks do.
 
+mod degrade;
 pub mod geometric;
 mod recorded;
 
+pub use degrade::{Degradation, Degraded};
+pub use geometric::GeometricSegmenter;
 pub use recorded::RecordedSegmenter;
 
 use crate::acquire::View;

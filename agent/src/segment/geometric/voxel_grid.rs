@@ -306,7 +306,7 @@ mod tests {
     #[test]
     fn a_voxel_holds_the_mean_of_its_points() {
         let nan = [f32::NAN; 3];
-        let mut cloud = points(vec![[0.001, 0.0, 0.0], nan, [0.003, 0.0, 0.0], [0.002, 0.001, 0.0], [1.0, 0.0, 0.0]]);
+        let mut cloud = points(vec![[0.001, 0.0, 0.0], nan, [0.003, 0.0, 0.0], [0.002, 0.0, 0.0], [1.0, 0.0, 0.0]]);
         cloud.colours[2] = [40, 20, 30];
         let grid = VoxelGrid::new(&cloud, 0.01);
         let v = grid.of_point[0];

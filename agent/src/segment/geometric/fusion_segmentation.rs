@@ -1,0 +1,314 @@
+//! Fusion segmentation, P1 section 3.1.3: geometry gives the borders, the network the names.
+//!
+//! A patch takes an object's label when more than half of its points lie in that object's mask, and none where no
+//! object has so many; all patches of an object together are its cloud. This cleans the rims of masks and fills holes.
+//!
+//! The paper's rule trusts every patch. Where convexity joined two things, it would swallow the smaller one, so two
+//! checks send such patches to their own supervoxels, which then decide by the same rule: a patch whose winner holds
+//! too small a share of it, and any patch of an object that would lose most of its mask. Both can be switched off.
+
+use super::voxel_grid::{NONE, sort_by_key};
+use crate::segment::{ClassField, Segmentation};
+use std::collections::BTreeMap;
+
+/// When a patch takes a label.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FusionConfig {
+    /// Share of a patch's points that an object's mask must exceed.
+    pub share: f32,
+    /// A patch whose winner (an object, or no object) holds less than this share is judged by its supervoxels.
+    pub purity: f32,
+    /// An object that keeps less than this share of its mask has its patches judged by their supervoxels.
+    pub kept: f32,
+}
+
+impl FusionConfig {
+    /// The paper's rule alone.
+    pub const PAPER: Self = Self { share: 0.5, purity: 0.0, kept: 0.0 };
+}
+
+impl Default for FusionConfig {
+    fn default() -> Self {
+        Self { share: 0.5, purity: 0.8, kept: 0.6 }
+    }
+}
+
+/// Patches of a view, row-major, one a pixel; [`NONE`] where there is no point.
+#[derive(Clone, Copy, Debug)]
+pub struct PatchImage<'a> {
+    /// The patches that are judged as wholes.
+    pub patches: &'a [u32],
+    /// A finer partition within them, for the patches that are not.
+    pub fine: Option<&'a [u32]>,
+}
+
+/// Class and instance of an object in the view; class 0 is no object.
+type Object = (u16, u16);
+
+/// Index of "no object" in the list of objects.
+const NOTHING: u32 = 0;
+
+/// `segmentation` with its component masks fitted to `image`. Pixels without a patch keep what they have, as do defects.
+pub fn fuse(segmentation: &Segmentation, image: &PatchImage<'_>, config: &FusionConfig) -> Segmentation {
+    let (objects, given) = objects(segmentation, image.patches.len());
+    let coarse = Votes::count(image.patches, &given);
+    let decided = coarse.decide(config.share);
+    let mut fused = apply(image.patches, &decided, &given);
+    if let Some(fine) = image.fine.filter(|f| f.len() == image.patches.len()) {
+        let doubted = doubted(&coarse, &decided, &given, &fused, objects.len(), config);
+        let by_fine = Votes::count(fine, &given).decide(config.share);
+        for (slot, (&patch, &piece)) in fused.iter_mut().zip(image.patches.iter().zip(fine)) {
+            if doubted.get(patch as usize) == Some(&true) {
+                *slot = by_fine.get(piece as usize).copied().unwrap_or(*slot);
+            }
+        }
+    }
+    relabel(segmentation, image, &objects, &given, &fused)
+}
+
+/// The objects of a view (the first is none) and, for each of the first `pixels`, its index.
+fn objects(segmentation: &Segmentation, pixels: usize) -> (Vec<Object>, Vec<u32>) {
+    let of = |i: usize| match segmentation.components.best(i) {
+        0 => (0, 0),
+        class => (class, segmentation.instances.get(i).copied().unwrap_or(0)),
+    };
+    let per_pixel: Vec<Object> = (0..pixels).map(of).collect();
+    let mut index: BTreeMap<Object, u32> = per_pixel.chunk_by(|a, b| a == b).map(|run| (run[0], 0)).collect();
+    index.insert((0, 0), NOTHING);
+    for (slot, i) in index.values_mut().zip(0..) {
+        *slot = i;
+    }
+    let given = per_pixel.chunk_by(|a, b| a == b).flat_map(|run| std::iter::repeat_n(index[&run[0]], run.len()));
+    let given = given.collect();
+    (index.into_keys().collect(), given)
+}
+
+/// How the points of each patch are labelled.
+struct Votes {
+    /// Points of each patch.
+    sizes: Vec<u32>,
+    /// `(patch, object, points)`, in order.
+    counts: Vec<(u32, u32, u32)>,
+}
+
+impl Votes {
+    fn count(patches: &[u32], given: &[u32]) -> Self {
+        let patch_count = patches.iter().filter(|&&p| p != NONE).max().map_or(0, |&p| p as usize + 1);
+        let mut sizes = vec![0; patch_count];
+        let mut runs: Vec<(u64, u32)> = Vec::new();
+        for (&patch, &object) in patches.iter().zip(given).filter(|(p, _)| **p != NONE) {
+            sizes[patch as usize] += 1;
+            let key = u64::from(patch) << 32 | u64::from(object);
+            match runs.last_mut().filter(|r| r.0 == key) {
+                Some(run) => run.1 += 1,
+                None => runs.push((key, 1)),
+            }
+        }
+        sort_by_key(&mut runs);
+        let total = |group: &[(u64, u32)]| {
+            let key = group[0].0;
+            ((key >> 32) as u32, key as u32, group.iter().map(|g| g.1).sum())
+        };
+        let counts = runs.chunk_by(|a, b| a.0 == b.0).map(total).collect();
+        Self { sizes, counts }
+    }
+
+    /// The object of each patch: the one with most points if these exceed `share` of the patch, else none.
+    fn decide(&self, share: f32) -> Vec<u32> {
+        let mut best = vec![(0_u32, NOTHING); self.sizes.len()];
+        for &(patch, object, points) in self.counts.iter().filter(|c| c.1 != NOTHING) {
+            let slot = &mut best[patch as usize];
+            if points > slot.0 && points as f32 > share * self.sizes[patch as usize] as f32 {
+                *slot = (points, object);
+            }
+        }
+        best.into_iter().map(|b| b.1).collect()
+    }
+}
+
+fn apply(patches: &[u32], decided: &[u32], given: &[u32]) -> Vec<u32> {
+    let label = |(&patch, &own): (&u32, &u32)| decided.get(patch as usize).copied().unwrap_or(own);
+    patches.iter().zip(given).map(label).collect()
+}
+
+/// Patches that the checks of `config` do not let pass as wholes.
+fn doubted(votes: &Votes, decided: &[u32], given: &[u32], fused: &[u32], objects: usize, config: &FusionConfig) -> Vec<bool> {
+    let (mut mask, mut kept) = (vec![0_u32; objects], vec![0_u32; objects]);
+    for (&before, &after) in given.iter().zip(fused) {
+        mask[before as usize] += 1;
+        kept[before as usize] += u32::from(before == after);
+    }
+    let lost = |o: u32| o != NOTHING && (kept[o as usize] as f32) < config.kept * mask[o as usize] as f32;
+    let mut winners = vec![0_u32; votes.sizes.len()];
+    let mut doubted = vec![false; votes.sizes.len()];
+    for &(patch, object, points) in &votes.counts {
+        let p = patch as usize;
+        if object == decided[p] {
+            winners[p] = points;
+        }
+        doubted[p] |= lost(object);
+    }
+    for (d, (&winner, &size)) in doubted.iter_mut().zip(winners.iter().zip(&votes.sizes)) {
+        *d |= (winner as f32) < config.purity * size as f32;
+    }
+    doubted
+}
+
+/// The segmentation with the objects of `fused`. A pixel that changes takes the mean probabilities and sigma of the
+/// pixels of its patch that had its new label before; where there are none, it is none for certain.
+fn relabel(
+    segmentation: &Segmentation,
+    image: &PatchImage<'_>,
+    objects: &[Object],
+    given: &[u32],
+    fused: &[u32],
+) -> Segmentation {
+    let mut out = segmentation.clone();
+    let changed: Vec<usize> = (0..fused.len()).filter(|&i| fused[i] != given[i]).collect();
+    for &i in &changed {
+        if let Some(instance) = out.instances.get_mut(i) {
+            *instance = objects[fused[i] as usize].1;
+        }
+    }
+    match (&mut out.components, &segmentation.components) {
+        (ClassField::Hard(labels), _) => {
+            for &i in &changed {
+                if let Some(label) = labels.get_mut(i) {
+                    *label = objects[fused[i] as usize].0;
+                }
+            }
+        }
+        (ClassField::Soft { classes, probabilities, sigma }, before) => {
+            let means = means(before, *classes, image.patches, given, fused);
+            for &i in &changed {
+                let (Some(p), Some(s)) = (probabilities.get_mut(i * *classes..(i + 1) * *classes), sigma.get_mut(i))
+                else {
+                    continue;
+                };
+                let class = objects[fused[i] as usize].0;
+                match means.get(&(image.patches[i], fused[i])) {
+                    Some((mean, mean_sigma)) => {
+                        p.copy_from_slice(mean);
+                        *s = *mean_sigma;
+                    }
+                    None => {
+                        p.fill(0);
+                        if let Some(slot) = p.get_mut(usize::from(class)) {
+                            *slot = u8::MAX;
+                        }
+                    }
+                }
+            }
+        }
+    }
+    out
+}
+
+type Mean = (Vec<u8>, u8);
+
+/// Mean probabilities and sigma of the pixels that keep their label, by patch and object.
+fn means(field: &ClassField, classes: usize, patches: &[u32], given: &[u32], fused: &[u32]) -> BTreeMap<(u32, u32), Mean> {
+    let ClassField::Soft { probabilities, sigma, .. } = field else { return BTreeMap::new() };
+    let mut sums: BTreeMap<(u32, u32), (Vec<u64>, u64, u64)> = BTreeMap::new();
+    for (i, (&patch, &object)) in patches.iter().zip(given).enumerate() {
+        let (Some(p), Some(&s)) = (probabilities.get(i * classes..(i + 1) * classes), sigma.get(i)) else { continue };
+        if patch == NONE || fused[i] != object {
+            continue;
+        }
+        let (sum, sigmas, n) = sums.entry((patch, object)).or_insert_with(|| (vec![0; classes], 0, 0));
+        sum.iter_mut().zip(p).for_each(|(a, &b)| *a += u64::from(b));
+        *sigmas += u64::from(s);
+        *n += 1;
+    }
+    let rounded = |sum: u64, n: u64| ((sum + n / 2) / n) as u8;
+    sums.into_iter().map(|(k, (sum, s, n))| (k, (sum.iter().map(|&x| rounded(x, n)).collect(), rounded(s, n)))).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn hard(labels: &[u16]) -> Segmentation {
+        Segmentation {
+            components: ClassField::Hard(labels.to_vec()),
+            defects: ClassField::Hard(vec![0; labels.len()]),
+            instances: labels.to_vec(),
+        }
+    }
+
+    fn labels(s: &Segmentation) -> Vec<u16> {
+        (0..s.instances.len()).map(|i| s.components.best(i)).collect()
+    }
+
+    #[test]
+    fn more_than_half_of_a_patch_decides() {
+        // Patches of four: three votes fill the hole, two do not suffice, one is cleaned away; no patch, no change.
+        let patches = [0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, NONE, NONE];
+        let given = hard(&[5, 5, 0, 5, 5, 5, 0, 0, 0, 7, 0, 0, 7, 0]);
+        let fused = fuse(&given, &PatchImage { patches: &patches, fine: None }, &FusionConfig::PAPER);
+        assert_eq!(labels(&fused), [5, 5, 5, 5, 0, 0, 0, 0, 0, 0, 0, 0, 7, 0]);
+        assert_eq!(fused.instances, labels(&fused));
+    }
+
+    #[test]
+    fn an_object_swallowed_by_a_large_patch_is_rescued() {
+        // Ten pixels of table, and an object of four that convexity joined with it.
+        let patches = [0; 14];
+        let fine = [0, 0, 0, 0, 0, 1, 1, 1, 1, 1, 2, 2, 2, 2];
+        let given = hard(&[0, 0, 0, 0, 0, 0, 0, 0, 0, 3, 3, 3, 0, 3]);
+        let paper = fuse(&given, &PatchImage { patches: &patches, fine: Some(&fine) }, &FusionConfig::PAPER);
+        assert_eq!(labels(&paper), [0; 14]);
+        let kept = fuse(&given, &PatchImage { patches: &patches, fine: Some(&fine) }, &FusionConfig::default());
+        assert_eq!(labels(&kept), [0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 3, 3, 3, 3]);
+    }
+
+    #[test]
+    fn two_instances_of_a_class_stay_apart() {
+        let mut given = hard(&[2, 2, 2, 2, 2, 2]);
+        given.instances = vec![1, 1, 9, 9, 9, 1];
+        let fused = fuse(&given, &PatchImage { patches: &[0, 0, 0, 1, 1, 1], fine: None }, &FusionConfig::PAPER);
+        assert_eq!(fused.instances, [1, 1, 1, 9, 9, 9]);
+    }
+
+    #[test]
+    fn soft_pixels_take_the_mean_of_those_that_agree() {
+        let given = Segmentation {
+            components: ClassField::Soft {
+                classes: 2,
+                probabilities: vec![55, 200, 15, 240, 255, 0, 250, 5],
+                sigma: vec![10, 20, 90, 30],
+            },
+            defects: ClassField::Hard(vec![0; 4]),
+            instances: vec![1, 1, 0, 0],
+        };
+        let fused = fuse(&given, &PatchImage { patches: &[0, 0, 0, 1], fine: None }, &FusionConfig::PAPER);
+        let ClassField::Soft { probabilities, sigma, .. } = &fused.components else { panic!("stays soft") };
+        assert_eq!(probabilities, &[55, 200, 15, 240, 35, 220, 250, 5]);
+        assert_eq!(sigma, &[10, 20, 15, 30]);
+        assert_eq!(fused.instances, [1, 1, 1, 0]);
+    }
+
+    proptest! {
+        #[test]
+        fn every_patch_ends_with_one_label(
+            pixels in prop::collection::vec((0_u32..6, 0_u16..4), 1..80),
+            share in 0.0_f32..1.0,
+        ) {
+            let patches: Vec<u32> = pixels.iter().map(|p| if p.0 == 5 { NONE } else { p.0 }).collect();
+            let given = hard(&pixels.iter().map(|p| p.1).collect::<Vec<_>>());
+            let config = FusionConfig { share, ..FusionConfig::PAPER };
+            let fused = labels(&fuse(&given, &PatchImage { patches: &patches, fine: None }, &config));
+            for patch in 0..5 {
+                let members: Vec<usize> = (0..pixels.len()).filter(|&i| patches[i] == patch).collect();
+                let Some(&first) = members.first() else { continue };
+                prop_assert!(members.iter().all(|&i| fused[i] == fused[first]));
+                let votes = members.iter().filter(|&&i| pixels[i].1 == fused[first]).count();
+                prop_assert!(fused[first] == 0 || votes as f32 > share * members.len() as f32);
+            }
+            for i in (0..pixels.len()).filter(|&i| patches[i] == NONE) {
+                prop_assert_eq!(fused[i], pixels[i].1);
+            }
+        }
+    }
+}
