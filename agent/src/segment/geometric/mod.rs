@@ -11,6 +11,7 @@ pub mod lccp;
 mod noise_filters;
 mod normals;
 mod points;
+mod seed_cells;
 mod segmenter;
 pub mod slic;
 pub mod vccs;

@@ -7,8 +7,8 @@
 
 use super::normals::voxel_normals;
 use super::points::ColouredPoints;
-use super::voxel_grid::{NONE, VoxelGrid, morton, sort_by_key};
-use std::collections::BTreeMap;
+use super::seed_cells::SeedCells;
+use super::voxel_grid::{NONE, VoxelGrid};
 
 /// How supervoxels are grown.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -62,8 +62,7 @@ impl Supervoxels {
     /// Grows supervoxels over `points`. None are grown where a setting is no length.
     pub fn grow(points: &ColouredPoints, config: &VccsConfig) -> Self {
         let grid = VoxelGrid::new(points, config.voxel);
-        let normals = voxel_normals(&grid);
-        let mut growth = Growth::new(&grid, &normals, config);
+        let mut growth = Growth::new(&grid, config);
         for round in 0..=config.refinements {
             if round > 0 {
                 growth.reseed();
@@ -76,9 +75,10 @@ impl Supervoxels {
 
 struct Growth<'a> {
     grid: &'a VoxelGrid,
-    normals: &'a [[f32; 3]],
     config: VccsConfig,
     seeds: SeedCells,
+    /// What distances are measured to.
+    voxels: Vec<Patch>,
     owner: Vec<u32>,
     distance: Vec<f32>,
     patches: Vec<Patch>,
@@ -86,19 +86,28 @@ struct Growth<'a> {
 }
 
 impl<'a> Growth<'a> {
-    fn new(grid: &'a VoxelGrid, normals: &'a [[f32; 3]], config: &VccsConfig) -> Self {
-        let seeds = SeedCells::new(&grid.positions, config.seed);
+    fn new(grid: &'a VoxelGrid, config: &VccsConfig) -> Self {
+        let normals = voxel_normals(grid);
+        let voxel = |i: usize| Patch {
+            position: grid.positions[i],
+            normal: normals[i],
+            colour: grid.colours[i],
+            voxels: 1,
+        };
         let mut growth = Self {
             owner: vec![NONE; grid.len()],
             distance: vec![f32::INFINITY; grid.len()],
+            voxels: (0..grid.len()).map(voxel).collect(),
             patches: Vec::new(),
             members: Vec::new(),
-            grid,
-            normals,
             config: *config,
-            seeds,
+            seeds: SeedCells::new(&grid.positions, config.seed),
+            grid,
         };
-        for voxel in growth.seeds.select(&grid.positions, config) {
+        // A twentieth of the voxels of a plane through a ball as wide as a seed cell.
+        let radius = 0.5 * config.seed;
+        let fewest = 0.05 * std::f32::consts::PI * radius * radius / (config.voxel * config.voxel);
+        for voxel in growth.seeds.seeds(&grid.positions, radius, fewest) {
             growth.plant(voxel);
         }
         growth
@@ -110,8 +119,7 @@ impl<'a> Growth<'a> {
             return;
         }
         self.owner[v] = self.patches.len() as u32;
-        let (position, normal, colour) = (self.grid.positions[v], self.normals[v], self.grid.colours[v]);
-        self.patches.push(Patch { position, normal, colour, voxels: 1 });
+        self.patches.push(self.voxels[v]);
         self.members.push(vec![voxel]);
     }
 
@@ -139,8 +147,7 @@ impl<'a> Growth<'a> {
                 if owner[u] == i {
                     continue;
                 }
-                let d = distance(&self.config, &patch, self.grid.positions[u], self.normals[u], self.grid.colours[u]);
-                if d < self.distance[u] {
+                if let Some(d) = distance_below(self.distance[u], &self.config, &patch, &self.voxels[u]) {
                     self.distance[u] = d;
                     owner[u] = i;
                     members.push(v);
@@ -154,10 +161,11 @@ impl<'a> Growth<'a> {
         let (mut mean, mut n) = (Patch::default(), 0_u32);
         for &v in self.members[i as usize].iter().filter(|&&v| self.owner[v as usize] == i) {
             n += 1;
+            let voxel = &self.voxels[v as usize];
             for a in 0..3 {
-                mean.position[a] += self.grid.positions[v as usize][a];
-                mean.normal[a] += self.normals[v as usize][a];
-                mean.colour[a] += self.grid.colours[v as usize][a];
+                mean.position[a] += voxel.position[a];
+                mean.normal[a] += voxel.normal[a];
+                mean.colour[a] += voxel.colour[a];
             }
         }
         let patch = &mut self.patches[i as usize];
@@ -210,18 +218,19 @@ impl<'a> Growth<'a> {
     }
 }
 
-/// D of VCCS between a supervoxel and a voxel.
-fn distance(c: &VccsConfig, a: &Patch, position: [f32; 3], normal: [f32; 3], colour: [f32; 3]) -> f32 {
-    let apart = |p: [f32; 3], q: [f32; 3]| {
-        let d = [p[0] - q[0], p[1] - q[1], p[2] - q[2]];
-        (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]).sqrt()
-    };
-    let bend = 1.0 - dot(a.normal, normal).abs();
-    let mut d = c.normal * bend + c.spatial * apart(a.position, position) / c.seed;
-    if c.colour != 0.0 {
-        d += c.colour * apart(a.colour, colour) / 255.0;
+/// D of VCCS between a supervoxel and a voxel, if it is below `bound`. Most are not, and need no root.
+fn distance_below(bound: f32, c: &VccsConfig, a: &Patch, b: &Patch) -> Option<f32> {
+    let bend = c.normal * (1.0 - dot(a.normal, b.normal).abs());
+    let left = bound - bend;
+    let apart = squared(a.position, b.position) * (c.spatial / c.seed).powi(2);
+    if !(left > 0.0 && apart < left * left) {
+        return None;
     }
-    d
+    let mut d = bend + apart.sqrt();
+    if c.colour != 0.0 {
+        d += c.colour * squared(a.colour, b.colour).sqrt() / 255.0;
+    }
+    (d < bound).then_some(d)
 }
 
 pub(super) fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
@@ -234,72 +243,8 @@ fn unit(v: [f32; 3]) -> [f32; 3] {
     if length > 1e-6 { v.map(|c| c / length) } else { [0.0; 3] }
 }
 
-/// Voxels by seed cell. The cells are anchored at the first voxel, which stands in the middle of its own.
-struct SeedCells {
-    anchor: [f32; 3],
-    edge: f32,
-    cells: BTreeMap<[i32; 3], Vec<u32>>,
-}
-
-impl SeedCells {
-    fn new(positions: &[[f32; 3]], edge: f32) -> Self {
-        let usable = edge.is_finite() && edge > 0.0;
-        let anchor = positions.first().copied().unwrap_or_default().map(|x| x - 0.5 * edge);
-        let mut cells = Self { anchor, edge, cells: BTreeMap::new() };
-        let mut by_cell: Vec<([i32; 3], u32)> = Vec::new();
-        if usable {
-            by_cell = positions.iter().enumerate().map(|(i, &p)| (cells.cell(p), i as u32)).collect();
-            by_cell.sort_unstable();
-        }
-        for group in by_cell.chunk_by(|a, b| a.0 == b.0) {
-            cells.cells.insert(group[0].0, group.iter().map(|g| g.1).collect());
-        }
-        cells
-    }
-
-    fn cell(&self, p: [f32; 3]) -> [i32; 3] {
-        // Float to integer saturates; cells at the rim of the range merge, which only costs seeds.
-        [0, 1, 2].map(|a| ((p[a] - self.anchor[a]) / self.edge).floor().clamp(-1e9, 1e9) as i32)
-    }
-
-    /// Voxels in the cell of `p` and the cells around it.
-    fn around(&self, p: [f32; 3]) -> impl Iterator<Item = u32> + '_ {
-        let [x, y, z] = self.cell(p);
-        (0..9).flat_map(move |k| {
-            let row = [x + k / 3 - 1, y + k % 3 - 1];
-            self.cells.range([row[0], row[1], z - 1]..=[row[0], row[1], z + 1]).flat_map(|(_, v)| v.iter().copied())
-        })
-    }
-
-    /// The voxel nearest to `p`, the lower index where two are equally near.
-    fn nearest(&self, positions: &[[f32; 3]], p: [f32; 3]) -> Option<u32> {
-        let to = |v: u32| squared(positions[v as usize], p);
-        self.around(p).map(|v| (to(v), v)).min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1))).map(|n| n.1)
-    }
-
-    /// The seeds: the voxel nearest to the middle of each occupied cell, unless it stands nearly alone.
-    fn select(&self, positions: &[[f32; 3]], config: &VccsConfig) -> Vec<u32> {
-        let lowest = self.cells.keys().fold([i32::MAX; 3], |low, c| [0, 1, 2].map(|a| low[a].min(c[a])));
-        let code = |c: &[i32; 3]| morton([0, 1, 2].map(|a| (c[a] - lowest[a]).min((1 << 21) - 1) as u32));
-        let cells: Vec<&[i32; 3]> = self.cells.keys().collect();
-        let mut order: Vec<(u64, u32)> = cells.iter().enumerate().map(|(i, c)| (code(c), i as u32)).collect();
-        sort_by_key(&mut order);
-        // A twentieth of the voxels of a plane through the search ball.
-        let radius = 0.5 * config.seed;
-        let fewest = 0.05 * std::f32::consts::PI * radius * radius / (config.voxel * config.voxel);
-        let seed = |&(_, i): &(u64, u32)| {
-            let cell = cells[i as usize];
-            let middle = [0, 1, 2].map(|a| self.anchor[a] + (cell[a] as f32 + 0.5) * self.edge);
-            let voxel = self.nearest(positions, middle)?;
-            let at = positions[voxel as usize];
-            let near = self.around(at).filter(|&v| squared(positions[v as usize], at) <= radius * radius).count();
-            (near as f32 > fewest).then_some(voxel)
-        };
-        order.iter().filter_map(seed).collect()
-    }
-}
-
-fn squared(a: [f32; 3], b: [f32; 3]) -> f32 {
+/// Squared distance.
+pub(super) fn squared(a: [f32; 3], b: [f32; 3]) -> f32 {
     let d = [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
     dot(d, d)
 }

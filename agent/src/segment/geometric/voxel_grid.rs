@@ -15,7 +15,7 @@ pub const NONE: u32 = u32::MAX;
 
 /// Voxels an axis may have: 20 bits each way, so that an address fits a `u64`.
 const LIMIT: f64 = (1 << 20) as f64 - 2.0;
-const BITS: u32 = 21;
+pub(super) const BITS: u32 = 21;
 
 /// Occupied voxels and their adjacency.
 #[derive(Clone, Debug, Default)]
@@ -126,14 +126,10 @@ fn runs(points: &ColouredPoints, centre: [f64; 3], size: f32) -> Vec<Run> {
     let mut runs: Vec<Run> = Vec::with_capacity(points.len() / 4 + 1);
     let mut open = false;
     for (i, p) in points.positions.iter().enumerate() {
-        let at = |a: usize| ((f64::from(p[a]) - centre[a]) * scale).floor();
-        let at = [at(0), at(1), at(2)];
-        // Not finite fails the comparison as well.
-        if !(at[0].abs() < LIMIT && at[1].abs() < LIMIT && at[2].abs() < LIMIT) {
+        let Some(key) = pack([0, 1, 2].map(|a| (f64::from(p[a]) - centre[a]) * scale)) else {
             open = false;
             continue;
-        }
-        let key = pack(at);
+        };
         let colour = points.colour(i);
         match runs.last_mut().filter(|r| open && r.key == key) {
             Some(run) => {
@@ -156,11 +152,18 @@ fn runs(points: &ColouredPoints, centre: [f64; 3], size: f32) -> Vec<Run> {
     runs
 }
 
-fn pack(at: [f64; 3]) -> u64 {
-    at.iter().fold(0, |key, c| key << BITS | (*c as i64 + (1 << (BITS - 1))) as u64)
+/// Address of the cell that holds a position given in cells; `None` out of reach or not finite.
+pub(super) fn pack(at: [f64; 3]) -> Option<u64> {
+    const HALF: f64 = (1 << (BITS - 1)) as f64;
+    // Positive from here on, so that the conversion to an integer is the floor.
+    let [x, y, z] = at.map(|c| c + HALF);
+    let inside = |c: f64| c > HALF - LIMIT && c < HALF + LIMIT;
+    (inside(x) && inside(y) && inside(z))
+        .then(|| u64::from(x as u32) << (2 * BITS) | u64::from(y as u32) << BITS | u64::from(z as u32))
 }
 
-fn unpack(key: u64) -> [u32; 3] {
+/// The coordinates of an address.
+pub(super) fn unpack(key: u64) -> [u32; 3] {
     [2, 1, 0].map(|a| (key >> (a * BITS)) as u32 & ((1 << BITS) - 1))
 }
 
