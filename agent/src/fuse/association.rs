@@ -95,7 +95,12 @@ impl Default for Overlap {
 }
 
 /// P1's test. An object of a class that the model does not have begins a new instance, from `next` on.
-pub fn by_gravity_centre(view: &[ObjectCloud], model: &[ObjectCloud], next: u16, config: &GravityCentre) -> Association {
+pub fn by_gravity_centre(
+    view: &[ObjectCloud],
+    model: &[ObjectCloud],
+    next: u16,
+    config: &GravityCentre,
+) -> Association {
     let mut association = Association::default();
     let mut next = next.max(1);
     for object in view.iter().filter(|o| !o.points.is_empty()) {
@@ -206,7 +211,8 @@ fn project(
 
 /// The instances of a view (0 left out) and the class that most of their pixels have.
 fn classes_of(segmentation: &Segmentation) -> BTreeMap<u16, u16> {
-    let labels = segmentation.instances.iter().enumerate().map(|(i, &instance)| (instance, segmentation.components.best(i)));
+    let labels =
+        segmentation.instances.iter().enumerate().map(|(i, &instance)| (instance, segmentation.components.best(i)));
     majority(labels)
 }
 

@@ -99,8 +99,10 @@ impl Degradation {
 
     fn blobs(&self, segmentation: &Segmentation, width: usize, seed: u64, scale: f32) -> Vec<Blob> {
         let mut random = Pcg64Mcg::seed_from_u64(seed);
-        let labelled: Vec<u32> =
-            (0..segmentation.instances.len()).filter(|&i| segmentation.components.best(i) != 0).map(|i| i as u32).collect();
+        let labelled: Vec<u32> = (0..segmentation.instances.len())
+            .filter(|&i| segmentation.components.best(i) != 0)
+            .map(|i| i as u32)
+            .collect();
         let mut blobs = Vec::new();
         for (share, hole) in [(self.holes, true), (self.flips, false)] {
             let mut left = share * labelled.len() as f32;
@@ -141,7 +143,8 @@ fn smooth_noise(x: f32, y: f32, seed: u64) -> f32 {
     let (tx, ty) = (ease(x - x0), ease(y - y0));
     let at = |dx: i64, dy: i64| {
         let mut h = seed ^ (x0 as i64 + dx).wrapping_mul(0x9e37_79b9_7f4a_7c15_u64 as i64) as u64;
-        h = (h ^ h >> 29).wrapping_mul(0xbf58_476d_1ce4_e5b9) ^ (y0 as i64 + dy).wrapping_mul(0x2545_f491_4f6c_dd1d) as u64;
+        h = (h ^ h >> 29).wrapping_mul(0xbf58_476d_1ce4_e5b9)
+            ^ (y0 as i64 + dy).wrapping_mul(0x2545_f491_4f6c_dd1d) as u64;
         h = (h ^ h >> 32).wrapping_mul(0x94d0_49bb_1331_11eb);
         // Uniform in ±1; the factor makes up for what interpolation smooths away.
         2.7 * ((h >> 40) as f32 / (1 << 23) as f32 - 1.0)
@@ -255,7 +258,12 @@ mod tests {
         let soft = Segmentation {
             components: ClassField::Soft {
                 classes: 3,
-                probabilities: hard.instances.iter().flat_map(|&l| one_hot(l.into())).map(|x| u8::from(x) * 255).collect(),
+                probabilities: hard
+                    .instances
+                    .iter()
+                    .flat_map(|&l| one_hot(l.into()))
+                    .map(|x| u8::from(x) * 255)
+                    .collect(),
                 sigma: vec![9; WIDTH * HEIGHT],
             },
             ..hard.clone()

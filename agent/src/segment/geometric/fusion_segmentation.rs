@@ -132,7 +132,14 @@ fn apply(patches: &[u32], decided: &[u32], given: &[u32]) -> Vec<u32> {
 }
 
 /// Patches that the checks of `config` do not let pass as wholes.
-fn doubted(votes: &Votes, decided: &[u32], given: &[u32], fused: &[u32], objects: usize, config: &FusionConfig) -> Vec<bool> {
+fn doubted(
+    votes: &Votes,
+    decided: &[u32],
+    given: &[u32],
+    fused: &[u32],
+    objects: usize,
+    config: &FusionConfig,
+) -> Vec<bool> {
     let (mut mask, mut kept) = (vec![0_u32; objects], vec![0_u32; objects]);
     for (&before, &after) in given.iter().zip(fused) {
         mask[before as usize] += 1;
@@ -207,7 +214,13 @@ fn relabel(
 type Mean = (Vec<u8>, u8);
 
 /// Mean probabilities and sigma of the pixels that keep their label, by patch and object.
-fn means(field: &ClassField, classes: usize, patches: &[u32], given: &[u32], fused: &[u32]) -> BTreeMap<(u32, u32), Mean> {
+fn means(
+    field: &ClassField,
+    classes: usize,
+    patches: &[u32],
+    given: &[u32],
+    fused: &[u32],
+) -> BTreeMap<(u32, u32), Mean> {
     let ClassField::Soft { probabilities, sigma, .. } = field else { return BTreeMap::new() };
     let mut sums: BTreeMap<(u32, u32), (Vec<u64>, u64, u64)> = BTreeMap::new();
     for (i, (&patch, &object)) in patches.iter().zip(given).enumerate() {
@@ -221,7 +234,9 @@ fn means(field: &ClassField, classes: usize, patches: &[u32], given: &[u32], fus
         *n += 1;
     }
     let rounded = |sum: u64, n: u64| ((sum + n / 2) / n) as u8;
-    sums.into_iter().map(|(k, (sum, s, n))| (k, (sum.iter().map(|&x| rounded(x, n)).collect(), rounded(s, n)))).collect()
+    sums.into_iter()
+        .map(|(k, (sum, s, n))| (k, (sum.iter().map(|&x| rounded(x, n)).collect(), rounded(s, n))))
+        .collect()
 }
 
 #[cfg(test)]

@@ -35,9 +35,8 @@ impl NoiseFilter {
                 let z = depth[y * width + x];
                 if z > 0.0 {
                     let rows = y.saturating_sub(1)..=(y + 1).min(height - 1);
-                    let near = rows.flat_map(|v| {
-                        (x.saturating_sub(1)..=(x + 1).min(width - 1)).map(move |u| v * width + u)
-                    });
+                    let near =
+                        rows.flat_map(|v| (x.saturating_sub(1)..=(x + 1).min(width - 1)).map(move |u| v * width + u));
                     // The pixel itself is on its surface.
                     let count = near.filter(|&j| same(z, depth[j])).count() as u32;
                     noisy[y * width + x] = count < self.fewest_neighbours + 1;

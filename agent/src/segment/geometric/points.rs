@@ -29,7 +29,8 @@ impl ColouredPoints {
         let mut positions = Vec::with_capacity(depth.len());
         for (v, row) in depth.chunks(width).enumerate() {
             let down = ((v as f64 - k.cy) / k.fy) as f32;
-            positions.extend(row.iter().zip(&across).map(|(&z, x)| if z > 0.0 { [x * z, down * z, z] } else { MISSING }));
+            positions
+                .extend(row.iter().zip(&across).map(|(&z, x)| if z > 0.0 { [x * z, down * z, z] } else { MISSING }));
         }
         let (colours, _) = rgb.as_raw().as_chunks::<3>();
         Self { positions, colours: colours.to_vec() }

@@ -68,7 +68,8 @@ impl SeedCells {
     /// The seeds: for each occupied cell the voxel nearest to its middle, if more than `fewest` voxels stand within
     /// `radius` (at most half a cell) of that one.
     pub(super) fn seeds(&self, positions: &[[f32; 3]], radius: f32, fewest: f32) -> Vec<u32> {
-        let mut order: Vec<(u64, u32)> = self.keys.iter().enumerate().map(|(i, &k)| (morton(unpack(k)), i as u32)).collect();
+        let mut order: Vec<(u64, u32)> =
+            self.keys.iter().enumerate().map(|(i, &k)| (morton(unpack(k)), i as u32)).collect();
         sort_by_key(&mut order);
         let seed = |&(_, i): &(u64, u32)| {
             let c = unpack(self.keys[i as usize]);

@@ -23,10 +23,8 @@ pub enum PatchMethod {
 
 impl PatchMethod {
     /// LCCCP as it is tuned for views of parts: shading does not part surfaces.
-    pub const LCCCP: Self = Self::Lcccp {
-        voxel_in_pixels: 3.0,
-        colour: ColourCriterion { gamma: 20.0, illumination_robust: true },
-    };
+    pub const LCCCP: Self =
+        Self::Lcccp { voxel_in_pixels: 3.0, colour: ColourCriterion { gamma: 20.0, illumination_robust: true } };
     /// SLIC with its usual compactness.
     pub const SLIC: Self = Self::Slic(SlicConfig { step: 12, compactness: 10.0, iterations: 10 });
 }

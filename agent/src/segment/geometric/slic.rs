@@ -58,7 +58,8 @@ fn grid_centres(lab: &[[f32; 3]], width: usize, height: usize, step: usize) -> V
         for x in (step / 2..width.max(step / 2 + 1)).step_by(step) {
             let mut best = (f32::INFINITY, x.min(width - 1), y.min(height - 1));
             for k in 0..9 {
-                let (u, v) = ((x + k % 3).saturating_sub(1).min(width - 1), (y + k / 3).saturating_sub(1).min(height - 1));
+                let (u, v) =
+                    ((x + k % 3).saturating_sub(1).min(width - 1), (y + k / 3).saturating_sub(1).min(height - 1));
                 let g = gradient(u, v);
                 if g < best.0 {
                     best = (g, u, v);

@@ -88,12 +88,8 @@ struct Growth<'a> {
 impl<'a> Growth<'a> {
     fn new(grid: &'a VoxelGrid, config: &VccsConfig) -> Self {
         let normals = voxel_normals(grid);
-        let voxel = |i: usize| Patch {
-            position: grid.positions[i],
-            normal: normals[i],
-            colour: grid.colours[i],
-            voxels: 1,
-        };
+        let voxel =
+            |i: usize| Patch { position: grid.positions[i], normal: normals[i], colour: grid.colours[i], voxels: 1 };
         let mut growth = Self {
             owner: vec![NONE; grid.len()],
             distance: vec![f32::INFINITY; grid.len()],
@@ -203,8 +199,7 @@ impl<'a> Growth<'a> {
             number[i] = patches.len() as u32;
             patches.push(*patch);
         }
-        let of_voxel: Vec<u32> =
-            self.owner.iter().map(|&o| number.get(o as usize).copied().unwrap_or(NONE)).collect();
+        let of_voxel: Vec<u32> = self.owner.iter().map(|&o| number.get(o as usize).copied().unwrap_or(NONE)).collect();
         let mut edges = Vec::new();
         for (v, &a) in of_voxel.iter().enumerate().filter(|(_, a)| **a != NONE) {
             let others = self.grid.neighbours(v as u32).iter().map(|&u| of_voxel[u as usize]);
@@ -212,8 +207,7 @@ impl<'a> Growth<'a> {
         }
         edges.sort_unstable();
         edges.dedup();
-        let of_point =
-            self.grid.of_point.iter().map(|&v| of_voxel.get(v as usize).copied().unwrap_or(NONE)).collect();
+        let of_point = self.grid.of_point.iter().map(|&v| of_voxel.get(v as usize).copied().unwrap_or(NONE)).collect();
         Supervoxels { patches, edges, of_point }
     }
 }

@@ -139,13 +139,9 @@ fn runs(points: &ColouredPoints, centre: [f64; 3], size: f32) -> Vec<Run> {
                     run.colour[a] += u32::from(colour[a]);
                 }
             }
-            None => runs.push(Run {
-                key,
-                from: i as u32,
-                to: i as u32 + 1,
-                position: *p,
-                colour: colour.map(u32::from),
-            }),
+            None => {
+                runs.push(Run { key, from: i as u32, to: i as u32 + 1, position: *p, colour: colour.map(u32::from) })
+            }
         }
         open = true;
     }
