@@ -33,7 +33,7 @@ fn segments_of_real_tabletops_follow_the_labels() {
     for (name, config, over, under) in [("LCCP", &lccp, 0.08, 0.010), ("LCCCP", &lcccp, 0.12, 0.025)] {
         for cloud in ["learn0.pcd", "learn9.pcd", "learn17.pcd"] {
             let score = score(cloud, config);
-            println!(
+            eprintln!(
                 "{name:<5} {cloud:<12} {:>3} segments of {} regions: over-segmentation {:.2} %, under-segmentation {:.2} %, \
                  adjusted Rand index {:.3}",
                 score.segments,
