@@ -41,6 +41,7 @@ fn inspect_writes_the_whole_folder() {
     assert_eq!(registration(1)["method"], "kept prior", "it looks from the other side");
     assert!(registration(1)["reason"].as_str().is_some_and(|r| r.contains("lie on the model")), "{text}");
     assert_eq!(registration(2)["method"], "icp", "{text}");
+    assert!(written["base_from_table"]["rotation"].is_array(), "P0 step 5");
     assert!(stderr(&output).contains("after one rigid alignment"), "{}", stderr(&output));
 }
 

@@ -8,6 +8,7 @@
 //! Clouds that are not organized take another way: [`SurfelCloud`] thins them and fits normals, [`gicp`] aligns them from
 //! a guess, and [`global`] without one.
 
+mod base_frame;
 mod correspondences;
 mod degeneracy;
 mod edges;

@@ -29,6 +29,9 @@ pub struct InspectionRecord {
     pub voxel: Option<f64>,
     /// Points of the model, flagged ones included.
     pub points: u64,
+    /// P0 step 5: the table frame, at table angle 0, in the robot base; absent without a robot.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub base_from_table: Option<PoseRecord>,
     /// All poses together; absent if they were not refined.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub refinement: Option<RefinementRecord>,

@@ -4,7 +4,7 @@ use super::record::{
     AlignedRecord, ComponentTruth, IdealRecord, InspectionRecord, PoseRecord, RefinementRecord, SCHEMA_VERSION,
     SoftwareRecord, StageTime, TruthRecord, ViewRecord, rows,
 };
-use crate::acquire::{Source, SourceInfo, TrueMesh};
+use crate::acquire::{PoseEvidence, Source, SourceInfo, TrueMesh};
 use crate::evaluate::{PosePair, TruthReport, align_poses, aligned_pose_errors, judge, judge_aligned, pose_error};
 use crate::fuse::{OutlierFilter, SemanticMap, TouchedChunk};
 use crate::inspect::summarize;
@@ -26,6 +26,7 @@ pub struct Recorder {
 #[derive(Debug)]
 struct Heard {
     record: ViewRecord,
+    base_from_table: Option<Isometry3<f64>>,
     poses: Option<Poses>,
 }
 
@@ -71,7 +72,11 @@ impl InspectionSink for Recorder {
             truth: t.table_from_camera,
         });
         let mut views = self.views.lock().unwrap_or_else(PoisonError::into_inner);
-        views.push(Heard { record, poses });
+        let base_from_table = outcome.view.as_ref().and_then(|v| match &v.pose {
+            PoseEvidence::Chain { chain, .. } => Some(chain.base_from_table(0.0)),
+            _ => None,
+        });
+        views.push(Heard { record, base_from_table, poses });
     }
 
     fn refined(&self, indices: &[u32], refinement: &JointRefinement) {
@@ -132,6 +137,7 @@ impl Recorder {
             settings: info.settings.clone(),
             voxel,
             points: cloud.len() as u64,
+            base_from_table: views.iter().find_map(|v| v.base_from_table.as_ref()).map(PoseRecord::from),
             refinement: self.refinement.into_inner().unwrap_or_else(PoisonError::into_inner),
             views: views.into_iter().map(|v| v.record).collect(),
             components,
