@@ -101,7 +101,11 @@ fn measure(case: &Case, folder: Option<&Path>) -> serde_json::Value {
         source = SourcePoints::select(&cloud, stride, |i| labels[i], |i| labels[i] != 0);
         align(&source, &view.intrinsics, &map, &prior, &covariance, &IcpConfig::default()).expect("aligns")
     });
-    let cloud = OrganizedCloud::new(view.intrinsics, &view.depth, Some(&others));
+    // What the steps cost by themselves.
+    let (normals, cloud) = cpu::cheapest(RUNS, || OrganizedCloud::new(view.intrinsics, &view.depth, Some(&others)));
+    let centre = source.centroid().expect("points");
+    let camera = map.model_camera(&view.intrinsics, centre.z);
+    let (rendering, _) = cpu::cheapest(RUNS, || map.render(camera, &prior));
     let object: Vec<[f32; 3]> =
         (0..labels.len()).filter_map(|i| cloud.point(i).map(|p| [p.x as f32, p.y as f32, p.z as f32])).collect();
     let model = kept(&map.cloud());
@@ -114,10 +118,10 @@ fn measure(case: &Case, folder: Option<&Path>) -> serde_json::Value {
         let poses = json!({ "prior": matrix(&prior), "truth": matrix(&truth), "voxel_m": map.config().voxel });
         save("json", poses.to_string().as_bytes());
     }
-    let centre = source.centroid().expect("points");
     let (rotation, shift) = error(&aligned.table_from_camera, &truth, &centre);
     let (rotation_before, shift_before) = error(&prior, &truth, &centre);
     json!({
+        "normals_cpu_s": normals.cpu_s, "rendering_cpu_s": rendering.cpu_s,
         "cpu_s": cost.cpu_s, "wall_s": cost.wall_s, "rounds": aligned.report.iterations,
         "view_points": object.len(), "model_points": model.len(), "voxel_mm": map.config().voxel * 1e3,
         "error_deg": rotation.to_degrees(), "error_mm": shift * 1e3,
