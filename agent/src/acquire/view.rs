@@ -46,6 +46,18 @@ impl Intrinsics {
         }
     }
 
+    /// The part of the picture from pixel (`left`, `top`), `width` by `height`; what lies beyond the picture is left out.
+    pub fn cropped(&self, left: u32, top: u32, width: u32, height: u32) -> Self {
+        let (left, top) = (left.min(self.width), top.min(self.height));
+        Self {
+            width: width.min(self.width - left),
+            height: height.min(self.height - top),
+            cx: self.cx - f64::from(left),
+            cy: self.cy - f64::from(top),
+            ..*self
+        }
+    }
+
     /// Edge of a pixel's footprint in metres on a surface that faces the camera at depth `z`.
     pub fn footprint(&self, z: f64) -> f64 {
         z / (self.fx * self.fy).sqrt()

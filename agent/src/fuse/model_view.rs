@@ -30,6 +30,8 @@ const LARGEST_SPLAT: f32 = 12.0;
 const SHELL: f32 = 4.0;
 /// Voxels within this depth of the one with the most evidence, in voxels, do.
 const SAME_SURFACE: f32 = 1.5;
+/// Where the picture is coarser than the map, so many voxels a pixel are enough.
+const VOXELS_A_PIXEL: f32 = 4.0;
 /// No brick.
 const NONE: u32 = u32::MAX;
 
@@ -100,8 +102,8 @@ impl SemanticMap {
             .enumerate()
             .for_each(|(band, (((points, normals), labels), instances))| {
                 let rows = (band * BAND) as i32..(band * BAND + points.len() / width) as i32;
-                let shown = self.draw(&eye, &bands[band], &rows);
-                let means = self.average(&eye, &bands[band], &rows, &shown);
+                let (shown, splats) = self.draw(&eye, &bands[band], &rows);
+                let means = self.average(&splats, &shown, SAME_SURFACE * eye.edge as f32);
                 for (i, shown) in shown.iter().enumerate().filter(|(_, s)| s.brick != NONE) {
                     let brick = &self.bricks[shown.brick as usize];
                     let voxel = &brick.voxels[usize::from(shown.slot)];
@@ -134,11 +136,12 @@ impl SemanticMap {
         lists
     }
 
-    /// Splats the voxels of `bricks` onto the pixels of `rows`.
-    fn draw(&self, eye: &Eye, bricks: &[u32], rows: &Range<i32>) -> Vec<Shown> {
+    /// Splats the voxels of `bricks` onto the pixels of `rows`; also those whose own pixel is among them.
+    fn draw(&self, eye: &Eye, bricks: &[u32], rows: &Range<i32>) -> (Vec<Shown>, Vec<Splat>) {
         let width = eye.k.width as usize;
         let empty = Shown { nearest: f32::INFINITY, depth: f32::INFINITY, merit: 0.0, brick: NONE, slot: 0 };
         let mut shown = vec![empty; rows.len() * width];
+        let mut splats = Vec::new();
         let [fx, fy, cx, cy] = [eye.k.fx, eye.k.fy, eye.k.cx, eye.k.cy].map(|k| k as f32);
         let (last_column, first_row, last_row) = (eye.k.width as i32 - 1, rows.start, rows.end - 1);
         let edge = eye.edge as f32;
@@ -148,7 +151,7 @@ impl SemanticMap {
             let corner = eye.corner(key);
             let lowest = key.0.map(|c| f64::from(c * BRICK_EDGE));
             let centre: [f32; 3] = std::array::from_fn(|i| (eye.centre[i] / eye.edge - lowest[i]) as f32);
-            for (slot, voxel) in self.bricks[b as usize].voxels.iter().enumerate() {
+            for (slot, voxel) in self.bricks[b as usize].voxels.iter().enumerate().step_by(eye.step(corner)) {
                 let q = within(voxel);
                 let facing: f32 = (0..3).map(|i| voxel.normal[i] * (q[i] - centre[i])).sum();
                 if facing >= 0.0 || voxel.flags.has(PointFlags::OUTLIER) {
@@ -164,6 +167,11 @@ impl SemanticMap {
                 let half_v = (spread_v * near).clamp(0.5, LARGEST_SPLAT);
                 let (left, right) =
                     (((u - half_u).ceil() as i32).max(0), ((u + half_u).floor() as i32).min(last_column));
+                let own = ((u + 0.5).floor() as i32, (v + 0.5).floor() as i32);
+                if (0..=last_column).contains(&own.0) && rows.contains(&own.1) {
+                    let at = (own.1 - first_row) as u32 * eye.k.width + own.0 as u32;
+                    splats.push(Splat { at, point: [x, y, z], brick: b, slot: slot as u16 });
+                }
                 let top = ((v - half_v).ceil() as i32).max(first_row);
                 let bottom = ((v + half_v).floor() as i32).min(last_row);
                 for row in top..=bottom {
@@ -184,46 +192,35 @@ impl SemanticMap {
                 }
             }
         }
-        shown
+        (shown, splats)
     }
 
-    /// Weighted means of the voxels that lie in a pixel of `rows` and belong to the surface that is `shown` there.
-    fn average(&self, eye: &Eye, bricks: &[u32], rows: &Range<i32>, shown: &[Shown]) -> Vec<Mean> {
-        let (width, height) = (eye.k.width as f32, rows.end as f32);
+    /// Weighted means of the voxels that lie in a pixel and belong to the surface that is `shown` there.
+    fn average(&self, splats: &[Splat], shown: &[Shown], same: f32) -> Vec<Mean> {
         let mut means = vec![Mean::default(); shown.len()];
-        let [fx, fy, cx, cy] = [eye.k.fx, eye.k.fy, eye.k.cx, eye.k.cy].map(|k| k as f32);
-        let edge = eye.edge as f32;
-        let same = SAME_SURFACE * edge;
-        for &b in bricks {
-            let key = self.keys[b as usize];
-            let corner = eye.corner(key);
-            let lowest = key.0.map(|c| f64::from(c * BRICK_EDGE));
-            let centre: [f32; 3] = std::array::from_fn(|i| (eye.centre[i] / eye.edge - lowest[i]) as f32);
-            for voxel in &self.bricks[b as usize].voxels {
-                let q = within(voxel);
-                let facing: f32 = (0..3).map(|i| voxel.normal[i] * (q[i] - centre[i])).sum();
-                if facing >= 0.0 || voxel.flags.has(PointFlags::OUTLIER) {
-                    continue;
-                }
-                let point = eye.point(corner, q);
-                let near = 1.0 / point[2];
-                let (u, v) = ((fx * point[0] * near + cx).round(), (fy * point[1] * near + cy).round());
-                if point[2] < edge || !(u >= 0.0 && v >= rows.start as f32 && u < width && v < height) {
-                    continue;
-                }
-                let at = (v as i32 - rows.start) as usize * eye.k.width as usize + u as usize;
-                if (point[2] - shown[at].depth).abs() <= same {
-                    let mean = &mut means[at];
-                    mean.weight += voxel.weight;
-                    for i in 0..3 {
-                        mean.point[i] += voxel.weight * point[i];
-                        mean.normal[i] += voxel.normal[i];
-                    }
-                }
+        for splat in splats {
+            if (splat.point[2] - shown[splat.at as usize].depth).abs() > same {
+                continue;
+            }
+            let voxel = &self.bricks[splat.brick as usize].voxels[usize::from(splat.slot)];
+            let mean = &mut means[splat.at as usize];
+            mean.weight += voxel.weight;
+            for i in 0..3 {
+                mean.point[i] += voxel.weight * splat.point[i];
+                mean.normal[i] += voxel.normal[i];
             }
         }
         means
     }
+}
+
+/// A voxel that turns to the camera, in the pixel that its mean point falls into.
+struct Splat {
+    at: u32,
+    /// Camera frame, metres.
+    point: [f32; 3],
+    brick: u32,
+    slot: u16,
 }
 
 /// Weighted sums over the voxels of one pixel.
@@ -255,6 +252,12 @@ impl Eye {
             centre: table_from_camera * Point3::origin(),
             k,
         }
+    }
+
+    /// Where many voxels fall into one pixel, every so many of a brick (its corner in the camera frame) are enough.
+    fn step(&self, corner: [f32; 3]) -> usize {
+        let pixels = self.k.fx as f32 * self.edge as f32 / corner[2].max(self.edge as f32);
+        (1.0 / (VOXELS_A_PIXEL * pixels * pixels)).clamp(1.0, 64.0) as usize
     }
 
     /// Lowest corner of a brick in the camera frame.

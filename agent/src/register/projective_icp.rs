@@ -97,15 +97,17 @@ pub enum NotAligned {
 struct Level {
     /// Every so many source points.
     thin: usize,
+    /// Edge of the model's pixels, in spacings of its points.
+    pixel: f64,
     /// Smallest cosine between normals.
     cosine: f32,
     rounds: u32,
 }
 
 const LEVELS: [Level; 3] = [
-    Level { thin: 16, cosine: 0.5, rounds: 25 },
-    Level { thin: 4, cosine: 0.7, rounds: 12 },
-    Level { thin: 1, cosine: 0.8, rounds: 8 },
+    Level { thin: 16, pixel: 4.0, cosine: 0.5, rounds: 25 },
+    Level { thin: 4, pixel: 1.0, cosine: 0.7, rounds: 12 },
+    Level { thin: 1, pixel: 1.0, cosine: 0.8, rounds: 8 },
 ];
 /// Longest pair at the finest level, in spacings of the model's points.
 const FINE_GATE: f64 = 3.0;
@@ -138,12 +140,15 @@ pub fn align(
     let centre = source.centroid().ok_or(NotAligned::NoPoints)?;
     let stiffness = covariance.try_inverse().ok_or(NotAligned::BadCovariance)?;
     let problem = Problem { centre, radius: source.radius(&centre), prior, stiffness, config };
-    // A pixel finer than the model's spacing would only show its gaps.
-    let seen_by = camera.scaled((camera.footprint(centre.z) / model.spacing()).min(1.0));
-    let mut rendered = model.view(&seen_by, prior);
-
     let fine = (FINE_GATE * model.spacing()).max(8.0 * SIGMA_FLOOR);
     let widest = (3.0 * problem.spread(covariance) + fine).min(LONGEST);
+    // The model is looked at through the window that the source lies in; a pixel finer than its spacing would only
+    // show its gaps.
+    let look = |pose: &Isometry3<f64>, reach: f64, pixel: f64| {
+        let window = source.window(camera, reach);
+        model.view(&window.scaled((camera.footprint(centre.z) / (pixel * model.spacing())).min(1.0)), pose)
+    };
+    let mut rendered = look(prior, widest, LEVELS[0].pixel);
     let mut pose = *prior;
     let mut iterations = 0;
     for (l, level) in LEVELS.iter().enumerate() {
@@ -152,8 +157,9 @@ pub fn align(
         let share = l as f64 / (LEVELS.len() - 1) as f64;
         let distance = (widest.powf(1.0 - share) * fine.powf(share)) as f32;
         let mut gate = Gate { distance, cosine: level.cosine, tukey: distance, same_label: config.same_label };
-        if problem.moved(&difference(&rendered.table_from_camera, &pose)) > STALE * model.spacing() {
-            rendered = model.view(&seen_by, &pose);
+        let moved = problem.moved(&difference(&rendered.table_from_camera, &pose));
+        if l > 0 && (level.pixel < LEVELS[l - 1].pixel || moved > STALE * model.spacing()) {
+            rendered = look(&pose, widest, level.pixel);
         }
         for _ in 0..level.rounds {
             let at = problem.linearise(&points, &rendered, &pose, &gate);

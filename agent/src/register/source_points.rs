@@ -1,6 +1,7 @@
 //! The points of a view that take part in its registration: those of the object (P1's segment ICP), thinned.
 
 use super::{ModelView, OrganizedCloud};
+use crate::acquire::Intrinsics;
 use nalgebra::{Isometry3, Point3};
 
 /// Points with normals and labels in the camera frame, metres.
@@ -47,6 +48,22 @@ impl SourcePoints {
             normals: self.normals.iter().copied().step_by(step).collect(),
             labels: self.labels.iter().copied().step_by(step).collect(),
         }
+    }
+
+    /// The part of `camera`'s picture in which these points lie, with a margin of `reach` metres around them.
+    pub(super) fn window(&self, camera: &Intrinsics, reach: f64) -> Intrinsics {
+        let mut low = [f64::INFINITY; 2];
+        let mut high = [f64::NEG_INFINITY; 2];
+        for p in &self.points {
+            let Some((u, v)) = camera.project(&Point3::from(*p).cast()) else { continue };
+            let margin = reach / camera.footprint(f64::from(p[2]));
+            low = [low[0].min(u - margin), low[1].min(v - margin)];
+            high = [high[0].max(u + margin), high[1].max(v + margin)];
+        }
+        // A picture beyond whose edge points lie counts for nothing: casts saturate, and NaN is 0.
+        let edge = |i: usize| (low[i].max(0.0) as u32, (high[i].max(0.0).ceil() as u32).saturating_add(1));
+        let ((left, right), (top, bottom)) = (edge(0), edge(1));
+        camera.cropped(left, top, right.saturating_sub(left), bottom.saturating_sub(top))
     }
 
     /// Number of points.
