@@ -7,8 +7,10 @@ pub mod bop;
 pub mod camera_mask;
 pub mod depth_map;
 mod error;
+pub mod mesh_file;
 mod open;
 pub mod pcd;
+mod percent;
 mod view;
 pub mod virtual_cell;
 

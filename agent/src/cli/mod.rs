@@ -1,6 +1,7 @@
 //! Commands, their arguments and exit codes.
 
 mod config;
+mod evaluate;
 mod export;
 mod inspect;
 mod report;
@@ -26,6 +27,8 @@ enum Command {
     Serve(serve::ServeArgs),
     /// Inspect a source without a browser and write the model
     Inspect(inspect::InspectArgs),
+    /// Measure a model against a reference, clouds or meshes
+    Evaluate(evaluate::EvaluateArgs),
     /// Write the model of an inspection as a mesh or a cloud in other formats
     Export(export::ExportArgs),
 }
@@ -65,6 +68,7 @@ impl Cli {
             Command::Demo(args) => args.run(),
             Command::Serve(args) => args.run(),
             Command::Inspect(args) => args.run(),
+            Command::Evaluate(args) => args.run(),
             Command::Export(args) => args.run(),
         }
     }

@@ -8,7 +8,7 @@ use std::path::PathBuf;
 
 use super::sensor::SensorModel;
 use super::station::ErrorModel;
-use crate::acquire::AcquireError;
+use crate::acquire::{AcquireError, percent};
 
 /// How viewpoints are chosen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -96,7 +96,7 @@ impl VirtualCellSpec {
                 return Err(fail(format!("key {key} is given twice")));
             }
             seen.push(key);
-            let value = decode(raw).ok_or_else(|| fail(format!("key {key}: {raw:?} has a bad % sequence")))?;
+            let value = percent::decode(raw).ok_or_else(|| fail(format!("key {key}: {raw:?} has a bad % sequence")))?;
             let bad = |want: &str| fail(format!("key {key}: {value:?} is not {want}"));
             match key {
                 "seed" => spec.seed = value.parse().map_err(|_| bad("a number from 0 to 2^64-1"))?,
@@ -143,26 +143,6 @@ fn size(value: &str) -> Option<(u32, u32)> {
     let (w, h) = value.split_once('x')?;
     let edge = |v: &str| number(v, 16, VirtualCellSpec::MAX_EDGE);
     Some((edge(w)?, edge(h)?))
-}
-
-/// Replaces `%xx`; `None` for a bad sequence or bytes that are no UTF-8.
-pub(super) fn decode(raw: &str) -> Option<String> {
-    let mut bytes = Vec::with_capacity(raw.len());
-    let mut rest = raw.as_bytes();
-    while let Some((&first, tail)) = rest.split_first() {
-        if first == b'%' {
-            let digits = std::str::from_utf8(tail.get(..2)?).ok()?;
-            if !digits.bytes().all(|b| b.is_ascii_hexdigit()) {
-                return None;
-            }
-            bytes.push(u8::from_str_radix(digits, 16).ok()?);
-            rest = &tail[2..];
-        } else {
-            bytes.push(first);
-            rest = tail;
-        }
-    }
-    String::from_utf8(bytes).ok()
 }
 
 #[cfg(test)]

@@ -1,14 +1,7 @@
-//! Any mesh as the part: OBJ, PLY, STL, glTF and GLB files.
+//! Any mesh file as the part.
 //!
-//! Each reader yields [`Piece`]s; here they are checked, given normals and joined. Objects or nodes of a file become
-//! component classes when there are between 2 and [`MAX_CLASSES`] of them; a file in one piece is one class. Files are
-//! untrusted: whatever they hold, the answer is a mesh or an error that names the file.
-
-mod glb;
-mod gltf;
-mod obj;
-mod ply;
-mod stl;
+//! Pieces of a file are given normals and joined. Objects or nodes of a file become component classes when there are
+//! between 2 and [`MAX_CLASSES`] of them; a file in one piece is one class.
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -18,28 +11,12 @@ use image::RgbImage;
 
 use super::part::{SceneMesh, Tag};
 use crate::acquire::AcquireError;
+use crate::acquire::mesh_file::{self, Piece};
 
 /// Most pieces that count as components of their own.
 const MAX_CLASSES: usize = 64;
-/// Most triangles of a file.
-const MAX_TRIANGLES: usize = 20_000_000;
 /// Cosine of the angle past which neighbouring triangles meet in a sharp edge.
 const CREASE: f32 = 0.75;
-
-/// One object of a file.
-#[derive(Debug, Default)]
-struct Piece {
-    name: String,
-    positions: Vec<[f32; 3]>,
-    triangles: Vec<[u32; 3]>,
-    /// Texture coordinates of each triangle's corners, v upwards; may be empty.
-    uvs: Vec<[Vec2; 3]>,
-    /// Linear vertex colours; may be empty.
-    colours: Vec<Vec3>,
-    /// Linear base colour.
-    base: Option<Vec3>,
-    texture: Option<RgbImage>,
-}
 
 /// A file's mesh in its own units: tags hold class, instance, texture and the index of a colour as finish.
 #[derive(Debug)]
@@ -56,30 +33,14 @@ pub(super) struct Imported {
 /// [`AcquireError::Io`] or [`AcquireError::Format`] with the file's name.
 pub(super) fn read(path: &Path) -> Result<Imported, AcquireError> {
     let refuse = |reason: String| AcquireError::Format { path: path.to_owned(), reason };
-    let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
-    let pieces = match extension.as_str() {
-        "obj" => obj::read(path)?,
-        "ply" => ply::read(path)?,
-        "stl" => stl::read(path)?,
-        "gltf" | "glb" => gltf::read(path)?,
-        _ => return Err(refuse("is none of .obj, .ply, .stl, .gltf, .glb".into())),
-    };
-    join(pieces).map_err(refuse)
-}
-
-/// Opens and reads a whole file.
-fn bytes(path: &Path) -> Result<Vec<u8>, AcquireError> {
-    std::fs::read(path).map_err(|source| AcquireError::Io { path: path.to_owned(), source })
+    join(mesh_file::read(path)?).map_err(refuse)
 }
 
 fn join(pieces: Vec<Piece>) -> Result<Imported, String> {
+    let cloud = !pieces.is_empty();
     let pieces: Vec<Piece> = pieces.into_iter().filter(|p| !p.triangles.is_empty()).collect();
-    let count: usize = pieces.iter().map(|p| p.triangles.len()).sum();
-    if count == 0 {
-        return Err("holds no triangles".into());
-    }
-    if count > MAX_TRIANGLES {
-        return Err(format!("holds {count} triangles; {MAX_TRIANGLES} are the most"));
+    if pieces.is_empty() {
+        return Err(if cloud { "is a point cloud: a part needs faces" } else { "holds no triangles" }.into());
     }
     let mut classes: Vec<String> = Vec::new();
     for piece in &pieces {
@@ -90,7 +51,6 @@ fn join(pieces: Vec<Piece>) -> Result<Imported, String> {
     let separate = (2..=MAX_CLASSES).contains(&classes.len());
     let mut out = Imported { mesh: SceneMesh::default(), names: Vec::new(), colours: Vec::new(), textures: Vec::new() };
     for (i, piece) in pieces.into_iter().enumerate() {
-        check(&piece)?;
         let class = match separate {
             true => classes.iter().position(|n| *n == piece.name).unwrap_or(0) as u16 + 1,
             false => 1,
@@ -120,17 +80,6 @@ fn join(pieces: Vec<Piece>) -> Result<Imported, String> {
     Ok(out)
 }
 
-fn check(piece: &Piece) -> Result<(), String> {
-    if let Some(i) = piece.positions.iter().position(|p| !p.iter().all(|x| x.is_finite() && x.abs() < 1e9)) {
-        return Err(format!("vertex {i} of {:?} has a coordinate that is no usable number", piece.name));
-    }
-    let n = piece.positions.len();
-    match piece.triangles.iter().flatten().find(|&&i| i as usize >= n) {
-        Some(i) => Err(format!("a face of {:?} names vertex {i}, of {n}", piece.name)),
-        None => Ok(()),
-    }
-}
-
 /// Normals at each triangle's corners: the mean over the triangles around a point that lie within the crease angle.
 fn corner_normals(positions: &[[f32; 3]], triangles: &[[u32; 3]]) -> Vec<[Vec3; 3]> {
     let at = |i: u32| Vec3::from_array(positions[i as usize]);
@@ -151,16 +100,6 @@ fn corner_normals(positions: &[[f32; 3]], triangles: &[[u32; 3]]) -> Vec<[Vec3; 
         (near.sum::<Vec3>() + faces[k] * 1e-3).normalize_or(own.normalize_or(Vec3::Z))
     };
     triangles.iter().enumerate().map(|(k, t)| t.map(|i| corner(k, i))).collect()
-}
-
-/// sRGB in 0..=1 to linear.
-fn linear(c: [f32; 3]) -> Vec3 {
-    Vec3::from_array(c.map(|v| v.clamp(0.0, 1.0).powf(2.2)))
-}
-
-/// Splits a polygon into a fan of triangles.
-fn fan(polygon: &[u32]) -> impl Iterator<Item = [u32; 3]> + '_ {
-    (2..polygon.len()).map(|i| [polygon[0], polygon[i - 1], polygon[i]])
 }
 
 #[cfg(test)]

@@ -43,6 +43,7 @@ pub(super) fn read(path: &Path) -> Result<Vec<Piece>, AcquireError> {
             // A texture carries the colour itself; libraries often leave an arbitrary grey beside it.
             base: if texture.is_some() { Some(Vec3::ONE) } else { base },
             texture,
+            semantics: Vec::new(),
         });
     }
     Ok(pieces)

@@ -10,9 +10,9 @@ use gltf::accessor::{DataType, Dimensions};
 use gltf::mesh::Mode;
 use image::RgbImage;
 
-use super::super::spec::decode;
 use super::{Piece, bytes, glb};
 use crate::acquire::AcquireError;
+use crate::acquire::percent;
 
 /// Deepest nesting of nodes; deeper files are cyclic or hostile.
 const MAX_DEPTH: usize = 64;
@@ -62,7 +62,7 @@ pub(super) fn read(path: &Path) -> Result<Vec<Piece>, AcquireError> {
 impl File<'_> {
     fn resource(&self, uri: &str) -> Result<Vec<u8>, String> {
         // The crate takes percent sequences on trust.
-        decode(uri).ok_or_else(|| format!("URI {uri:?} has a bad % sequence"))?;
+        percent::decode(uri).ok_or_else(|| format!("URI {uri:?} has a bad % sequence"))?;
         let data = gltf::buffer::Data::from_source(gltf::buffer::Source::Uri(uri), Some(self.folder));
         data.map(|d| d.0).map_err(|e| e.to_string())
     }
@@ -125,6 +125,7 @@ impl File<'_> {
             },
             base: Some(Vec3::new(r, g, b).clamp(Vec3::ZERO, Vec3::ONE)),
             texture,
+            semantics: Vec::new(),
         }))
     }
 

@@ -1,4 +1,4 @@
-//! PLY, text or binary, by the `ply-rs` crate: positions, faces, vertex colours.
+//! PLY, text or binary, by the `ply-rs` crate: positions, faces, vertex colours, and what our own files say of a point.
 
 use std::io::BufRead;
 use std::path::Path;
@@ -6,7 +6,7 @@ use std::path::Path;
 use ply_rs::parser::Parser;
 use ply_rs::ply::{Property, PropertyAccess};
 
-use super::{Piece, bytes, fan, linear};
+use super::{Piece, VertexSemantics, bytes, fan, linear};
 use crate::acquire::AcquireError;
 
 /// A vertex or a face: unknown properties are passed over, so that memory stays bounded by the file.
@@ -15,6 +15,7 @@ struct Row {
     position: [f32; 3],
     colour: Option<[f32; 3]>,
     corners: Vec<u32>,
+    semantics: VertexSemantics,
 }
 
 impl PropertyAccess for Row {
@@ -30,6 +31,18 @@ impl PropertyAccess for Row {
             (Some(k), _, Property::Double(v)) => self.position[k] = v as f32,
             (_, Some(k), Property::UChar(v)) => self.colour.get_or_insert_default()[k] = f32::from(v) / 255.0,
             (_, Some(k), Property::Float(v)) => self.colour.get_or_insert_default()[k] = v,
+            (_, _, Property::Float(v)) => match name.as_str() {
+                "nx" => self.semantics.normal[0] = v,
+                "ny" => self.semantics.normal[1] = v,
+                "nz" => self.semantics.normal[2] = v,
+                "confidence" => self.semantics.confidence = Some(v),
+                _ => {}
+            },
+            (_, _, Property::UShort(v)) => match name.as_str() {
+                "label" => self.semantics.label = Some(v),
+                "flags" => self.semantics.flags = v,
+                _ => {}
+            },
             (_, _, Property::ListInt(v)) => {
                 self.take_corners(&name, v.into_iter().map(|i| u32::try_from(i).unwrap_or(u32::MAX)))
             }
@@ -67,14 +80,12 @@ pub(super) fn read(path: &Path) -> Result<Vec<Piece>, AcquireError> {
         match name.as_str() {
             "vertex" => {
                 piece.colours = rows.iter().filter_map(|r| r.colour.map(linear)).collect();
+                piece.semantics = rows.iter().map(|r| r.semantics).collect();
                 piece.positions = rows.into_iter().map(|r| r.position).collect();
             }
             "face" => piece.triangles = rows.iter().flat_map(|r| fan(&r.corners)).collect(),
             _ => {}
         }
-    }
-    if piece.triangles.is_empty() && !piece.positions.is_empty() {
-        return Err(refuse("is a point cloud: a part needs faces".into()));
     }
     Ok(vec![piece])
 }
