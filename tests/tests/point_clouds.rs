@@ -74,7 +74,7 @@ fn five_views_without_poses_register_globally() {
         let middle = Point3::new(0.0, 0.0, MIDDLE);
         let off = (pose * middle - reference * middle).norm();
         let turn = (pose.rotation.inverse() * reference.rotation).angle().to_degrees();
-        println!(
+        eprintln!(
             "view {} in view {}: overlap {:.2} on the grid (next best {:.2}), {} pairs; GICP overlap {:.2}, planes' RMSE \
              {:.2} mm; median distance {:.1} -> {:.1} mm ({:.1} at Open3D's pose); from Open3D's pose {:.1} mm {:.2} deg",
             i + 2,
@@ -104,7 +104,7 @@ fn a_room_and_a_table_do_not_match() {
     let input = |points| CloudInput { points, facing: Facing::From(Point3::origin()) };
     for seed in 0..3 {
         let found = register_globally(&input(&table), &input(&room), &GlobalConfig { seed, ..GlobalConfig::default() });
-        println!("{found:?}");
+        eprintln!("{found:?}");
         assert!(matches!(found, Err(GlobalError::NoMatch { .. })), "{found:?}");
     }
 }
