@@ -8,7 +8,8 @@
 
 use crate::acquire::{Source, SourceInfo, View};
 use crate::fuse::{
-    FuseError, Integration, LabelledView, MapConfig, OutlierFilter, SemanticMap, TouchedChunk, voxel_for,
+    AssociationTest, Associator, FuseError, Integration, LabelledView, MapConfig, Misidentification, OutlierFilter,
+    SemanticMap, TouchedChunk, voxel_for,
 };
 use crate::register::{Arrival, JointRefinement, ModelSurface, OrganizedCloud, Registrar, Registration};
 use crate::segment::{Segmentation, Segmenter};
@@ -73,6 +74,8 @@ pub struct ViewOutcome {
     pub segmentation: Option<Segmentation>,
     /// Its pose, if it was registered.
     pub registration: Option<Registration>,
+    /// Objects in it that are not what their labels say.
+    pub misidentified: Vec<Misidentification>,
     /// What it added to the map, or why it was left out.
     pub result: Result<Integration, String>,
     /// Time of each stage it went through.
@@ -98,6 +101,8 @@ pub struct PipelineConfig {
     pub voxel: Option<f64>,
     /// Outlier filters.
     pub filter: OutlierFilter,
+    /// How objects of a view are found in the model; `None` where views number them alike already.
+    pub association: Option<AssociationTest>,
     /// Least time between two captures, so that people can watch.
     pub pace: Duration,
 }
@@ -160,7 +165,15 @@ pub fn run(
     std::thread::scope(|scope| {
         scope.spawn(move || acquire(source, config.pace, sink, stop, &captured));
         scope.spawn(move || segment(segmenter, sink, &to_segment, &segmented));
-        let mut fusion = Fusion { info: &info, config, sink, registrar, map: None, accepted: Vec::new() };
+        let mut fusion = Fusion {
+            info: &info,
+            config,
+            sink,
+            registrar,
+            associator: config.association.map(Associator::new),
+            map: None,
+            accepted: Vec::new(),
+        };
         let (mut views, mut rejected) = (0, 0);
         for in_flight in to_fuse {
             views += 1;
@@ -265,6 +278,7 @@ struct Fusion<'a> {
     config: &'a PipelineConfig,
     sink: &'a dyn InspectionSink,
     registrar: &'a mut dyn Registrar,
+    associator: Option<Associator>,
     map: Option<SemanticMap>,
     /// Views in the map, in order.
     accepted: Vec<u32>,
@@ -274,11 +288,11 @@ impl Fusion<'_> {
     /// Takes one view the rest of its way; whether it became part of the model.
     fn view(&mut self, in_flight: InFlight) -> Result<bool, PipelineError> {
         let InFlight { index, mut timings, result, mut view } = in_flight;
-        let (mut registration, mut segmentation) = (None, None);
+        let (mut registration, mut segmentation, mut misidentified) = (None, None, Vec::new());
         let result = match (result, &mut view) {
             (Err(reason), _) => Err(reason),
             (Ok(_), None) => Err("view was lost on its way".to_owned()),
-            (Ok(surface), Some(view)) => {
+            (Ok(mut surface), Some(view)) => {
                 let posed = self.register(index, view, &surface, &mut timings);
                 match posed {
                     Err(reason) => {
@@ -286,6 +300,11 @@ impl Fusion<'_> {
                         Err(reason)
                     }
                     Ok(posed) => {
+                        if let Some(associator) = &mut self.associator {
+                            let Surface { cloud, segmentation } = &mut surface;
+                            let pose = &posed.table_from_camera;
+                            misidentified = associator.associate(self.map.as_ref(), cloud, pose, segmentation);
+                        }
                         let labelled = LabelledView {
                             index,
                             cloud: surface.cloud,
@@ -314,7 +333,7 @@ impl Fusion<'_> {
             self.registrar.accepted();
             self.accepted.push(index);
         }
-        self.sink.view_done(&ViewOutcome { index, view, segmentation, registration, result, timings });
+        self.sink.view_done(&ViewOutcome { index, view, segmentation, registration, misidentified, result, timings });
         Ok(accepted)
     }
 

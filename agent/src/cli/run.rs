@@ -5,10 +5,11 @@ use anyhow::{Context, anyhow};
 use clap::{Args, ValueEnum};
 use semascan_agent::acquire::bop::CameraMask;
 use semascan_agent::acquire::{Source, open};
-use semascan_agent::fuse::SemanticMap;
+use semascan_agent::fuse::{AssociationTest, SemanticMap};
 use semascan_agent::pipeline::{self, InspectionSink, PipelineConfig, Stage, StageStatus, ViewOutcome};
 use semascan_agent::register::{IcpConfig, IcpRegistrar, JointRefinement, KinematicRegistrar, Registrar, Selection};
-use semascan_agent::segment::RecordedSegmenter;
+use semascan_agent::segment::geometric::PatchMethod;
+use semascan_agent::segment::{GeometricSegmenter, RecordedSegmenter, Segmenter};
 use semascan_agent::store::{InspectionRecord, Recorder, write_inspection};
 use semascan_shared::model::SemanticCloud;
 use std::path::{Path, PathBuf};
@@ -24,6 +25,28 @@ pub(crate) enum Labels {
     Network,
     /// Geometry only
     None,
+}
+
+/// Whether masks are fitted to the geometry of the view (P1's fusion segmentation).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Masks {
+    /// As they come
+    AsIs,
+    /// To superpixels of the picture
+    Slic,
+    /// To convex patches of one colour
+    Lcccp,
+}
+
+/// How objects of a view are found among those of the model.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Association {
+    /// Views number them alike already
+    None,
+    /// By common surface
+    Overlap,
+    /// P1's nearest gravity centre
+    GravityCentre,
 }
 
 /// How views get their poses.
@@ -51,6 +74,12 @@ pub(crate) struct InspectionArgs {
     /// How views get their poses
     #[arg(long, value_enum, default_value = "auto")]
     pub(crate) registration: Registration,
+    /// Whether masks are fitted to the geometry of the view
+    #[arg(long, value_enum, default_value = "as-is")]
+    pub(crate) masks: Masks,
+    /// How objects of a view are found among those of the model
+    #[arg(long, value_enum, default_value = "none")]
+    pub(crate) association: Association,
     /// Voxel edge in millimetres; by default twice the median pixel footprint, at least 0.5
     #[arg(long, value_name = "MM")]
     pub(crate) voxel: Option<f64>,
@@ -79,7 +108,12 @@ impl InspectionArgs {
         };
         let pace =
             Duration::try_from_secs_f64(self.pace).map_err(|e| Failure::Call(anyhow!("--pace {}: {e}", self.pace)))?;
-        Ok(PipelineConfig { voxel, pace, ..PipelineConfig::default() })
+        let association = match self.association {
+            Association::None => None,
+            Association::Overlap => Some(AssociationTest::Overlap(Default::default())),
+            Association::GravityCentre => Some(AssociationTest::GravityCentre(Default::default())),
+        };
+        Ok(PipelineConfig { voxel, pace, association, ..PipelineConfig::default() })
     }
 
     fn registrar(&self, source: &dyn Source) -> Box<dyn Registrar> {
@@ -92,14 +126,20 @@ impl InspectionArgs {
         Box::new(IcpRegistrar::new(IcpConfig::default(), selection))
     }
 
-    fn segmenter(&self) -> Result<RecordedSegmenter, Failure> {
-        match self.labels {
-            Labels::Source => Ok(RecordedSegmenter { required: true }),
-            Labels::None => Ok(RecordedSegmenter { required: false }),
+    fn segmenter(&self) -> Result<Box<dyn Segmenter>, Failure> {
+        let required = match self.labels {
+            Labels::Source => true,
+            Labels::None => false,
             Labels::Network => {
-                Err(Failure::Call(anyhow!("--labels network: no networks are installed; use source or none")))
+                return Err(Failure::Call(anyhow!("--labels network: no networks are installed; use source or none")));
             }
-        }
+        };
+        let recorded = RecordedSegmenter { required };
+        Ok(match self.masks {
+            Masks::AsIs => Box::new(recorded),
+            Masks::Slic => Box::new(GeometricSegmenter::new(recorded, PatchMethod::SLIC)),
+            Masks::Lcccp => Box::new(GeometricSegmenter::new(recorded, PatchMethod::LCCCP)),
+        })
     }
 }
 
@@ -123,7 +163,7 @@ pub(crate) fn run(
     let mut registrar = args.registrar(source);
     let recorder = Recorder::default();
     let sink = Both(watcher, &recorder);
-    let mut inspected = pipeline::run(source, &mut segmenter, registrar.as_mut(), &config, &sink, stop)?;
+    let mut inspected = pipeline::run(source, segmenter.as_mut(), registrar.as_mut(), &config, &sink, stop)?;
     if inspected.map.is_none() {
         let reasons = recorder.rejections();
         return Err(Failure::Work(anyhow!("no view could be used: {}", reasons.join("; "))));

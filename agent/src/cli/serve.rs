@@ -80,6 +80,8 @@ impl DemoArgs {
             labels: super::run::Labels::Source,
             camera_mask: "auto".into(),
             registration: super::run::Registration::Auto,
+            masks: super::run::Masks::AsIs,
+            association: super::run::Association::None,
             voxel: self.voxel,
             pace: self.pace,
         };

@@ -5,6 +5,7 @@
 //! ([`KeptViews`]) because an averaging map cannot subtract: better poses mean a new map ([`SemanticMap::rebuild`]).
 
 mod association;
+mod associator;
 mod brick;
 mod error;
 mod filters;
@@ -21,6 +22,7 @@ mod view_codec;
 pub use association::{
     Association, GravityCentre, Misidentification, ObjectCloud, Overlap, by_gravity_centre, by_overlap,
 };
+pub use associator::{AssociationTest, Associator};
 pub use error::FuseError;
 pub use filters::OutlierFilter;
 pub use kept_views::KeptViews;

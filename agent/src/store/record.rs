@@ -1,5 +1,6 @@
 //! `inspection.json`: what was inspected, how each view went, what was found, and how true it is where truth is known.
 
+use crate::fuse::Misidentification;
 use crate::inspect::ClassSummary;
 use crate::register::{IcpReport, JointRefinement, Method};
 use nalgebra::{Isometry3, Matrix6};
@@ -77,6 +78,9 @@ pub struct ViewRecord {
     /// How the pose was come by.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub registration: Option<RegistrationRecord>,
+    /// Objects in it that are not what their labels say.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub misidentified: Vec<MisidentificationRecord>,
     /// Voxels that the view made.
     pub points_added: u64,
     /// Time of each stage.
@@ -94,6 +98,21 @@ pub struct RegistrationRecord {
     /// How the alignment went.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub icp: Option<IcpRecord>,
+}
+
+/// An object of a view that is not what its label says (P1 section 3.3).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MisidentificationRecord {
+    /// Instance in the view.
+    pub instance: u16,
+    /// Class the view gives it.
+    pub class: u16,
+    /// The model's object it was compared with.
+    pub against: u16,
+    /// Class of that object.
+    pub model_class: u16,
+    /// What the test measured: the share of close points, or the overlap.
+    pub share: f64,
 }
 
 /// An alignment with the model.
@@ -234,6 +253,12 @@ impl From<&Method> for RegistrationRecord {
             }
             Method::Icp(report) => Self { method: "icp".into(), reason: None, icp: Some((&**report).into()) },
         }
+    }
+}
+
+impl From<&Misidentification> for MisidentificationRecord {
+    fn from(m: &Misidentification) -> Self {
+        Self { instance: m.instance, class: m.class, against: m.against, model_class: m.model_class, share: m.share }
     }
 }
 

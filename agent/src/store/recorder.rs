@@ -57,6 +57,7 @@ impl InspectionSink for Recorder {
             prior: registration.map(|r| PoseRecord::from(&r.prior)),
             covariance: registration.map(|r| rows(&r.covariance)),
             registration: registration.map(|r| (&r.method).into()),
+            misidentified: outcome.misidentified.iter().map(Into::into).collect(),
             points_added: outcome.result.as_ref().map_or(0, |i| i.points_added),
             timings: outcome
                 .timings
