@@ -1,19 +1,31 @@
-//! Outlier filters (P0 step 4): radius and statistical. They mark, exports choose.
+//! Outlier filters (P0 step 4): radius, statistical and noise. They mark, exports choose.
 //!
-//! Every voxel is surveyed, so a brick's surroundings are laid out once as a small dense grid: which cells are occupied
-//! as bits along z, and where their mean points lie. Counting neighbours is then a few bit counts.
+//! The noise filter is for what a voxel map makes of noisy pixels: they miss the voxel of their surface and found one of
+//! their own beside it, where nothing averages them. Such a voxel is known by its small weight next to heavy ones and by
+//! lying off their surface by no more than its own noise explains. A second surface that was measured well is neither.
+//!
+//! Every voxel is surveyed, so a block of bricks with its surroundings is laid out once as a small dense grid: which
+//! cells are occupied, as bits along z, and where their mean points lie. A voxel's neighbours are then found without any
+//! look-up by address.
 
-use super::brick::Brick;
 use super::keys::{BRICK_EDGE, BrickKey};
 use super::map::SemanticMap;
+use super::merge::SYSTEMATIC;
 use rayon::prelude::*;
 use semascan_shared::model::PointFlags;
 use std::collections::BTreeSet;
 
 /// Largest radius: what the surroundings of a brick hold.
 const LARGEST_RADIUS: i32 = 4;
-/// Cells along an edge of a brick's surroundings.
-const SIDE: usize = (BRICK_EDGE + 2 * LARGEST_RADIUS) as usize;
+/// Bricks along an edge of a block.
+const BLOCK: i32 = 2;
+/// Cells along an edge of a block and its surroundings; the bits of a column.
+const SIDE: usize = (BLOCK * BRICK_EDGE + 2 * LARGEST_RADIUS) as usize;
+/// Most nearest neighbours that count.
+const MOST_NEIGHBOURS: usize = 16;
+
+/// Steps from a cell, the near ones first.
+const OUTWARDS: [isize; 2 * LARGEST_RADIUS as usize + 1] = [0, -1, 1, -2, 2, -3, 3, -4, 4];
 
 /// Settings of the outlier filters, distances in voxels.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,15 +34,19 @@ pub struct OutlierFilter {
     pub radius: i32,
     /// Radius filter: fewest occupied neighbours of a good voxel.
     pub min_neighbours: u32,
-    /// Statistical filter: nearest neighbours that count.
+    /// Statistical filter: nearest neighbours that count, up to 16.
     pub neighbours: usize,
     /// Statistical filter: standard deviations above the mean neighbour distance.
     pub deviations: f64,
+    /// Noise filter: how much more a neighbour must weigh to speak of the surface.
+    pub heavier: f32,
+    /// Noise filter: least distance off that surface, voxels.
+    pub off_surface: f32,
 }
 
 impl Default for OutlierFilter {
     fn default() -> Self {
-        Self { radius: 2, min_neighbours: 6, neighbours: 8, deviations: 3.0 }
+        Self { radius: 2, min_neighbours: 6, neighbours: 8, deviations: 3.0, heavier: 3.0, off_surface: 0.2 }
     }
 }
 
@@ -41,30 +57,46 @@ struct Survey {
     neighbours: u32,
     /// Mean distance of the nearest of them, voxels.
     distance: f32,
+    /// Whether it is a noisy double of a better known surface.
+    double: bool,
 }
 
-/// A brick and what is around it. Cells are addressed from `LARGEST_RADIUS` before the brick's lowest voxel.
+/// What a cell of the surroundings holds.
+#[derive(Clone, Copy, Default)]
+struct Cell {
+    /// Mean point, voxels.
+    point: [f32; 3],
+    /// Unit normal or zero.
+    normal: [f32; 3],
+    weight: f32,
+}
+
+/// Neighbours farther than this, in voxels, do not speak of the surface at a voxel.
+const NEAR: f32 = 2.0;
+/// Fewest heavy neighbours that make a surface.
+const SURFACE: u32 = 2;
+/// Standard deviations that noise explains.
+const EXPLAINED: f32 = 5.0;
+
+/// A block of bricks and what is around it. Cells are addressed from `LARGEST_RADIUS` before the block's lowest voxel.
 struct Surroundings {
     /// Occupied cells of each column along z, as bits.
-    columns: Box<[[u16; SIDE]; SIDE]>,
-    /// Mean points in cells; valid where occupied.
-    points: Vec<[f32; 3]>,
-    distances: Vec<f32>,
+    columns: Box<[[u32; SIDE]; SIDE]>,
+    /// Valid where occupied.
+    cells: Vec<Cell>,
+    /// Deviation of a voxel of weight 1, voxels.
+    unit_sigma: f32,
 }
 
 impl SemanticMap {
     /// Sets the outlier flags of every voxel anew; returns the chunks whose flags changed, in order.
     pub fn mark_outliers(&mut self, filter: &OutlierFilter) -> Vec<[i32; 3]> {
-        let filter = &OutlierFilter { radius: filter.radius.clamp(1, LARGEST_RADIUS), ..*filter };
-        let surveyed: Vec<Vec<Survey>> = self
-            .keys
-            .par_iter()
-            .zip(&self.bricks)
-            .map_init(Surroundings::new, |around, (key, brick)| {
-                around.read(self, *key, filter.radius);
-                brick.voxels.iter().map(|v| around.survey(v.local, filter)).collect()
-            })
-            .collect();
+        let filter = &OutlierFilter {
+            radius: filter.radius.clamp(1, LARGEST_RADIUS),
+            neighbours: filter.neighbours.clamp(1, MOST_NEIGHBOURS),
+            ..*filter
+        };
+        let surveyed = self.survey(filter);
         // Summed brick by brick, so that the limit is the same on any number of threads.
         let moments = |power: i32, centre: f64| -> f64 {
             let brick = |b: &Vec<Survey>| b.iter().map(|s| (f64::from(s.distance) - centre).powi(power)).sum::<f64>();
@@ -80,11 +112,12 @@ impl SemanticMap {
             .zip(surveyed)
             .map(|(brick, surveys)| {
                 let mut changed = false;
-                for (voxel, Survey { neighbours, distance }) in brick.voxels.iter_mut().zip(surveys) {
+                for (voxel, Survey { neighbours, distance, double }) in brick.voxels.iter_mut().zip(surveys) {
                     let sparse = u16::from(neighbours < filter.min_neighbours) * PointFlags::RADIUS_OUTLIER;
                     let far = u16::from(distance > limit) * PointFlags::STATISTICAL_OUTLIER;
-                    let others = voxel.flags.0 & !(PointFlags::RADIUS_OUTLIER | PointFlags::STATISTICAL_OUTLIER);
-                    let now = PointFlags(others | sparse | far);
+                    let noise = u16::from(double) * PointFlags::NOISE;
+                    let set_here = PointFlags::RADIUS_OUTLIER | PointFlags::STATISTICAL_OUTLIER | PointFlags::NOISE;
+                    let now = PointFlags(voxel.flags.0 & !set_here | sparse | far | noise);
                     changed |= now != voxel.flags;
                     voxel.flags = now;
                 }
@@ -97,68 +130,204 @@ impl SemanticMap {
     }
 }
 
+impl SemanticMap {
+    /// The neighbourhood of every voxel, brick by brick in the order of the map.
+    fn survey(&self, filter: &OutlierFilter) -> Vec<Vec<Survey>> {
+        let block = |at: u32| self.keys[at as usize].0.map(|c| c.div_euclid(BLOCK));
+        let mut order: Vec<u32> = (0..self.bricks.len() as u32).collect();
+        order.par_sort_unstable_by_key(|&at| (block(at), at));
+        let blocks: Vec<&[u32]> = order.chunk_by(|&a, &b| block(a) == block(b)).collect();
+        let by_block: Vec<Vec<(u32, Vec<Survey>)>> = blocks
+            .par_iter()
+            .map_init(
+                || Surroundings::new(SYSTEMATIC / self.config.voxel as f32),
+                |around, bricks| {
+                    let lowest = block(bricks[0]).map(|c| c * BLOCK);
+                    around.read(self, lowest, filter.radius);
+                    let survey = |&at: &u32| {
+                        let first: [i32; 3] =
+                            std::array::from_fn(|a| (self.keys[at as usize].0[a] - lowest[a]) * BRICK_EDGE);
+                        let voxels = &self.bricks[at as usize].voxels;
+                        (at, voxels.iter().map(|v| around.survey(first, v.local, filter)).collect())
+                    };
+                    bricks.iter().map(survey).collect()
+                },
+            )
+            .collect();
+        let mut surveyed = vec![Vec::new(); self.bricks.len()];
+        for (at, surveys) in by_block.into_iter().flatten() {
+            surveyed[at as usize] = surveys;
+        }
+        surveyed
+    }
+}
+
 impl Surroundings {
-    fn new() -> Self {
-        Self { columns: Box::new([[0; SIDE]; SIDE]), points: vec![[0.0; 3]; SIDE * SIDE * SIDE], distances: Vec::new() }
+    fn new(unit_sigma: f32) -> Self {
+        Self { columns: Box::new([[0; SIDE]; SIDE]), cells: vec![Cell::default(); SIDE * SIDE * SIDE], unit_sigma }
     }
 
-    /// Lays out the brick at `key` and `radius` cells around it.
-    fn read(&mut self, map: &SemanticMap, key: BrickKey, radius: i32) {
+    /// Lays out the block whose lowest brick is `lowest`, and `radius` cells around it.
+    fn read(&mut self, map: &SemanticMap, lowest: [i32; 3], radius: i32) {
         *self.columns = [[0; SIDE]; SIDE];
-        let (low, high) = (-radius, BRICK_EDGE + radius);
-        for i in 0..27 {
-            let step = [i / 9 - 1, i / 3 % 3 - 1, i % 3 - 1];
-            let other = BrickKey(std::array::from_fn(|a| key.0[a] + step[a]));
+        let (low, high) = (-radius, BLOCK * BRICK_EDGE + radius);
+        const SPAN: i32 = BLOCK + 2;
+        for i in 0..SPAN * SPAN * SPAN {
+            let step = [i / (SPAN * SPAN) - 1, i / SPAN % SPAN - 1, i % SPAN - 1];
+            let other = BrickKey(std::array::from_fn(|a| lowest[a] + step[a]));
             let Some(&at) = map.index.get(&other) else { continue };
-            let brick: &Brick = &map.bricks[at];
-            for voxel in &brick.voxels {
+            for voxel in &map.bricks[at].voxels {
                 let cell = cell_of(voxel.local);
-                let from_brick: [i32; 3] = std::array::from_fn(|a| cell[a] + BRICK_EDGE * step[a]);
-                if from_brick.iter().any(|&c| c < low || c >= high) {
+                let from_block: [i32; 3] = std::array::from_fn(|a| cell[a] + BRICK_EDGE * step[a]);
+                if from_block.iter().any(|&c| c < low || c >= high) {
                     continue;
                 }
-                let [x, y, z] = from_brick.map(|c| (c + LARGEST_RADIUS) as usize);
+                let [x, y, z] = from_block.map(|c| (c + LARGEST_RADIUS) as usize);
                 self.columns[x][y] |= 1 << z;
                 let inverse = 1.0 / voxel.weight;
-                let at = from_brick.map(|c| c as f32);
-                self.points[(x * SIDE + y) * SIDE + z] = std::array::from_fn(|a| at[a] + voxel.offset[a] * inverse);
+                let length = voxel.normal.iter().map(|n| n * n).sum::<f32>().sqrt().max(f32::MIN_POSITIVE);
+                self.cells[(x * SIDE + y) * SIDE + z] = Cell {
+                    point: std::array::from_fn(|a| from_block[a] as f32 + voxel.offset[a] * inverse),
+                    normal: voxel.normal.map(|n| n / length),
+                    weight: voxel.weight,
+                };
             }
         }
     }
 
-    /// Occupied neighbours of the brick's voxel at `local` within the radius and the mean distance of the nearest.
-    fn survey(&mut self, local: u16, filter: &OutlierFilter) -> Survey {
-        let [x, y, z] = cell_of(local).map(|c| (c + LARGEST_RADIUS) as usize);
+    /// Occupied neighbours within the radius, and the mean distance of the nearest, of the voxel at `local` in the brick
+    /// that begins at cell `first` of the block.
+    fn survey(&self, first: [i32; 3], local: u16, filter: &OutlierFilter) -> Survey {
+        let cell = cell_of(local);
+        let [x, y, z]: [usize; 3] = std::array::from_fn(|a| (first[a] + cell[a] + LARGEST_RADIUS) as usize);
         let r = filter.radius as usize;
         let window = ((1_u32 << (2 * r + 1)) - 1) << (z - r);
-        let own = self.points[(x * SIDE + y) * SIDE + z];
-        self.distances.clear();
-        for column in x - r..=x + r {
-            for row in y - r..=y + r {
-                let mut bits = u32::from(self.columns[column][row]) & window;
+        let own = self.cells[(x * SIDE + y) * SIDE + z];
+        // Squared distances of the nearest so far, in order; what is missing counts as if it sat just outside.
+        let missing = ((filter.radius + 1) * (filter.radius + 1)) as f32;
+        let mut nearest = [missing; MOST_NEIGHBOURS];
+        let nearest = &mut nearest[..filter.neighbours];
+        let mut neighbours = 0;
+        let heavy = filter.heavier * own.weight;
+        let (mut surface, mut weight, mut off) = (0, 0.0, 0.0);
+        // From the middle outwards: what comes late is seldom among the nearest.
+        let outwards = &OUTWARDS[..2 * r + 1];
+        for column in outwards.iter().map(|step| x.wrapping_add_signed(*step)) {
+            for row in outwards.iter().map(|step| y.wrapping_add_signed(*step)) {
+                let mut bits = self.columns[column][row] & window;
+                if (column, row) == (x, y) {
+                    bits &= !(1 << z);
+                }
+                neighbours += bits.count_ones();
                 while bits != 0 {
-                    let cell = bits.trailing_zeros() as usize;
+                    let at = bits.trailing_zeros() as usize;
                     bits &= bits - 1;
-                    let p = self.points[(column * SIDE + row) * SIDE + cell];
-                    let [dx, dy, dz] = [p[0] - own[0], p[1] - own[1], p[2] - own[2]];
-                    self.distances.push(dx * dx + dy * dy + dz * dz);
+                    let other = self.cells[(column * SIDE + row) * SIDE + at];
+                    let step: [f32; 3] = std::array::from_fn(|a| own.point[a] - other.point[a]);
+                    let mut moving = dot(step, step);
+                    if other.weight >= heavy && moving < NEAR * NEAR && dot(own.normal, other.normal) > 0.5 {
+                        surface += 1;
+                        weight += other.weight;
+                        off += other.weight * dot(step, other.normal);
+                    }
+                    if moving >= nearest[filter.neighbours - 1] {
+                        continue;
+                    }
+                    for place in nearest.iter_mut() {
+                        let (near, far) = if moving < *place { (moving, *place) } else { (*place, moving) };
+                        (*place, moving) = (near, far);
+                    }
                 }
             }
         }
-        // The voxel itself is among them, at distance 0: one more of the nearest, nothing in their sum.
-        let found = self.distances.len() - 1;
-        let nearest = found.min(filter.neighbours);
-        if nearest < found {
-            self.distances.select_nth_unstable_by(nearest, f32::total_cmp);
-        }
-        let sum: f32 = self.distances[..=nearest].iter().map(|d| d.sqrt()).sum();
-        // Missing neighbours count as if they sat just outside the neighbourhood.
-        let missing = (filter.neighbours - nearest) as f32 * (filter.radius + 1) as f32;
-        Survey { neighbours: found as u32, distance: (sum + missing) / filter.neighbours.max(1) as f32 }
+        let sum: f32 = nearest.iter().map(|d| d.sqrt()).sum();
+        let off = (off / weight).abs();
+        let explained = EXPLAINED * self.unit_sigma / own.weight.sqrt();
+        let double = surface >= SURFACE && off > filter.off_surface && off < explained;
+        Survey { neighbours, distance: sum / filter.neighbours as f32, double }
     }
+}
+
+fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 /// Cell of a voxel in its brick.
 fn cell_of(local: u16) -> [i32; 3] {
     [local >> 6 & 7, local >> 3 & 7, local & 7].map(i32::from)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::brick::{Brick, Voxel};
+    use super::super::{MapConfig, SemanticMap};
+    use super::*;
+    use rand::{RngExt, SeedableRng};
+    use std::collections::HashMap;
+
+    /// Voxels strewn at random, thick in one corner, over several blocks on either side of the origin.
+    fn strewn() -> (SemanticMap, HashMap<[i32; 3], [f32; 3]>) {
+        let mut map = SemanticMap::new(MapConfig::new(1.0, 1, 1)).expect("valid settings");
+        let mut random = rand_pcg::Pcg32::seed_from_u64(5);
+        let mut points = HashMap::new();
+        for _ in 0..6000 {
+            let reach = if random.random_bool(0.5) { -20..20 } else { 3..12 };
+            let voxel: [i32; 3] = std::array::from_fn(|_| random.random_range(reach.clone()));
+            let offset: [f32; 3] = std::array::from_fn(|_| random.random());
+            if points.insert(voxel, std::array::from_fn(|a| voxel[a] as f32 + offset[a])).is_some() {
+                points.insert(voxel, std::array::from_fn(|a| voxel[a] as f32 + 0.5));
+            }
+        }
+        for (voxel, point) in &points {
+            let key = BrickKey(voxel.map(|c| c.div_euclid(BRICK_EDGE)));
+            let at = *map.index.entry(key).or_insert_with(|| {
+                map.keys.push(key);
+                map.bricks.push(Brick::default());
+                map.bricks.len() - 1
+            });
+            let local = voxel.iter().fold(0, |local, c| local << 3 | c.rem_euclid(BRICK_EDGE) as u16);
+            let (made, _, _) = map.bricks[at].entry(local, 2);
+            let offset = std::array::from_fn(|a| 2.0 * (point[a] - voxel[a] as f32));
+            *made = Voxel { weight: 2.0, offset, local, ..Voxel::default() };
+        }
+        (map, points)
+    }
+
+    #[test]
+    fn the_survey_is_that_of_a_walk_over_all_neighbours() {
+        let (map, points) = strewn();
+        for (radius, neighbours) in [(1, 3), (2, 8), (4, 16)] {
+            let filter = OutlierFilter { radius, neighbours, ..OutlierFilter::default() };
+            let surveyed = map.survey(&filter);
+            for ((key, brick), surveys) in map.keys.iter().zip(&map.bricks).zip(&surveyed) {
+                for (voxel, survey) in brick.voxels.iter().zip(surveys) {
+                    let own = key.voxel(voxel.local.into());
+                    let mut near: Vec<f32> = points
+                        .iter()
+                        .filter(|(v, _)| **v != own && (0..3).all(|a| v[a].abs_diff(own[a]) <= radius as u32))
+                        .map(|(_, p)| (0..3).map(|a| (p[a] - points[&own][a]).powi(2)).sum::<f32>().sqrt())
+                        .collect();
+                    assert_eq!(survey.neighbours as usize, near.len());
+                    near.resize(near.len().max(neighbours) + neighbours, (radius + 1) as f32);
+                    near.sort_by(f32::total_cmp);
+                    let mean = near[..neighbours].iter().sum::<f32>() / neighbours as f32;
+                    assert!((survey.distance - mean).abs() < 1e-3, "{own:?}: {} for {mean}", survey.distance);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn settings_out_of_range_do_no_harm() {
+        let (mut map, _) = strewn();
+        let filter = OutlierFilter {
+            radius: 90,
+            min_neighbours: 1,
+            neighbours: 0,
+            deviations: f64::NAN,
+            ..OutlierFilter::default()
+        };
+        map.mark_outliers(&filter);
+        assert!(map.bricks.iter().flat_map(|b| &b.voxels).all(|v| !v.flags.has(PointFlags::STATISTICAL_OUTLIER)));
+    }
 }

@@ -14,6 +14,9 @@ use semascan_shared::model::SemanticCloud;
 use semascan_shared::wire::chunk::{CHUNK_EDGE, VoxelChunk};
 use std::collections::{BTreeMap, HashMap};
 
+/// Rows of a picture whose bricks are merged one after the other along the row.
+const TOGETHER: u32 = 16;
+
 /// Settings of a map.
 #[derive(Clone, Debug)]
 pub struct MapConfig {
@@ -133,8 +136,10 @@ impl SemanticMap {
         if view.segmentation.instances.len() != pixels {
             return Err(mismatch("instance labels"));
         }
-        if view.cloud.normals.len() != pixels || view.cloud.flying.len() != pixels {
-            return Err(mismatch("normals"));
+        let cloud = &view.cloud;
+        let fitted = [cloud.normals.len(), cloud.flying.len(), cloud.smooth.len(), cloud.sigma.len()];
+        if fitted.iter().any(|n| *n != pixels) {
+            return Err(mismatch("fitted surface"));
         }
         let no_depth = FuseError::NoDepth { view: view.index };
         let Some(placer) = Placer::new(view, self.config.voxel) else { return Err(no_depth) };
@@ -188,36 +193,34 @@ impl SemanticMap {
     }
 
     fn merge(&mut self, view: &LabelledView, placer: &Placer, runs: &[Run]) -> Integration {
-        // One job a brick.
-        let mut work: Vec<&[Run]> = vec![&[]; self.bricks.len()];
-        for run in runs.chunk_by(|a, b| a.brick == b.brick) {
+        // One job a brick, in the order of the picture: neighbours in it share what they read of the view.
+        let mut work: Vec<&[Run]> = runs.chunk_by(|a, b| a.brick == b.brick).collect();
+        let width = view.cloud.intrinsics.width.max(1);
+        work.par_sort_unstable_by_key(|run| (run[0].start / width / TOGETHER, run[0].start % width, run[0].brick));
+        let mut places = Vec::with_capacity(work.len());
+        for run in &work {
             let key = brick_of(run[0].brick);
-            let at = *self.index.entry(key).or_insert_with(|| {
+            places.push(*self.index.entry(key).or_insert_with(|| {
                 self.bricks.push(Brick::default());
                 self.keys.push(key);
-                work.push(&[]);
                 self.bricks.len() - 1
-            });
-            work[at] = run;
+            }));
         }
+        let mut bricks: Vec<Option<&mut Brick>> = self.bricks.iter_mut().map(Some).collect();
+        let jobs: Vec<(Option<&mut Brick>, BrickKey, &[Run])> =
+            places.iter().zip(work).map(|(&at, run)| (bricks[at].take(), self.keys[at], run)).collect();
         let config = &self.config;
-        let changes: Vec<Change> = self
-            .bricks
-            .par_iter_mut()
-            .zip(&self.keys)
-            .zip(&work)
-            .map_init(Scratch::default, |scratch, ((brick, key), run)| {
-                if run.is_empty() {
-                    Change::default()
-                } else {
-                    merge_brick(config, view, placer, scratch, (*key, brick, run))
-                }
+        let changes: Vec<([i32; 3], Change)> = jobs
+            .into_par_iter()
+            .map_init(Scratch::default, |scratch, (brick, key, run)| {
+                let merge = |brick| merge_brick(config, view, placer, scratch, (key, brick, run));
+                (key.chunk(), brick.map(merge).unwrap_or_default())
             })
             .collect();
 
         let mut touched: BTreeMap<[i32; 3], Change> = BTreeMap::new();
-        for ((key, change), _) in self.keys.iter().zip(changes).zip(&work).filter(|(_, run)| !run.is_empty()) {
-            let chunk = touched.entry(key.chunk()).or_default();
+        for (chunk, change) in changes {
+            let chunk = touched.entry(chunk).or_default();
             chunk.made += change.made;
             chunk.relabelled += change.relabelled;
         }

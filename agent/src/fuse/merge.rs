@@ -14,8 +14,10 @@ const UNSEEN: u16 = u16::MAX;
 
 /// Cosine of incidence of grazing pixels and of those without a normal.
 const GRAZING: f32 = 0.05;
-/// Depth at which a pixel that faces the camera weighs 1, metres.
-const UNIT_DEPTH: f32 = 0.5;
+/// Error of a view that averaging its pixels does not remove, metres: a pixel without noise weighs 1.
+pub(super) const SYSTEMATIC: f32 = 3e-5;
+/// Deviation of a depth of which nothing is known.
+const UNKNOWN_SIGMA: f32 = 1e-3;
 /// What a flying pixel weighs beside one on a surface: enough for a place, too little to move one.
 const FLYING: f32 = 1e-4;
 
@@ -25,12 +27,9 @@ struct Fresh {
     local: u16,
     /// Whether any pixel lay on a surface rather than between two.
     solid: bool,
-    weight: f32,
-    offset: [f32; 3],
-    normal: [f32; 3],
-    color: [f32; 3],
-    sigma: f32,
-    defect_sigma: f32,
+    /// Weighted sums of 1, offset (3), normal (3), colour (3), sigma and defect sigma: one array, so that it is added
+    /// to in a few wide steps.
+    sums: [f32; 12],
     instance: u16,
     instance_lead: f32,
 }
@@ -53,7 +52,7 @@ impl Default for Scratch {
 /// The weights of one pixel.
 #[derive(Clone, Copy, Debug)]
 struct Weights {
-    /// Of position, normal and colour: the inverse variance of the depth, up to a factor.
+    /// Of position, normal and colour: the inverse variance across the surface, up to a factor.
     geometry: f32,
     /// Of labels: cosine of incidence.
     label: f32,
@@ -81,14 +80,17 @@ pub(super) fn merge_brick(
     let mut change = Change { made: made as u32, relabelled: 0 };
     for (fresh, said) in scratch.fresh.iter().zip(scratch.evidence.chunks_exact(classes)) {
         let (voxel, evidence, is_new) = brick.entry(fresh.local, classes);
-        voxel.weight += fresh.weight;
-        for axis in 0..3 {
-            voxel.offset[axis] += fresh.offset[axis];
-            voxel.normal[axis] += fresh.normal[axis];
-            voxel.color[axis] += fresh.color[axis];
+        let [weight, ox, oy, oz, nx, ny, nz, r, g, b, sigma, defect_sigma] = fresh.sums;
+        voxel.weight += weight;
+        for (sums, said) in
+            [(&mut voxel.offset, [ox, oy, oz]), (&mut voxel.normal, [nx, ny, nz]), (&mut voxel.color, [r, g, b])]
+        {
+            for (sum, said) in sums.iter_mut().zip(said) {
+                *sum += said;
+            }
         }
-        voxel.sigma += fresh.sigma;
-        voxel.defect_sigma += fresh.defect_sigma;
+        voxel.sigma += sigma;
+        voxel.defect_sigma += defect_sigma;
         voxel.views = voxel.views.saturating_add(1);
         voxel.vote(fresh.instance, fresh.instance_lead);
         let (components, defects) = evidence.split_at_mut(config.components);
@@ -123,32 +125,32 @@ impl Scratch {
         let segmentation = &view.segmentation;
         let trust = 1.0 / (config.sigma_threshold * config.sigma_threshold);
         for run in runs {
-            for i in run.start as usize..(run.start + run.len) as usize {
-                let z = view.cloud.depth[i];
+            let (first, row) = placer.column_and_row(run.start);
+            for step in 0..run.len {
+                let i = (run.start + step) as usize;
+                let z = view.cloud.smooth[i];
                 if z <= 0.0 {
                     continue;
                 }
-                let ray = placer.ray(i);
+                let ray = placer.ray(first + step, row);
                 let Some((voxel, offset)) = placer.place(ray, z) else { continue };
                 let local = (voxel[0] & 7) << 6 | (voxel[1] & 7) << 3 | (voxel[2] & 7);
                 let slot = self.slot(local as u16, classes);
                 let n = view.cloud.normals[i];
                 let flying = view.cloud.flying[i];
-                let weights = Weights::of(ray, z, n, flying);
+                let weights = Weights::of(ray, n, view.cloud.sigma[i], flying);
                 let w = weights.geometry;
-                let turned = placer.turned(n);
+                let [nx, ny, nz] = placer.turned(n);
+                let [ox, oy, oz] = offset;
                 let rgb = view.rgb.as_raw().get(i * 3..i * 3 + 3).unwrap_or(&[0; 3]);
+                let [r, g, b] = [rgb[0], rgb[1], rgb[2]].map(f32::from);
                 let (sigma, defect_sigma) = (segmentation.components.sigma(i), segmentation.defects.sigma(i));
                 let fresh = &mut self.fresh[slot];
                 fresh.solid |= !flying;
-                fresh.weight += w;
-                for axis in 0..3 {
-                    fresh.offset[axis] += w * offset[axis];
-                    fresh.normal[axis] += w * turned[axis];
-                    fresh.color[axis] += w * f32::from(rgb[axis]);
+                let said = [1.0, ox, oy, oz, nx, ny, nz, r, g, b, sigma, defect_sigma];
+                for (sum, said) in fresh.sums.iter_mut().zip(said) {
+                    *sum += w * said;
                 }
-                fresh.sigma += w * sigma;
-                fresh.defect_sigma += w * defect_sigma;
                 let instance = segmentation.instances[i];
                 if instance == fresh.instance {
                     fresh.instance_lead += weights.label;
@@ -190,14 +192,13 @@ impl Scratch {
 }
 
 impl Weights {
-    /// Depth noise of a structured-light camera grows with the square of the depth and with incidence; so does what a
-    /// small error of the pixel's place does to it.
+    /// `sigma` is the deviation of the depth; across the surface it counts by the cosine of incidence.
     #[inline]
-    fn of(ray: Ray, z: f32, normal: [f32; 3], flying: bool) -> Self {
+    fn of(ray: Ray, normal: [f32; 3], sigma: f32, flying: bool) -> Self {
         let along = -(ray[0] * normal[0] + ray[1] * normal[1] + normal[2]);
         let cos = (along / (ray[0] * ray[0] + ray[1] * ray[1] + 1.0).sqrt()).max(GRAZING);
-        let near = UNIT_DEPTH * UNIT_DEPTH / (z * z);
-        let geometry = (cos * near) * (cos * near);
+        let across = sigma.min(UNKNOWN_SIGMA) * cos;
+        let geometry = SYSTEMATIC * SYSTEMATIC / (across * across + SYSTEMATIC * SYSTEMATIC);
         if flying { Self { geometry: FLYING * geometry, label: FLYING } } else { Self { geometry, label: cos } }
     }
 }

@@ -165,15 +165,13 @@ impl SemanticMap {
                 let (u, v) = (fx * x * near + cx, fy * y * near + cy);
                 let half_u = (spread_u * near).clamp(0.5, LARGEST_SPLAT);
                 let half_v = (spread_v * near).clamp(0.5, LARGEST_SPLAT);
-                let (left, right) =
-                    (((u - half_u).ceil() as i32).max(0), ((u + half_u).floor() as i32).min(last_column));
-                let own = ((u + 0.5).floor() as i32, (v + 0.5).floor() as i32);
+                let (left, right) = (round_up(u - half_u).max(0), round_down(u + half_u).min(last_column));
+                let own = (round_down(u + 0.5), round_down(v + 0.5));
                 if (0..=last_column).contains(&own.0) && rows.contains(&own.1) {
                     let at = (own.1 - first_row) as u32 * eye.k.width + own.0 as u32;
                     splats.push(Splat { at, point: [x, y, z], brick: b, slot: slot as u16 });
                 }
-                let top = ((v - half_v).ceil() as i32).max(first_row);
-                let bottom = ((v + half_v).floor() as i32).min(last_row);
+                let (top, bottom) = (round_up(v - half_v).max(first_row), round_down(v + half_v).min(last_row));
                 for row in top..=bottom {
                     let start = (row - first_row) as usize * width;
                     let dv = row as f32 - v;
@@ -212,6 +210,20 @@ impl SemanticMap {
         }
         means
     }
+}
+
+/// Smallest whole number not below `x`, in two instructions where `ceil` may be a call.
+#[inline]
+fn round_up(x: f32) -> i32 {
+    let whole = x as i32;
+    whole + i32::from((whole as f32) < x)
+}
+
+/// Largest whole number not above `x`.
+#[inline]
+fn round_down(x: f32) -> i32 {
+    let whole = x as i32;
+    whole - i32::from(whole as f32 > x)
 }
 
 /// A voxel that turns to the camera, in the pixel that its mean point falls into.

@@ -56,26 +56,44 @@ impl Placer {
         })
     }
 
-    /// Ray of pixel `i`.
+    /// Ray of the pixel in column `u` and row `v`.
     #[inline]
-    pub(super) fn ray(&self, i: usize) -> Ray {
-        let (u, v) = (i as u32 % self.width, i as u32 / self.width);
+    pub(super) fn ray(&self, u: u32, v: u32) -> Ray {
         [(u as f32 - self.centre[0]) * self.inverse_focal[0], (v as f32 - self.centre[1]) * self.inverse_focal[1]]
+    }
+
+    /// Column and row of pixel `i`.
+    pub(super) fn column_and_row(&self, i: u32) -> (u32, u32) {
+        (i % self.width, i / self.width)
+    }
+
+    /// The point at depth `z` on `ray`, in voxels from the lowest corner of the camera's voxel.
+    #[inline]
+    fn point(&self, ray: Ray, z: f32) -> [f32; 3] {
+        let (x, y) = (ray[0] * z, ray[1] * z);
+        std::array::from_fn(|r| self.turn[r][0] * x + self.turn[r][1] * y + self.turn[r][2] * z + self.rest[r])
     }
 
     /// Voxel of the point at depth `z` on `ray`, and the point in voxels from that voxel's lowest corner.
     #[inline]
     pub(super) fn place(&self, ray: Ray, z: f32) -> Option<([i32; 3], [f32; 3])> {
-        let (x, y) = (ray[0] * z, ray[1] * z);
-        let p: [f32; 3] =
-            std::array::from_fn(|r| self.turn[r][0] * x + self.turn[r][1] * y + self.turn[r][2] * z + self.rest[r]);
+        let p = self.point(ray, z);
         if !p.iter().all(|c| c.abs() < FARTHEST) {
             return None;
         }
         // Rounding towards zero is one instruction, rounding down a call.
-        let lowest: [i32; 3] = p.map(|c| c as i32 - i32::from(c < 0.0));
+        let lowest: [i32; 3] = p.map(|c| {
+            let whole = c as i32;
+            whole - i32::from((whole as f32) > c)
+        });
         let offset = std::array::from_fn(|i| p[i] - lowest[i] as f32);
         Some((std::array::from_fn(|i| lowest[i] + self.whole[i]), offset))
+    }
+
+    /// The brick at the address `brick` as a box of points from [`Self::point`]: lowest corner, in it, and highest, not.
+    fn bounds(&self, brick: [i32; 3]) -> [[f32; 3]; 2] {
+        let low = std::array::from_fn(|i| brick[i] * BRICK_EDGE - self.whole[i]);
+        [low.map(|c| c as f32), low.map(|c| (c + BRICK_EDGE) as f32)]
     }
 
     /// A camera-frame direction in the table frame, scaled by voxels a metre.
@@ -90,25 +108,30 @@ pub(super) fn sorted_runs(view: &LabelledView, placer: &Placer) -> Vec<Run> {
     let width = view.cloud.intrinsics.width.max(1) as usize;
     let row_runs = |(v, row): (usize, &[f32])| {
         let mut runs: Vec<Run> = Vec::new();
+        // The box of the run under way; most pixels lie in it.
+        let [mut low, mut high] = [[f32::INFINITY; 3], [f32::NEG_INFINITY; 3]];
         for (u, &z) in row.iter().enumerate() {
             if z <= 0.0 {
                 continue;
             }
-            let i = v * width + u;
-            let Some(brick) = placer
-                .place(placer.ray(i), z)
-                .and_then(|(voxel, _)| pack_brick(voxel.map(|c| c.div_euclid(BRICK_EDGE))))
-            else {
+            let i = (v * width + u) as u32;
+            let ray = placer.ray(u as u32, v as u32);
+            let p = placer.point(ray, z);
+            if (0..3).all(|a| p[a] >= low[a] && p[a] < high[a])
+                && let Some(run) = runs.last_mut()
+            {
+                run.len = i + 1 - run.start;
                 continue;
-            };
-            match runs.last_mut() {
-                Some(run) if run.brick == brick => run.len = i as u32 + 1 - run.start,
-                _ => runs.push(Run { brick, start: i as u32, len: 1 }),
             }
+            let Some((voxel, _)) = placer.place(ray, z) else { continue };
+            let at = voxel.map(|c| c.div_euclid(BRICK_EDGE));
+            let Some(brick) = pack_brick(at) else { continue };
+            runs.push(Run { brick, start: i, len: 1 });
+            [low, high] = placer.bounds(at);
         }
         runs
     };
-    let by_row: Vec<Vec<Run>> = view.cloud.depth.par_chunks(width).enumerate().map(row_runs).collect();
+    let by_row: Vec<Vec<Run>> = view.cloud.smooth.par_chunks(width).enumerate().map(row_runs).collect();
     let mut runs = by_row.concat();
     runs.par_sort_unstable_by_key(|r| (r.brick, r.start));
     runs

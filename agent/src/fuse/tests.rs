@@ -10,6 +10,10 @@ use semascan_shared::model::PointFlags;
 
 const K: Intrinsics = Intrinsics { width: 80, height: 60, fx: 90.0, fy: 90.0, cx: 39.5, cy: 29.5 };
 
+fn cloud(metres: Vec<f32>) -> OrganizedCloud {
+    OrganizedCloud::new(K, &DepthImage { width: 80, height: 60, metres }, None)
+}
+
 /// A wall with a bump, left half class 1 and right half class 2.
 fn view(index: u32, shift: f64) -> LabelledView {
     let pixels = 80 * 60;
@@ -17,7 +21,7 @@ fn view(index: u32, shift: f64) -> LabelledView {
     let labels = (0..pixels).map(|i| if i % 80 < 40 { 1 } else { 2 }).collect();
     LabelledView {
         index,
-        cloud: OrganizedCloud::new(K, &DepthImage { width: 80, height: 60, metres }, None),
+        cloud: cloud(metres),
         rgb: RgbImage::from_fn(80, 60, |x, y| image::Rgb([x as u8, y as u8, 7])),
         segmentation: Segmentation {
             components: ClassField::Hard(labels),
@@ -114,7 +118,7 @@ fn views_that_do_not_fit_together_are_refused_and_leave_no_trace() {
     let mut bad = view(4, 0.0);
     bad.rgb = RgbImage::new(10, 10);
     let mut empty = view(5, 0.0);
-    empty.cloud.depth.fill(0.0);
+    empty.cloud = cloud(vec![0.0; 80 * 60]);
     let mut map = map();
     assert!(map.integrate(&bad).expect_err("size").to_string().contains("view 4"));
     assert!(map.integrate(&empty).expect_err("empty").to_string().contains("view 5"));
@@ -126,12 +130,14 @@ fn views_that_do_not_fit_together_are_refused_and_leave_no_trace() {
 fn a_stray_point_is_marked_and_kept() {
     let mut stray = view(0, 0.0);
     // A lone pixel half way to the wall, everything around it masked out.
-    for (i, z) in stray.cloud.depth.iter_mut().enumerate() {
+    let mut metres = stray.cloud.depth;
+    for (i, z) in metres.iter_mut().enumerate() {
         let (u, v) = (i % 80, i / 80);
         if u.abs_diff(10) < 6 && v.abs_diff(10) < 6 {
             *z = if (u, v) == (10, 10) { 0.25 } else { 0.0 };
         }
     }
+    stray.cloud = cloud(metres);
     let mut map = map();
     map.integrate(&stray).expect("integrates");
     let before = map.len();

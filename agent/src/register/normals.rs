@@ -4,6 +4,12 @@
 //! least-squares fit over a window. Where the whole window belongs to one surface the fit's sums are separable: seven
 //! taps along rows, seven along columns, over tiles that stay in the cache. Where it does not (near depth steps), or
 //! holds too few points, the window is walked and what belongs to another surface left out.
+//!
+//! The fit also gives a quieter depth: the plane's own at the pixel, if the surface is flat as far as the noise lets one
+//! tell. The noise is measured on the spot, by second differences, and of the plane over the window, the mean over 3x3
+//! pixels and the pixel itself the widest is taken that does not contradict the next narrower one by more than noise
+//! explains (O. Lepski, "On a problem of adaptive estimation in Gaussian white noise", 1990). Where nothing is known of
+//! the noise the depth stays as captured.
 
 use crate::acquire::Intrinsics;
 use rayon::prelude::*;
@@ -18,11 +24,19 @@ const SAME_SURFACE: f32 = 0.015;
 /// Points nearer to a line than this share of their spread leave the plane open.
 const FLATTEST: f32 = 0.05;
 
+/// The plane over the window and the mean over 3x3 pixels may differ by this many standard deviations of one pixel: twice
+/// that of their difference.
+const WINDOW_AGREES: f32 = 0.6;
+/// The same of the mean over 3x3 pixels and the pixel itself.
+const MEAN_AGREES: f32 = 1.9;
+/// Fewest second differences for an estimate of the noise.
+const MIN_BENDS: f32 = 10.0;
+
 /// Edges of a tile without its border.
 const TILE_WIDTH: usize = 64;
 const TILE_HEIGHT: usize = 32;
-const BORDER: usize = NARROW as usize;
-const TAPS: usize = 2 * BORDER + 1;
+const BORDER: usize = NARROW as usize + 1;
+const TAPS: usize = 2 * NARROW as usize + 1;
 const PADDED_WIDTH: usize = TILE_WIDTH + 2 * BORDER;
 const PADDED_HEIGHT: usize = TILE_HEIGHT + 2 * BORDER;
 
@@ -53,6 +67,28 @@ struct AlongRow {
     uw: Row,
     low: Row,
     high: Row,
+    /// Squared second differences along the row, and their number.
+    bends: Row,
+    bend_count: Row,
+}
+
+/// What is fitted at a pixel.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Fit {
+    normal: [f32; 3],
+    /// Less noisy depth and its standard deviation, metres; `None` where nothing is known of the noise.
+    smooth: Option<(f32, f32)>,
+}
+
+/// Plane fits of a picture, row-major.
+#[derive(Clone, Debug)]
+pub(super) struct Fits {
+    /// Unit normals towards the camera; zero where none was fitted.
+    pub(super) normals: Vec<[f32; 3]>,
+    /// Depth with less noise, metres; as captured where no better is known.
+    pub(super) smooth: Vec<f32>,
+    /// Standard deviation of `smooth`, metres; infinite where unknown.
+    pub(super) sigma: Vec<f32>,
 }
 
 const NO_SUMS: AlongRow = AlongRow {
@@ -63,12 +99,16 @@ const NO_SUMS: AlongRow = AlongRow {
     uw: [0.0; TILE_WIDTH],
     low: [f32::INFINITY; TILE_WIDTH],
     high: [f32::NEG_INFINITY; TILE_WIDTH],
+    bends: [0.0; TILE_WIDTH],
+    bend_count: [0.0; TILE_WIDTH],
 };
 
 /// Working memory of one thread.
 struct Scratch {
     measured: [PaddedRow; PADDED_HEIGHT],
     inverse: [PaddedRow; PADDED_HEIGHT],
+    bend: PaddedRow,
+    bent: PaddedRow,
     rows: Vec<AlongRow>,
 }
 
@@ -79,16 +119,21 @@ pub(super) struct Grid<'a> {
     pub(super) depth: &'a [f32],
 }
 
-/// Unit normals towards the camera of the pixels that have depth and are `wanted` (all, if absent); zero elsewhere.
-pub(super) fn fit_normals(grid: Grid<'_>, wanted: Option<&[bool]>) -> Vec<[f32; 3]> {
+/// Fits the pixels that have depth and are `wanted` (all, if absent).
+pub(super) fn fit_planes(grid: Grid<'_>, wanted: Option<&[bool]>) -> Fits {
     let width = grid.k.width as usize;
-    let mut normals = vec![[0.0; 3]; grid.depth.len()];
+    let pixels = grid.depth.len();
+    let mut fits =
+        Fits { normals: vec![[0.0; 3]; pixels], smooth: grid.depth.to_vec(), sigma: vec![f32::INFINITY; pixels] };
     if width == 0 {
-        return normals;
+        return fits;
     }
-    normals.par_chunks_mut(width * TILE_HEIGHT).enumerate().for_each_init(Scratch::new, |scratch, (band, out)| {
+    let band = width * TILE_HEIGHT;
+    let bands =
+        fits.normals.par_chunks_mut(band).zip(fits.smooth.par_chunks_mut(band)).zip(fits.sigma.par_chunks_mut(band));
+    bands.enumerate().for_each_init(Scratch::new, |scratch, (band, ((normals, smooth), sigma))| {
         let top = band * TILE_HEIGHT;
-        let rows = out.len() / width;
+        let rows = normals.len() / width;
         let is_wanted = |i: usize| grid.depth[i] > 0.0 && wanted.is_none_or(|w| w.get(i).copied().unwrap_or(false));
         for left in (0..width).step_by(TILE_WIDTH) {
             let columns = TILE_WIDTH.min(width - left);
@@ -99,15 +144,20 @@ pub(super) fn fit_normals(grid: Grid<'_>, wanted: Option<&[bool]>) -> Vec<[f32; 
             scratch.gather(grid, left, top, reference);
             for v in 0..rows {
                 for u in 0..columns {
-                    let i = (top + v) * width + left + u;
-                    if is_wanted(i) {
-                        out[v * width + left + u] = scratch.normal(grid, u, v, (left + u, top + v), reference);
+                    let i = v * width + left + u;
+                    if !is_wanted(top * width + i) {
+                        continue;
+                    }
+                    let fit = scratch.fit(grid, u, v, (left + u, top + v), reference);
+                    normals[i] = fit.normal;
+                    if let Some((depth, deviation)) = fit.smooth {
+                        (smooth[i], sigma[i]) = (depth, deviation);
                     }
                 }
             }
         }
     });
-    normals
+    fits
 }
 
 impl Scratch {
@@ -115,6 +165,8 @@ impl Scratch {
         Self {
             measured: [[0.0; PADDED_WIDTH]; PADDED_HEIGHT],
             inverse: [[0.0; PADDED_WIDTH]; PADDED_HEIGHT],
+            bend: [0.0; PADDED_WIDTH],
+            bent: [0.0; PADDED_WIDTH],
             rows: vec![NO_SUMS; PADDED_HEIGHT],
         }
     }
@@ -137,18 +189,27 @@ impl Scratch {
                 *measured = f32::from(u8::from(known));
                 *inverse = if known { 1.0 / z - reference } else { 0.0 };
             }
-            sums.add(measured, inverse);
+            for u in 1..PADDED_WIDTH - 1 {
+                let bend = inverse[u - 1] - 2.0 * inverse[u] + inverse[u + 1];
+                let known = measured[u - 1] * measured[u] * measured[u + 1];
+                // A step is no noise.
+                let smooth = known * f32::from(u8::from(bend.abs() < SAME_SURFACE * reference));
+                self.bend[u] = smooth * bend * bend;
+                self.bent[u] = smooth;
+            }
+            sums.add(measured, inverse, &self.bend, &self.bent);
         }
     }
 
-    /// Normal at column `u` and row `v` of the tile, pixel `(x, y)` of the picture.
-    fn normal(&self, grid: Grid<'_>, u: usize, v: usize, at: (usize, usize), reference: f32) -> [f32; 3] {
+    /// Fit at column `u` and row `v` of the tile, pixel `at` of the picture.
+    fn fit(&self, grid: Grid<'_>, u: usize, v: usize, at: (usize, usize), reference: f32) -> Fit {
         let own = self.inverse[v + BORDER][u + BORDER];
         let gate = SAME_SURFACE * (own + reference);
         let mut sums = Sums::default();
         let (mut low, mut high) = (f32::INFINITY, f32::NEG_INFINITY);
-        for (tap, row) in self.rows[v..v + TAPS].iter().enumerate() {
-            let dv = tap as f32 - BORDER as f32;
+        let (mut bends, mut bend_count) = (0.0, 0.0);
+        for (tap, row) in self.rows[v + 1..v + 1 + TAPS].iter().enumerate() {
+            let dv = (tap as i32 - NARROW) as f32;
             low = low.min(row.low[u]);
             high = high.max(row.high[u]);
             sums.n += row.n[u];
@@ -160,24 +221,57 @@ impl Scratch {
             sums.vv += dv * dv * row.n[u];
             sums.uv += dv * row.u[u];
             sums.vw += dv * row.w[u];
+            bends += row.bends[u];
+            bend_count += row.bend_count[u];
         }
+        // The second difference of white noise has six times its variance.
+        let noise = (bend_count >= MIN_BENDS).then(|| (bends / (6.0 * bend_count)).sqrt());
         let one_surface = high - own <= gate && own - low <= gate;
-        if one_surface && let Some(normal) = sums.normal(grid.k, at, reference) {
-            return normal;
+        if one_surface && let Some((normal, plane)) = sums.plane(grid.k, at, reference) {
+            let smooth = noise.map(|noise| self.smooth(u, v, plane, sums.n, reference, noise));
+            return Fit { normal, smooth };
         }
-        [NARROW, WIDE]
+        let normal = [NARROW, WIDE]
             .into_iter()
             .filter(|half| !(one_surface && *half == NARROW))
-            .find_map(|half| walk(grid, at, half).normal(grid.k, at, own + reference))
-            .unwrap_or([0.0; 3])
+            .find_map(|half| walk(grid, at, half).plane(grid.k, at, own + reference))
+            .map_or([0.0; 3], |(normal, _)| normal);
+        let captured = 1.0 / (own + reference);
+        Fit { normal, smooth: noise.map(|noise| (captured, noise * captured * captured)) }
+    }
+
+    /// The least noisy depth that the pixels allow, and its standard deviation. `plane` is the inverse depth of the plane
+    /// through the `n` pixels of the window, `noise` the deviation of one pixel's.
+    fn smooth(&self, u: usize, v: usize, plane: f32, n: f32, reference: f32, noise: f32) -> (f32, f32) {
+        let own = self.inverse[v + BORDER][u + BORDER];
+        let (mut count, mut sum) = (0.0, 0.0);
+        for row in v + BORDER - 1..=v + BORDER + 1 {
+            for column in u + BORDER - 1..=u + BORDER + 1 {
+                count += self.measured[row][column];
+                sum += self.inverse[row][column];
+            }
+        }
+        let mean = sum / 9.0;
+        // An incomplete mean is no mean about the pixel.
+        let (inverse, deviation) = if count < 9.0 || (own - mean).abs() > MEAN_AGREES * noise {
+            (own + reference, noise)
+        } else if (plane - reference - mean).abs() > WINDOW_AGREES * noise {
+            (mean + reference, noise / 3.0)
+        } else {
+            (plane, noise / n.sqrt())
+        };
+        let depth = 1.0 / inverse;
+        (depth, deviation * depth * depth)
     }
 }
 
 impl AlongRow {
-    fn add(&mut self, measured: &PaddedRow, inverse: &PaddedRow) {
+    fn add(&mut self, measured: &PaddedRow, inverse: &PaddedRow, bend: &PaddedRow, bent: &PaddedRow) {
         for tap in 0..TAPS {
-            let du = tap as f32 - BORDER as f32;
-            let (measured, inverse) = (&measured[tap..tap + TILE_WIDTH], &inverse[tap..tap + TILE_WIDTH]);
+            let du = (tap as i32 - NARROW) as f32;
+            let window = tap + 1..tap + 1 + TILE_WIDTH;
+            let (measured, inverse) = (&measured[window.clone()], &inverse[window.clone()]);
+            let (bend, bent) = (&bend[window.clone()], &bent[window]);
             for u in 0..TILE_WIDTH {
                 let (m, w) = (measured[u], inverse[u]);
                 self.n[u] += m;
@@ -187,6 +281,8 @@ impl AlongRow {
                 self.uw[u] += du * w;
                 self.low[u] = self.low[u].min(if m > 0.0 { w } else { f32::INFINITY });
                 self.high[u] = self.high[u].max(if m > 0.0 { w } else { f32::NEG_INFINITY });
+                self.bends[u] += bend[u];
+                self.bend_count[u] += bent[u];
             }
         }
     }
@@ -224,8 +320,9 @@ fn walk(grid: Grid<'_>, (u, v): (usize, usize), half: i32) -> Sums {
 }
 
 impl Sums {
-    /// The plane's unit normal towards the camera at pixel `(u, v)`; `None` if the points do not hold one.
-    fn normal(&self, k: &Intrinsics, (u, v): (usize, usize), reference: f32) -> Option<[f32; 3]> {
+    /// The plane's unit normal towards the camera at pixel `(u, v)` and its inverse depth there; `None` if the points do
+    /// not hold a plane.
+    fn plane(&self, k: &Intrinsics, (u, v): (usize, usize), reference: f32) -> Option<([f32; 3], f32)> {
         if self.n < MIN_POINTS {
             return None;
         }
@@ -246,6 +343,6 @@ impl Sums {
         let y = b * k.fy as f32;
         let z = c - a * (u as f32 - k.cx as f32) - b * (v as f32 - k.cy as f32);
         let length = (x * x + y * y + z * z).sqrt();
-        (length.is_finite() && length > 0.0).then(|| [-x / length, -y / length, -z / length])
+        (length.is_finite() && length > 0.0).then(|| ([-x / length, -y / length, -z / length], c))
     }
 }

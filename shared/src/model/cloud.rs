@@ -15,10 +15,12 @@ impl PointFlags {
     pub const UNLABELLED: u16 = 1 << 3;
     /// Seen only by flying pixels: at depth steps, where a pixel's depth is that of neither surface.
     pub const EDGE: u16 = 1 << 4;
+    /// A noisy double of a surface that is much better known: off it by no more than its own noise explains.
+    pub const NOISE: u16 = 1 << 5;
     /// Vertices of a mesh only: what lies beyond was not observed.
     pub const BOUNDARY: u16 = 1 << 15;
     /// Any of the outlier marks.
-    pub const OUTLIER: u16 = Self::RADIUS_OUTLIER | Self::STATISTICAL_OUTLIER | Self::EDGE;
+    pub const OUTLIER: u16 = Self::RADIUS_OUTLIER | Self::STATISTICAL_OUTLIER | Self::EDGE | Self::NOISE;
 
     /// Whether any of `bits` is set.
     pub fn has(self, bits: u16) -> bool {
