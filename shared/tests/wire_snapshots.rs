@@ -75,7 +75,14 @@ fn refused() {
 
 #[test]
 fn clear() {
-    insta::assert_snapshot!(server(server_message::Body::Clear(Clear { inspection: Some(inspection()) })));
+    let clear = Clear { inspection: Some(inspection()), successor: false };
+    insta::assert_snapshot!(server(server_message::Body::Clear(clear)));
+}
+
+#[test]
+fn clear_for_a_successor() {
+    let inspection = Some(Inspection { id: "3f2a".into(), epoch: 3, ..Default::default() });
+    insta::assert_snapshot!(server(server_message::Body::Clear(Clear { inspection, successor: true })));
 }
 
 #[test]
@@ -89,6 +96,17 @@ fn progress() {
         chunks: 890,
         model_hash: 0x0123_4567_89ab_cdef,
         message: String::new(),
+        complete_epoch: 0,
+    })));
+}
+
+#[test]
+fn progress_of_a_complete_epoch() {
+    insta::assert_snapshot!(server(server_message::Body::Progress(Progress {
+        phase: Phase::Running.into(),
+        points: 300,
+        complete_epoch: 2,
+        ..Default::default()
     })));
 }
 

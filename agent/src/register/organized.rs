@@ -132,8 +132,8 @@ mod tests {
     }
 
     /// A cylinder across the picture before a wall, with true normals of the cylinder's pixels.
-    fn cylinder(noise: f32) -> (OrganizedCloud, Vec<Option<Vector3<f64>>>) {
-        let k = Intrinsics { width: 200, height: 160, fx: 240.0, fy: 240.0, cx: 99.5, cy: 79.5 };
+    fn cylinder(f: f64, noise: f32) -> (OrganizedCloud, Vec<Option<Vector3<f64>>>) {
+        let k = Intrinsics { width: 200, height: 160, fx: f, fy: f, cx: 99.5, cy: 79.5 };
         let (radius, away) = (0.04_f64, 0.5_f64);
         let mut truth = Vec::new();
         let mut random = rand_pcg::Pcg32::seed_from_u64(3);
@@ -159,7 +159,7 @@ mod tests {
     #[test]
     fn normals_of_a_cylinder_hold_up_to_its_border_and_under_noise() {
         for (noise, median, worst_share) in [(0.0, 0.01, 0.08), (1e-4, 0.06, 0.2)] {
-            let (cloud, truth) = cylinder(noise);
+            let (cloud, truth) = cylinder(240.0, noise);
             let mut angles: Vec<f64> = truth
                 .iter()
                 .zip(&cloud.normals)
@@ -178,20 +178,20 @@ mod tests {
     #[test]
     fn noise_is_measured_and_smoothed_without_bending_the_surface() {
         // Uniform noise of half width h has a deviation of h / sqrt(3).
-        let (quiet, _) = cylinder(0.0);
-        let (noisy, truth) = cylinder(2e-4);
+        let (quiet, _) = cylinder(720.0, 0.0);
+        let (noisy, truth) = cylinder(720.0, 2e-4);
         let error = |z: &[f32], i: usize| f64::from(z[i] - quiet.depth[i]);
         let rms = |z: &[f32]| {
             let on: Vec<f64> =
-                (0..z.len()).filter(|&i| truth[i].is_some_and(|t| t.z < -0.4)).map(|i| error(z, i).powi(2)).collect();
+                (0..z.len()).filter(|&i| truth[i].is_some_and(|t| t.z < -0.75)).map(|i| error(z, i).powi(2)).collect();
             (on.iter().sum::<f64>() / on.len() as f64).sqrt()
         };
         let (captured, smoothed) = (rms(&noisy.depth), rms(&noisy.smooth));
-        assert!(smoothed < 0.4 * captured, "{captured} to {smoothed}");
+        assert!(smoothed < 0.45 * captured, "{captured} to {smoothed}");
         assert!(rms(&quiet.smooth) < 5e-6, "a quiet surface stays: {}", rms(&quiet.smooth));
         // What it says of its own error is about right.
         let claimed: Vec<f64> = (0..noisy.sigma.len())
-            .filter(|&i| truth[i].is_some_and(|t| t.z < -0.4))
+            .filter(|&i| truth[i].is_some_and(|t| t.z < -0.75))
             .map(|i| f64::from(noisy.sigma[i]).powi(2))
             .filter(|s| s.is_finite())
             .collect();

@@ -2,6 +2,9 @@
 //!
 //! Chunks stand in the order of their last change. A client remembers how far along that order it is, one number; a
 //! chunk that changes again moves to the end, so an unsent older revision is replaced by the newer one by itself.
+//!
+//! A rebuilt map comes as a whole ([`LiveModel::renew`]): the client is told to expect a successor, gets its chunks, and
+//! is told when it has them all, so that it can go on showing the old model until then.
 
 use axum::body::Bytes;
 use prost::Message;
@@ -51,6 +54,8 @@ struct State {
     by_change: BTreeMap<u64, [i32; 3]>,
     control: Vec<Bytes>,
     totals: StreamTotals,
+    /// The change with which the epoch's whole model was there; later ones are its revisions.
+    whole_at: Option<u64>,
 }
 
 /// Shared by the inspection and all clients.
@@ -64,11 +69,27 @@ pub struct LiveModel {
 #[derive(Debug)]
 pub(super) struct Cursor {
     generation: u64,
+    /// The inspection it follows.
+    inspection: String,
     change: u64,
     control: usize,
     progress: Option<Progress>,
     /// Revisions that a returning client already has; each is dropped once its chunk was passed.
     held: HashMap<[i32; 3], u32>,
+}
+
+impl Cursor {
+    /// Before the first message of what is published now.
+    fn at_the_beginning(state: &State) -> Self {
+        Self {
+            generation: state.generation,
+            inspection: state.inspection.id.clone(),
+            change: 0,
+            control: 0,
+            progress: None,
+            held: HashMap::new(),
+        }
+    }
 }
 
 /// A chunk ready to be published.
@@ -92,6 +113,7 @@ impl LiveModel {
             by_change: BTreeMap::new(),
             control: Vec::new(),
             totals: StreamTotals::default(),
+            whole_at: None,
         };
         Self { state: Mutex::new(state), changed: watch::Sender::new(()) }
     }
@@ -106,7 +128,7 @@ impl LiveModel {
         self.changed.subscribe()
     }
 
-    /// Begins a new inspection or epoch: every client clears.
+    /// Begins a new inspection: every client clears.
     pub fn begin(&self, inspection: Inspection) {
         let mut state = self.lock();
         state.generation += 1;
@@ -120,8 +142,35 @@ impl LiveModel {
         state.by_change.clear();
         state.control.clear();
         state.totals = StreamTotals::default();
+        state.whole_at = None;
         drop(state);
         self.changed.send_replace(());
+    }
+
+    /// The epoch that is being published.
+    pub(super) fn epoch(&self) -> u32 {
+        self.lock().inspection.epoch
+    }
+
+    /// Puts the whole model of a new epoch of the same inspection in place of the old one, at once: no client ever sees
+    /// a part of it as if it were all, and none has to show less than it showed.
+    pub(super) fn renew(&self, epoch: u32, chunks: Vec<Published>) {
+        let mut state = self.lock();
+        state.generation += 1;
+        state.inspection.epoch = epoch;
+        state.chunks.clear();
+        state.by_change.clear();
+        (state.totals.snapshot_bytes, state.totals.points) = (0, 0);
+        state.put(chunks);
+        state.whole_at = Some(state.changes);
+        drop(state);
+        self.changed.send_replace(());
+    }
+
+    /// What has been published is the epoch's whole model.
+    pub(super) fn whole(&self) {
+        let mut state = self.lock();
+        state.whole_at = Some(state.changes);
     }
 
     /// Tells what is being inspected after the first view has fixed the voxel size.
@@ -136,34 +185,7 @@ impl LiveModel {
 
     /// Puts new revisions in place of the old ones.
     pub(super) fn publish(&self, chunks: Vec<Published>) {
-        let mut state = self.lock();
-        let epoch = state.inspection.epoch;
-        for Published { id, encoded } in chunks {
-            let old = state.chunks.remove(&id);
-            let (revision, hash, points, message) = match encoded {
-                Some(e) => (e.update.revision, e.hash, e.update.points, pack(Body::Chunk(e.update))),
-                None => {
-                    let Some(old) = &old else { continue };
-                    let revision = old.revision + 1;
-                    let gone = ChunkGone { epoch, id: Some(ChunkId::from_array(id)), revision };
-                    (revision, 0, 0, pack(Body::Gone(gone)))
-                }
-            };
-            if let Some(old) = old {
-                state.by_change.remove(&old.change);
-                state.totals.snapshot_bytes -= old.message.len() as u64;
-                state.totals.points -= u64::from(old.points);
-            }
-            state.changes += 1;
-            let change = state.changes;
-            state.totals.messages += 1;
-            state.totals.bytes += message.len() as u64;
-            state.totals.snapshot_bytes += message.len() as u64;
-            state.totals.points += u64::from(points);
-            state.by_change.insert(change, id);
-            state.chunks.insert(id, LiveChunk { change, revision, hash, points, message });
-        }
-        drop(state);
+        self.lock().put(chunks);
         self.changed.send_replace(());
     }
 
@@ -221,7 +243,7 @@ impl LiveModel {
             inspection: Some(state.inspection.clone()),
             resumed,
         };
-        let cursor = Cursor { generation: state.generation, change: 0, control: 0, progress: None, held };
+        let cursor = Cursor { held, ..Cursor::at_the_beginning(&state) };
         (cursor, pack(Body::Welcome(welcome)))
     }
 
@@ -229,19 +251,18 @@ impl LiveModel {
     pub(super) fn next(&self, cursor: &mut Cursor) -> Option<Bytes> {
         let state = self.lock();
         if cursor.generation != state.generation {
-            *cursor =
-                Cursor { generation: state.generation, change: 0, control: 0, progress: None, held: HashMap::new() };
-            return Some(pack(Body::Clear(Clear { inspection: Some(state.inspection.clone()) })));
+            let successor = cursor.inspection == state.inspection.id;
+            *cursor = Cursor::at_the_beginning(&state);
+            return Some(pack(Body::Clear(Clear { inspection: Some(state.inspection.clone()), successor })));
         }
         if let Some(message) = state.control.get(cursor.control) {
             cursor.control += 1;
             return Some(message.clone());
         }
-        let running = state.progress.phase() == wire::Phase::Running;
-        let unsent_progress = cursor.progress.as_ref() != Some(&state.progress);
-        if unsent_progress && running {
-            cursor.progress = Some(state.progress.clone());
-            return Some(pack(Body::Progress(state.progress.clone())));
+        let progress = state.progress_for(cursor);
+        if progress.phase() == wire::Phase::Running && cursor.progress.as_ref() != Some(&progress) {
+            cursor.progress = Some(progress.clone());
+            return Some(pack(Body::Progress(progress)));
         }
         while let Some((&change, id)) = state.by_change.range(cursor.change + 1..).next() {
             cursor.change = change;
@@ -250,12 +271,57 @@ impl LiveModel {
                 return Some(chunk.message.clone());
             }
         }
-        // The end is told after the last chunk.
-        if unsent_progress {
-            cursor.progress = Some(state.progress.clone());
-            return Some(pack(Body::Progress(state.progress.clone())));
+        // The end, and that a model is whole, are told after the last chunk.
+        let progress = state.progress_for(cursor);
+        if cursor.progress.as_ref() != Some(&progress) {
+            cursor.progress = Some(progress.clone());
+            return Some(pack(Body::Progress(progress)));
         }
         None
+    }
+}
+
+impl State {
+    /// Puts new revisions in place of the old ones.
+    fn put(&mut self, chunks: Vec<Published>) {
+        let epoch = self.inspection.epoch;
+        for Published { id, encoded } in chunks {
+            let old = self.chunks.remove(&id);
+            let (revision, hash, points, message) = match encoded {
+                Some(e) => (e.update.revision, e.hash, e.update.points, pack(Body::Chunk(e.update))),
+                None => {
+                    let Some(old) = &old else { continue };
+                    let revision = old.revision + 1;
+                    let gone = ChunkGone { epoch, id: Some(ChunkId::from_array(id)), revision };
+                    (revision, 0, 0, pack(Body::Gone(gone)))
+                }
+            };
+            if let Some(old) = old {
+                self.by_change.remove(&old.change);
+                self.totals.snapshot_bytes -= old.message.len() as u64;
+                self.totals.points -= u64::from(old.points);
+            }
+            self.changes += 1;
+            let change = self.changes;
+            self.totals.messages += 1;
+            self.totals.bytes += message.len() as u64;
+            self.totals.snapshot_bytes += message.len() as u64;
+            self.totals.points += u64::from(points);
+            self.by_change.insert(change, id);
+            self.chunks.insert(id, LiveChunk { change, revision, hash, points, message });
+        }
+    }
+
+    /// Progress as the client at `cursor` may be told it: whether the whole model was sent depends on how far it is.
+    fn progress_for(&self, cursor: &Cursor) -> Progress {
+        let sent = |whole: u64| {
+            self.by_change
+                .range(cursor.change + 1..=whole.max(cursor.change + 1))
+                .next()
+                .is_none_or(|(c, _)| *c > whole)
+        };
+        let complete = self.whole_at.is_some_and(sent);
+        Progress { complete_epoch: if complete { self.inspection.epoch } else { 0 }, ..self.progress.clone() }
     }
 }
 
@@ -270,101 +336,4 @@ pub(super) fn pack(body: Body) -> Bytes {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use semascan_shared::model::{PointFlags, SemanticPoint};
-    use semascan_shared::wire::chunk::{VoxelChunk, encode};
-
-    fn published(id: [i32; 3], revision: u32) -> Published {
-        let voxel = 0.001_f32;
-        let position = id.map(|c| (c * 32) as f32 * voxel + 0.5 * voxel);
-        let point = SemanticPoint {
-            position,
-            normal: [0.0, 0.0, 1.0],
-            color: [revision as u8; 3],
-            label: 1,
-            confidence: 1.0,
-            defect: 0,
-            defect_confidence: 1.0,
-            sigma: 0.0,
-            defect_sigma: 0.0,
-            instance: 0,
-            views: 1,
-            flags: PointFlags(0),
-        };
-        let chunk = VoxelChunk { id, voxel, voxels: vec![([0; 3], point)] };
-        Published { id, encoded: Some(encode(&chunk, 1, revision).expect("encodes")) }
-    }
-
-    fn running() -> LiveModel {
-        let live = LiveModel::new();
-        live.begin(Inspection { id: "a".into(), epoch: 1, ..Inspection::default() });
-        live
-    }
-
-    /// Everything a client would be sent now, as (chunk, revision), and the last phase it heard of.
-    fn drain(live: &LiveModel, cursor: &mut Cursor) -> (Vec<([i32; 3], u32)>, Vec<wire::Phase>) {
-        let (mut chunks, mut phases) = (Vec::new(), Vec::new());
-        while let Some(bytes) = live.next(cursor) {
-            match wire::decode_server(&bytes).expect("valid").body {
-                Some(Body::Chunk(c)) => chunks.push((c.id.expect("id").to_array(), c.revision)),
-                Some(Body::Gone(c)) => chunks.push((c.id.expect("id").to_array(), c.revision)),
-                Some(Body::Progress(p)) => phases.push(p.phase()),
-                _ => {}
-            }
-        }
-        (chunks, phases)
-    }
-
-    #[test]
-    fn a_slow_client_gets_the_newest_revision_only() {
-        let live = running();
-        let (mut cursor, _) = live.welcome("", 0, &[]);
-        live.publish(vec![published([0; 3], 1), published([1, 0, 0], 1)]);
-        live.publish(vec![published([0; 3], 2)]);
-        assert_eq!(drain(&live, &mut cursor).0, [([1, 0, 0], 1), ([0; 3], 2)]);
-        assert_eq!(drain(&live, &mut cursor).0, []);
-    }
-
-    #[test]
-    fn a_returning_client_gets_the_difference() {
-        let live = running();
-        live.publish(vec![published([0; 3], 1), published([1, 0, 0], 1), published([2, 0, 0], 1)]);
-        live.publish(vec![published([2, 0, 0], 2)]);
-        let held = |x, revision| HeldChunk { id: Some(ChunkId { x, y: 0, z: 0 }), revision };
-        let (mut cursor, _) = live.welcome("a", 1, &[held(0, 1), held(2, 1)]);
-        assert_eq!(drain(&live, &mut cursor).0, [([1, 0, 0], 1), ([2, 0, 0], 2)]);
-        let (mut stranger, _) = live.welcome("b", 1, &[held(0, 1)]);
-        assert_eq!(drain(&live, &mut stranger).0.len(), 3);
-    }
-
-    #[test]
-    fn an_emptied_chunk_leaves_a_tombstone_and_no_hash() {
-        let live = running();
-        let empty = live.hash();
-        live.publish(vec![published([0; 3], 1)]);
-        assert_ne!(live.hash(), empty);
-        live.publish(vec![Published { id: [0; 3], encoded: None }]);
-        let (mut cursor, _) = live.welcome("", 0, &[]);
-        assert_eq!(drain(&live, &mut cursor).0, [([0; 3], 2)]);
-        assert_eq!(live.hash(), empty);
-    }
-
-    #[test]
-    fn the_end_is_told_after_the_last_chunk_and_a_new_inspection_clears() {
-        let live = running();
-        let (mut cursor, _) = live.welcome("", 0, &[]);
-        live.publish(vec![published([0; 3], 1)]);
-        live.update_progress(|p| p.phase = wire::Phase::Finished.into());
-        let mut last_was_chunk = false;
-        while let Some(bytes) = live.next(&mut cursor) {
-            match wire::decode_server(&bytes).expect("valid").body {
-                Some(Body::Progress(_)) => assert!(last_was_chunk),
-                other => last_was_chunk = matches!(other, Some(Body::Chunk(_))),
-            }
-        }
-        live.begin(Inspection { id: "b".into(), epoch: 1, ..Inspection::default() });
-        let first = live.next(&mut cursor).expect("clear");
-        assert!(matches!(wire::decode_server(&first).expect("valid").body, Some(Body::Clear(_))));
-    }
-}
+mod tests;

@@ -2,7 +2,7 @@
 //!
 //! Not every touched chunk is worth a message at once: an overlapping view moves most means by a fraction of a quantum.
 //! A chunk is sent when enough of it is new since it was last sent; what was held back goes out with the end, so that
-//! every client ends with the exact model.
+//! every client ends with the exact model. A map under a new epoch goes out as a whole.
 
 use super::live::{LiveModel, Published};
 use super::messages::{stage_event, view_report};
@@ -87,13 +87,15 @@ impl InspectionSink for LiveSink {
 
     fn map_changed(&self, map: &SemanticMap, touched: &[TouchedChunk], last: bool) {
         self.live.set_voxel(map.config().voxel);
-        let due = self.due(touched, last);
+        let renewed = map.epoch() != self.live.epoch();
+        let due = if renewed { map.chunk_ids() } else { self.due(touched, last) };
+        let revision = |id: [i32; 3]| if renewed { 1 } else { self.live.next_revision(id) };
         let encode = |encoder: &mut ChunkEncoder, id: &[i32; 3]| {
             let chunk = map.chunk(*id);
             if chunk.voxels.is_empty() {
                 return Some(Published { id: *id, encoded: None });
             }
-            match encoder.encode(&chunk, map.epoch(), self.live.next_revision(*id)) {
+            match encoder.encode(&chunk, map.epoch(), revision(*id)) {
                 Ok(encoded) => Some(Published { id: *id, encoded: Some(encoded) }),
                 Err(error) => {
                     tracing::error!(chunk = ?id, %error, "chunk not published");
@@ -102,11 +104,19 @@ impl InspectionSink for LiveSink {
             }
         };
         let published: Vec<Published> = due.par_iter().map_init(ChunkEncoder::default, encode).flatten_iter().collect();
+        if renewed {
+            self.backlog.lock().unwrap_or_else(PoisonError::into_inner).clear();
+        }
         for p in &published {
             self.sent(p.id, p.encoded.as_ref().map_or(0, |e| e.update.points));
         }
-        self.live.publish(published);
+        if renewed {
+            self.live.renew(map.epoch(), published);
+        } else {
+            self.live.publish(published);
+        }
         if last {
+            self.live.whole();
             let hash = self.live.hash();
             self.live.update_progress(|p| {
                 p.set_phase(wire::Phase::Finished);

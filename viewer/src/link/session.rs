@@ -216,7 +216,7 @@ mod tests {
         let mut session = Session::new();
         session.receive(&welcome("a", 1, false));
         session.receive(&chunk(0, 1, 3));
-        let clear = bytes(Body::Clear(Clear { inspection: Some(inspection("a", 2)) }));
+        let clear = bytes(Body::Clear(Clear { inspection: Some(inspection("a", 2)), ..Clear::default() }));
         assert!(matches!(session.receive(&clear), Some(LinkEvent::Cleared(_))));
         assert_eq!(held(&mut session), ("a".to_owned(), 2, vec![]));
         session.receive(&welcome("a", 2, true));
