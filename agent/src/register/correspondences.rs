@@ -13,6 +13,8 @@ use rayon::prelude::*;
 const BLOCK: usize = 4096;
 /// Bins of the residual histogram.
 const BINS: usize = 512;
+/// Neighbours in a row of the picture whose residuals are compared.
+const RUN: usize = 16;
 
 /// Which pairs count, and how much.
 #[derive(Clone, Copy, Debug)]
@@ -41,6 +43,8 @@ pub struct Linearised {
     pub pairs: u32,
     /// `sum min(r^2, tukey^2)` over all source points; those without a pair count as outside.
     pub truncated_cost: f64,
+    /// So many neighbouring points share their error and count as one witness; 1 if all are independent.
+    pub correlation: f64,
     /// Standard deviation of the residuals, from the median of their absolute values, metres; 0 without pairs.
     pub sigma: f64,
     /// Centre of the twist in the target's frame.
@@ -86,11 +90,22 @@ struct Sums {
     cost: f64,
     pairs: u32,
     histogram: Vec<u32>,
+    /// Squares of the sums of runs over their lengths, and squares of single residuals: equal where errors are
+    /// independent, apart by the length of the run where all in it err alike.
+    of_runs: [f64; 2],
 }
 
 impl Default for Sums {
     fn default() -> Self {
-        Self { hessian: [0.0; 21], gradient: [0.0; 6], weight: 0.0, cost: 0.0, pairs: 0, histogram: vec![0; BINS] }
+        Self {
+            hessian: [0.0; 21],
+            gradient: [0.0; 6],
+            weight: 0.0,
+            cost: 0.0,
+            pairs: 0,
+            histogram: vec![0; BINS],
+            of_runs: [0.0; 2],
+        }
     }
 }
 
@@ -122,8 +137,11 @@ impl<'a> Pairing<'a> {
         let (reach, tukey) = (self.gate.distance * self.gate.distance, self.gate.tukey);
         let outside = f64::from(tukey * tukey);
         let bin = BINS as f32 / self.gate.distance;
-        // f32 sums over a short block, then f64.
+        let mut run = Run::default();
         for i in range {
+            if i % RUN == 0 {
+                run.end(&mut sums.of_runs);
+            }
             sums.cost += outside;
             let turned = self.turn(source.points[i]);
             let p: [f32; 3] = std::array::from_fn(|a| turned[a] + self.translation[a]);
@@ -166,7 +184,9 @@ impl<'a> Pairing<'a> {
             let m: [f32; 3] = std::array::from_fn(|a| 0.5 * (p[a] + q[a]) - self.centre[a]);
             let j = [m[1] * n[2] - m[2] * n[1], m[2] * n[0] - m[0] * n[2], m[0] * n[1] - m[1] * n[0], n[0], n[1], n[2]];
             sums.push(&j, w, r, outside);
+            run.push(f64::from(r));
         }
+        run.end(&mut sums.of_runs);
         sums
     }
 }
@@ -191,6 +211,7 @@ impl Sums {
         self.hessian.iter_mut().zip(&other.hessian).for_each(|(a, b)| *a += b);
         self.gradient.iter_mut().zip(&other.gradient).for_each(|(a, b)| *a += b);
         self.histogram.iter_mut().zip(&other.histogram).for_each(|(a, b)| *a += b);
+        self.of_runs.iter_mut().zip(&other.of_runs).for_each(|(a, b)| *a += b);
         self.weight += other.weight;
         self.cost += other.cost;
         self.pairs += other.pairs;
@@ -212,9 +233,35 @@ impl Sums {
             weight: self.weight,
             pairs: self.pairs,
             truncated_cost: self.cost,
+            // Alike along rows and columns: a patch of so many pixels has one error.
+            correlation: (self.of_runs[0] / self.of_runs[1].max(f64::MIN_POSITIVE)).max(1.0).powi(2),
             sigma: 1.4826 * median_of(&self.histogram, self.pairs) * f64::from(gate.distance) / BINS as f64,
             centre,
         }
+    }
+}
+
+/// Residuals of neighbours in a row.
+#[derive(Default)]
+struct Run {
+    sum: f64,
+    squares: f64,
+    count: f64,
+}
+
+impl Run {
+    fn push(&mut self, r: f64) {
+        self.sum += r;
+        self.squares += r * r;
+        self.count += 1.0;
+    }
+
+    fn end(&mut self, of_runs: &mut [f64; 2]) {
+        if self.count > 1.0 {
+            of_runs[0] += self.sum * self.sum / self.count;
+            of_runs[1] += self.squares / self.count;
+        }
+        *self = Self::default();
     }
 }
 

@@ -112,7 +112,7 @@ impl Registrar for IcpRegistrar {
     }
 
     fn refine(&mut self) -> Option<JointRefinement> {
-        let IcpConfig { weakest, correlated_pixels, same_label, .. } = self.config;
-        refine(&self.views, &JointConfig { weakest, correlated_pixels, same_label })
+        let IcpConfig { weakest, same_label, .. } = self.config;
+        refine(&self.views, &JointConfig { weakest, same_label })
     }
 }

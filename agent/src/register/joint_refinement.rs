@@ -61,7 +61,6 @@ pub struct JointRefinement {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct JointConfig {
     pub(super) weakest: f64,
-    pub(super) correlated_pixels: f64,
     pub(super) same_label: bool,
 }
 
@@ -199,7 +198,7 @@ impl Problem<'_> {
             let (centre, radius) = &self.centred[i];
             let held = hold(&at.hessian, &at.gradient, at.weight, *radius, self.config.weakest);
             // Each pair of views is usually linearised twice, once from either side.
-            let certainty = 0.5 / (at.sigma.max(SIGMA_FLOOR).powi(2) * self.config.correlated_pixels);
+            let certainty = 0.5 / (at.sigma.max(SIGMA_FLOOR).powi(2) * at.correlation);
             let turn = (poses[j].inverse() * poses[i]).rotation.to_rotation_matrix();
             let by_source = turned(turn.matrix()) * about(centre);
             let by_target = -about(&at.centre);

@@ -16,8 +16,6 @@ use nalgebra::{Isometry3, Matrix6, Point3, Vector6};
 pub struct IcpConfig {
     /// Eigenvalue (see [`Degeneracy`]) below which a direction is frozen.
     pub weakest: f64,
-    /// Neighbouring pixels share their error (the sensor's ripple, the surface's texture): so many count as one witness.
-    pub correlated_pixels: f64,
     /// Pairs of different component classes do not count.
     pub same_label: bool,
     /// Least share of the source points that must find a pair at the end.
@@ -28,7 +26,7 @@ pub struct IcpConfig {
 
 impl Default for IcpConfig {
     fn default() -> Self {
-        Self { weakest: 2e-3, correlated_pixels: 100.0, same_label: true, least_overlap: 0.1, farthest: 6.0 }
+        Self { weakest: 2e-3, same_label: true, least_overlap: 0.1, farthest: 6.0 }
     }
 }
 
@@ -41,6 +39,8 @@ pub struct IcpReport {
     pub overlap: f64,
     /// Standard deviation of the residuals at the estimate, metres.
     pub sigma: f64,
+    /// Neighbouring points that share their error and count as one witness.
+    pub correlation: f64,
     /// Root mean truncated square distance at the prior, metres.
     pub fit_before: f64,
     /// The same at the estimate.
@@ -210,7 +210,7 @@ impl Problem<'_> {
         let held = hold(&at.hessian, &at.gradient, at.weight, self.radius, self.config.weakest);
         let turn = (model.table_from_camera.inverse() * pose).rotation.to_rotation_matrix();
         let carry = turned(turn.matrix()) * about(&self.centre);
-        let certainty = 1.0 / (at.sigma.max(SIGMA_FLOOR).powi(2) * self.config.correlated_pixels);
+        let certainty = 1.0 / (at.sigma.max(SIGMA_FLOOR).powi(2) * at.correlation);
         Held {
             hessian: carry.transpose() * held.hessian * carry * certainty,
             gradient: carry.transpose() * held.gradient * certainty,
@@ -263,6 +263,7 @@ impl Problem<'_> {
             iterations,
             overlap,
             sigma: at.sigma,
+            correlation: at.correlation,
             fit_before: before,
             fit_after: after,
             degeneracy: data.degeneracy,
