@@ -106,8 +106,8 @@ struct Level {
 
 const LEVELS: [Level; 3] = [
     Level { thin: 16, pixel: 4.0, cosine: 0.5, rounds: 25 },
-    Level { thin: 4, pixel: 1.0, cosine: 0.7, rounds: 12 },
-    Level { thin: 1, pixel: 1.0, cosine: 0.8, rounds: 8 },
+    Level { thin: 4, pixel: 2.0, cosine: 0.7, rounds: 12 },
+    Level { thin: 1, pixel: 2.0, cosine: 0.8, rounds: 8 },
 ];
 /// Longest pair at the finest level, in spacings of the model's points.
 const FINE_GATE: f64 = 3.0;
