@@ -5,6 +5,7 @@ mod model;
 mod partition;
 mod poses;
 mod sampling;
+pub mod tables;
 mod truth;
 
 pub use compare::{

@@ -62,6 +62,27 @@ impl Model {
         }
     }
 
+    /// A cloud that is at hand. `normals` may be empty.
+    pub fn of_points(name: &str, points: Vec<[f32; 3]>, normals: Vec<[f32; 3]>) -> Self {
+        Self {
+            path: PathBuf::from(name),
+            target: Target::Points(NearestPoints::new(&points)),
+            points,
+            normals,
+            labels: Vec::new(),
+            left_out: 0,
+            target_labels: Vec::new(),
+            triangles: 0,
+        }
+    }
+
+    /// A mesh that is at hand, as `samples` seeded points of its surface: what is measured from and to.
+    pub fn sampled(name: &str, positions: &[[f32; 3]], triangles: &[[u32; 3]], samples: usize, seed: u64) -> Self {
+        let samples = sample(positions, triangles, samples, seed);
+        let normals = samples.iter().map(|s| s.normal).collect();
+        Self::of_points(name, samples.iter().map(|s| s.position).collect(), normals)
+    }
+
     /// What registration may know of the points' sides.
     pub fn facing(&self) -> Facing<'_> {
         if self.normals.iter().any(|n| *n != [0.0; 3]) { Facing::Normals(&self.normals) } else { Facing::Unknown }

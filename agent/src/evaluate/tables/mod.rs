@@ -1,0 +1,3 @@
+//! The papers' tables, rerun on the virtual cell.
+
+pub mod p0;
