@@ -32,7 +32,7 @@ pub struct GicpConfig {
 impl GicpConfig {
     /// Pairs up to `max_distance` apart.
     pub fn within(max_distance: f64) -> Self {
-        Self { max_distance, max_iterations: 40, tolerance: 1e-3 }
+        Self { max_distance, max_iterations: 40, tolerance: 5e-3 }
     }
 }
 
@@ -89,16 +89,13 @@ pub fn align(
     let mut guesses = vec![Guess::NONE; source.points.len()];
     let mut pairs: Vec<Option<Pair>> = vec![None; source.points.len()];
     let step = config.tolerance * source.voxel.min(target.voxel);
-    let (mut iterations, mut converged) = (0, false);
+    let mut iterations = 0;
     loop {
         find_pairs(source, target, &pose, config.max_distance, &mut guesses, &mut pairs);
         let width = kernel_width(&pairs, source.voxel);
         let sums = accumulate(source, &pairs, width);
         if sums.pairs < MIN_PAIRS {
             return Err(GicpError::TooFewPairs { pairs: sums.pairs, max_distance: config.max_distance });
-        }
-        if converged || iterations == config.max_iterations {
-            return finish(source, pose, &sums, iterations, converged);
         }
         let factor = sums.hessian.cholesky().ok_or(GicpError::Singular)?;
         let update = about_origin(source, &-factor.solve(&sums.gradient));
@@ -110,7 +107,10 @@ pub fn align(
         if !moved.is_finite() {
             return Err(GicpError::Singular);
         }
-        converged = moved < step;
+        // The sums are those from before the last step, which is too small to change them.
+        if moved < step || iterations >= config.max_iterations {
+            return finish(source, pose, &sums, iterations, moved < step);
+        }
     }
 }
 

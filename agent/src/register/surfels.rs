@@ -127,9 +127,7 @@ fn thinned(points: &[[f32; 3]], facing: Facing<'_>, voxel: f64) -> Result<Thinne
         let cell = |a: usize| ((f64::from(p[a]) - f64::from(low[a])) * scale) as u64;
         spread(cell(0)) | spread(cell(1)) << 1 | spread(cell(2)) << 2
     };
-    let mut places: Vec<(u64, u32)> =
-        points.par_iter().enumerate().filter(|(_, p)| finite(p)).map(|(i, p)| (place(p), i as u32)).collect();
-    places.par_sort_unstable();
+    let places = sorted(points, |p| finite(p).then(|| place(p)), (extent * scale) as u64);
     let (mut out, mut hints) = (Vec::new(), Vec::new());
     for voxel in places.chunk_by(|a, b| a.0 == b.0) {
         let sum: Vector3<f64> = voxel.iter().map(|(_, i)| vector(points[*i as usize])).sum();
@@ -144,6 +142,22 @@ fn thinned(points: &[[f32; 3]], facing: Facing<'_>, voxel: f64) -> Result<Thinne
         out.push([mean.x as f32, mean.y as f32, mean.z as f32]);
     }
     Ok((out, hints))
+}
+
+/// Points by their places, those at one place in their own order.
+fn sorted(points: &[[f32; 3]], place: impl Fn(&[f32; 3]) -> Option<u64> + Sync, cells: u64) -> Vec<(u64, u32)> {
+    let bits = points.len().ilog2() + 1;
+    let numbered = points.par_iter().zip(0_u32..points.len() as u32);
+    if 3 * (cells.max(1).ilog2() + 1) + bits <= 64 {
+        // Place and number in one word sort faster than as a pair.
+        let mut words: Vec<u64> =
+            numbered.filter_map(|(p, i)| place(p).map(|place| place << bits | u64::from(i))).collect();
+        words.par_sort_unstable();
+        return words.into_iter().map(|w| (w >> bits, (w & ((1 << bits) - 1)) as u32)).collect();
+    }
+    let mut pairs: Vec<(u64, u32)> = numbered.filter_map(|(p, i)| place(p).map(|place| (place, i))).collect();
+    pairs.par_sort_unstable();
+    pairs
 }
 
 /// 21 bits with two empty ones between each.
@@ -161,16 +175,20 @@ fn vector(p: [f32; 3]) -> Vector3<f64> {
 
 /// Mean and covariance of the points that `row` names, which end at the first that is not there.
 fn moments(points: &[[f32; 3]], row: &[u32]) -> (Vector3<f64>, Matrix3<f64>) {
-    let near = || row.iter().map_while(|i| points.get(*i as usize)).map(|p| vector(*p));
-    let n = near().count().max(1) as f64;
-    let mean = near().sum::<Vector3<f64>>() / n;
-    let mut c = [0.0; 6];
-    for d in near().map(|p| p - mean) {
+    let mut near = row.iter().map_while(|i| points.get(*i as usize)).map(|p| vector(*p)).peekable();
+    let origin = near.peek().copied().unwrap_or_default();
+    let (mut n, mut sum, mut c) = (0.0, Vector3::zeros(), [0.0; 6]);
+    // About the first of them, so that nothing is lost where all are far from the frame's origin.
+    for d in near.map(|p| p - origin) {
+        n += 1.0;
+        sum += d;
         for (sum, product) in c.iter_mut().zip([d.x * d.x, d.x * d.y, d.x * d.z, d.y * d.y, d.y * d.z, d.z * d.z]) {
-            *sum += product / n;
+            *sum += product;
         }
     }
-    (mean, Matrix3::new(c[0], c[1], c[2], c[1], c[3], c[4], c[2], c[4], c[5]))
+    let (inverse, mean) = (1.0 / f64::max(n, 1.0), sum / f64::max(n, 1.0));
+    let second = Matrix3::new(c[0], c[1], c[2], c[1], c[3], c[4], c[2], c[4], c[5]) * inverse;
+    (origin + mean, second - mean * mean.transpose())
 }
 
 fn normal(points: &[[f32; 3]], row: &[u32], hint: &Vector3<f64>) -> [f32; 3] {
