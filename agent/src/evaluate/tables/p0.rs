@@ -305,7 +305,7 @@ mod tests {
         assert!(points > 3000 && matched >= 8, "{points} points, {matched} matched");
         let ours = &report.ours[0];
         let me = ours.mean_error;
-        assert!(me.min <= me.mean && me.mean <= me.max && (10.0..600.0).contains(&me.mean), "{me:?}");
+        assert!(me.min <= me.mean && me.mean <= me.max && (10.0..1500.0).contains(&me.mean), "{me:?}");
         assert!(ours.chamfer.mean * 1e3 > me.mean, "CD holds both ways: {ours:?}");
         let mut text = Vec::new();
         print(&mut text, &report).expect("printed");
