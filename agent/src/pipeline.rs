@@ -6,14 +6,15 @@
 //! A view that fails in any stage is reported with its reason and left out; the inspection goes on. What happens is
 //! told to an [`InspectionSink`]: the live stream, a progress bar, a record on disk.
 
-use crate::acquire::{Source, SourceInfo, View};
+mod fusion;
+
+use crate::acquire::{Source, View};
 use crate::fuse::{
-    AssociationTest, Associator, FuseError, Integration, LabelledView, MapConfig, Misidentification, OutlierFilter,
-    SemanticMap, TouchedChunk, voxel_for,
+    AssociationTest, FuseError, Integration, Misidentification, OutlierFilter, SemanticMap, TouchedChunk,
 };
-use crate::register::{Arrival, JointRefinement, ModelSurface, OrganizedCloud, Registrar, Registration};
+use crate::register::{JointRefinement, OrganizedCloud, Registrar, Registration};
 use crate::segment::{Segmentation, Segmenter};
-use image::RgbImage;
+use fusion::Fusion;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::time::{Duration, Instant};
@@ -165,15 +166,7 @@ pub fn run(
     std::thread::scope(|scope| {
         scope.spawn(move || acquire(source, config.pace, sink, stop, &captured));
         scope.spawn(move || segment(segmenter, sink, &to_segment, &segmented));
-        let mut fusion = Fusion {
-            info: &info,
-            config,
-            sink,
-            registrar,
-            associator: config.association.map(Associator::new),
-            map: None,
-            accepted: Vec::new(),
-        };
+        let mut fusion = Fusion::new(&info, config, sink, registrar);
         let (mut views, mut rejected) = (0, 0);
         for in_flight in to_fuse {
             views += 1;
@@ -270,140 +263,4 @@ fn segment(
             return;
         }
     }
-}
-
-/// The stages that need the model: registration against it, and integration into it.
-struct Fusion<'a> {
-    info: &'a SourceInfo,
-    config: &'a PipelineConfig,
-    sink: &'a dyn InspectionSink,
-    registrar: &'a mut dyn Registrar,
-    associator: Option<Associator>,
-    map: Option<SemanticMap>,
-    /// Views in the map, in order.
-    accepted: Vec<u32>,
-}
-
-impl Fusion<'_> {
-    /// Takes one view the rest of its way; whether it became part of the model.
-    fn view(&mut self, in_flight: InFlight) -> Result<bool, PipelineError> {
-        let InFlight { index, mut timings, result, mut view } = in_flight;
-        let (mut registration, mut segmentation, mut misidentified) = (None, None, Vec::new());
-        let result = match (result, &mut view) {
-            (Err(reason), _) => Err(reason),
-            (Ok(_), None) => Err("view was lost on its way".to_owned()),
-            (Ok(mut surface), Some(view)) => {
-                let posed = self.register(index, view, &surface, &mut timings);
-                match posed {
-                    Err(reason) => {
-                        segmentation = Some(surface.segmentation);
-                        Err(reason)
-                    }
-                    Ok(posed) => {
-                        if let Some(associator) = &mut self.associator {
-                            let Surface { cloud, segmentation } = &mut surface;
-                            let pose = &posed.table_from_camera;
-                            misidentified = associator.associate(self.map.as_ref(), cloud, pose, segmentation);
-                        }
-                        let labelled = LabelledView {
-                            index,
-                            cloud: surface.cloud,
-                            rgb: std::mem::replace(&mut view.rgb, RgbImage::new(0, 0)),
-                            segmentation: surface.segmentation,
-                            table_from_camera: posed.table_from_camera,
-                        };
-                        let integrated = self.integrate(&labelled, &mut timings)?;
-                        view.rgb = labelled.rgb;
-                        registration = Some(posed);
-                        segmentation = Some(labelled.segmentation);
-                        integrated
-                    }
-                }
-            }
-        };
-        if let (Some(map), Ok(integration)) = (&self.map, &result) {
-            let publish = || -> Result<(), String> {
-                self.sink.map_changed(map, &integration.touched, false);
-                Ok(())
-            };
-            let _ = staged(self.sink, &mut timings, index, Stage::Publish, publish);
-        }
-        let accepted = result.is_ok();
-        if accepted {
-            self.registrar.accepted();
-            self.accepted.push(index);
-        }
-        self.sink.view_done(&ViewOutcome { index, view, segmentation, registration, misidentified, result, timings });
-        Ok(accepted)
-    }
-
-    fn register(
-        &mut self,
-        index: u32,
-        view: &View,
-        surface: &Surface,
-        timings: &mut Vec<(Stage, Duration)>,
-    ) -> Result<Registration, String> {
-        let arrival = Arrival {
-            view,
-            cloud: &surface.cloud,
-            segmentation: &surface.segmentation,
-            model: self.map.as_ref().map(|map| map as &dyn ModelSurface),
-        };
-        let registrar = &mut *self.registrar;
-        staged(self.sink, timings, index, Stage::Register, || registrar.register(&arrival))
-    }
-
-    fn integrate(
-        &mut self,
-        view: &LabelledView,
-        timings: &mut Vec<(Stage, Duration)>,
-    ) -> Result<Result<Integration, String>, PipelineError> {
-        if self.map.is_none() {
-            self.map = new_map(self.info, self.config, &view.cloud)?;
-        }
-        Ok(match &mut self.map {
-            Some(map) => staged(self.sink, timings, view.index, Stage::Fuse, || map.integrate(view)),
-            None => Err("no depth in the whole picture".to_owned()),
-        })
-    }
-
-    /// Refines all poses, makes the map anew with them, and marks outliers.
-    fn finish(self) -> Result<Option<SemanticMap>, PipelineError> {
-        let Some(mut map) = self.map else { return Ok(None) };
-        let last = self.accepted.last().copied().unwrap_or(0);
-        let mut touched = Vec::new();
-        let refined = staged(self.sink, &mut Vec::new(), last, Stage::Refine, || -> Result<bool, FuseError> {
-            let Some(refinement) = self.registrar.refine() else { return Ok(false) };
-            // Chunks that vanish must be told as well as those that come.
-            touched = map.chunk_ids();
-            map.rebuild(&refinement.table_from_camera)?;
-            self.sink.refined(&self.accepted, &refinement);
-            Ok(true)
-        });
-        let marked = map.mark_outliers(&self.config.filter);
-        if refined == Ok(true) {
-            touched.extend(map.chunk_ids());
-            touched.sort_unstable();
-            touched.dedup();
-        } else {
-            touched = marked;
-        }
-        let touched: Vec<_> = touched.into_iter().map(|id| TouchedChunk { id, made: 0, relabelled: 0 }).collect();
-        self.sink.map_changed(&map, &touched, true);
-        Ok(Some(map))
-    }
-}
-
-/// A map for views like the first one; `None` if that has no depth.
-fn new_map(
-    info: &SourceInfo,
-    config: &PipelineConfig,
-    cloud: &OrganizedCloud,
-) -> Result<Option<SemanticMap>, PipelineError> {
-    let Some(voxel) = config.voxel.or_else(|| voxel_for(cloud)) else { return Ok(None) };
-    let taxonomy = &info.taxonomy;
-    let mut settings = MapConfig::new(voxel, taxonomy.component_count(), taxonomy.defect_count());
-    settings.volume = info.volume;
-    Ok(Some(SemanticMap::new(settings)?))
 }
