@@ -34,6 +34,11 @@ const CLASSES: usize = 6;
 const SIGMA: f64 = 6e-5;
 const STEP: f32 = 1e-5;
 
+/// After this distance along x or y the surface and its classes are the same again, metres.
+pub(crate) const PERIOD: f64 = 0.15;
+/// Edge of a patch of one class, metres.
+const PATCH: f64 = PERIOD / CLASSES as f64;
+
 /// A wavy wall around z = 0 in the table frame; cameras look at it from 0.55 m before it.
 pub(crate) struct SyntheticScene {
     pub(crate) intrinsics: Intrinsics,
@@ -47,9 +52,10 @@ impl SyntheticScene {
         Self { intrinsics: Intrinsics { width, height, fx: f, fy: f, cx, cy }, seed }
     }
 
-    /// Height of the surface over the wall.
+    /// Height of the surface over the wall; it repeats itself every [`PERIOD`] along x and y.
     fn surface(x: f64, y: f64) -> f64 {
-        0.015 * (x * 40.0).sin() * (y * 33.0).cos() + 0.004 * (x * 210.0 + y * 90.0).sin()
+        let (x, y) = (x * std::f64::consts::TAU / PERIOD, y * std::f64::consts::TAU / PERIOD);
+        0.015 * x.sin() * y.cos() + 0.004 * (5.0 * x + 2.0 * y).sin()
     }
 
     /// Where the camera of view `index` is: a slow dance before the wall.
@@ -94,10 +100,12 @@ impl SyntheticScene {
             let (u, v) = (i % k.width as usize, i / k.width as usize);
             pose * k.unproject(u as f64, v as f64, depth.metres[i].into())
         };
-        // Classes in patches of 3 cm, their borders uncertain.
-        let class_at = |p: &Point3<f64>| ((p.x / 0.03).floor() as i64 + 2 * (p.y / 0.03).floor() as i64).rem_euclid(6);
+        // Classes in patches, their borders uncertain.
+        let class_at = |p: &Point3<f64>| {
+            ((p.x / PATCH).floor() as i64 + 2 * (p.y / PATCH).floor() as i64).rem_euclid(CLASSES as i64)
+        };
         let to_border = |p: &Point3<f64>| {
-            let along = |c: f64| (c / 0.03 - (c / 0.03).round()).abs() * 0.03;
+            let along = |c: f64| (c / PATCH - (c / PATCH).round()).abs() * PATCH;
             along(p.x).min(along(p.y))
         };
         let classes: Vec<u16> = (0..pixels).into_par_iter().map(|i| class_at(&place(i)) as u16).collect();

@@ -46,7 +46,7 @@ impl MapConfig {
             evidence_cap: 1.0,
             sigma_threshold: 0.5,
             volume: None,
-            keep_in_memory: 512 << 20,
+            keep_in_memory: 256 << 20,
         }
     }
 }
@@ -161,16 +161,11 @@ impl SemanticMap {
             return Err(FuseError::PoseCount { poses: table_from_camera.len(), views: self.kept.len() });
         }
         let mut fresh = Self::new(self.config.clone())?;
-        let mut next = if self.kept.is_empty() { None } else { Some(self.kept.restore(0)?) };
+        // One view at a time: the old map, the new one and a view are what memory has to hold.
         for (i, pose) in table_from_camera.iter().enumerate() {
-            let Some(mut view) = next.take() else { break };
+            let mut view = self.kept.restore(i)?;
             view.table_from_camera = *pose;
-            // One view is unpacked while the one before is merged; no more than two are in memory.
-            let more = i + 1 < self.kept.len();
-            let (restored, merged) =
-                rayon::join(|| more.then(|| self.kept.restore(i + 1)).transpose(), || fresh.place_and_merge(&view));
-            merged?;
-            next = restored?;
+            fresh.place_and_merge(&view)?;
         }
         self.bricks = fresh.bricks;
         self.keys = fresh.keys;
