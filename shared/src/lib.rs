@@ -7,7 +7,7 @@
 //! | [`mesh`] | oriented semantic points to a semantic mesh |
 //! | [`measure`] | areas and distances, the same figures in agent and viewer |
 //! | [`export`] | PLY, OBJ, STL and glTF writers |
-//! | [`import`] | PLY reader |
+//! | [`import`] | PLY, OBJ, STL and GLB readers |
 
 pub mod export;
 pub mod import;

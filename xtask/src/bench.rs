@@ -24,8 +24,9 @@ const PACKAGES: [&str; 3] = ["semascan-shared", "semascan-agent", "semascan-test
 /// The benchmark that measures the chunk codec, on a `cloud.ply` when it is given one.
 const STREAM: &str = "stream";
 
-/// The chunk codec in WebAssembly.
-const WASM_CODEC: &str = "codec_wasm";
+/// Examples of the shared crate that are timed in WebAssembly, each by the script of its name: the chunk codec, the
+/// mesher.
+const IN_WASM: [&str; 2] = ["codec_wasm", "mesh_wasm"];
 
 /// A 2 M voxel motor: high resolution and small voxels, so that the stream is measured at the size it must stand.
 const MOTOR: [&str; 3] = ["virtual:starter-motor?seed=7&views=12&size=1920x1200", "--voxel", "0.5"];
@@ -61,8 +62,10 @@ pub(crate) fn run(options: &Options) -> Result<()> {
             rows.extend(draco(&workspace, &folder, &cloud)?);
         }
     }
-    if options.name.as_deref().is_none_or(|part| WASM_CODEC.contains(part)) {
-        rows.extend(wasm_codec(&workspace, &folder)?);
+    for example in IN_WASM {
+        if options.name.as_deref().is_none_or(|part| example.contains(part)) {
+            rows.extend(in_wasm(&workspace, &folder, example)?);
+        }
     }
     rows.extend(bench_table::criterion(&workspace.target.join("criterion"))?);
     heading("Benchmarks");
@@ -178,21 +181,20 @@ fn clouds(workspace: &Workspace, folder: &Path) -> Result<Vec<PathBuf>> {
     Ok(clouds)
 }
 
-/// Measures the chunk codec as a browser runs it: the same code in WebAssembly, in Node's engine.
-fn wasm_codec(workspace: &Workspace, folder: &Path) -> Result<Vec<Row>> {
-    heading("semascan-shared: the chunk codec in WebAssembly");
+/// Measures code of the shared crate as a browser runs it: in WebAssembly, in Node's engine.
+fn in_wasm(workspace: &Workspace, folder: &Path, example: &str) -> Result<Vec<Row>> {
+    heading(&format!("semascan-shared: {example}"));
     let toolchain = Toolchain::prepare(workspace)?;
     run_command(toolchain.cargo_build().current_dir(&workspace.root).args([
         "--package",
         "semascan-shared",
         "--example",
-        WASM_CODEC,
+        example,
         "--release",
     ]))?;
-    let built =
-        toolchain.target_dir(workspace).join(TARGET).join("release/examples").join(format!("{WASM_CODEC}.wasm"));
-    let script = workspace.root.join("shared/benches").join(format!("{WASM_CODEC}.mjs"));
-    keep(Command::new("node").arg(script).arg(built), folder, WASM_CODEC)
+    let built = toolchain.target_dir(workspace).join(TARGET).join("release/examples").join(format!("{example}.wasm"));
+    let script = workspace.root.join("shared/benches").join(format!("{example}.mjs"));
+    keep(Command::new("node").arg(script).arg(built), folder, example)
 }
 
 /// Measures Draco's kd-tree coder on the same cloud.

@@ -2,7 +2,13 @@
 //!
 //! Everything that arrives is untrusted: counts are checked against the bytes that are there before anything is allocated.
 
+pub mod gltf;
+pub mod obj;
 pub mod ply;
+mod shape;
+pub mod stl;
+
+pub use shape::Shape;
 
 /// Why a file could not be read.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -14,5 +20,11 @@ pub enum ImportError {
         format: &'static str,
         /// What is wrong.
         reason: String,
+    },
+    /// The name's ending is that of no format that is read.
+    #[error("{name}: only PLY, OBJ, STL and GLB files are read")]
+    Unknown {
+        /// The file's name.
+        name: String,
     },
 }
