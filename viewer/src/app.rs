@@ -10,6 +10,7 @@
 //! | [`display`] | colour mode, theme, what is shown |
 //! | [`legend`] | component classes: visibility, figures |
 //! | [`notices`] | short messages to the person |
+//! | [`surface`] | points or mesh, meshing, comparison |
 //! | [`progress`] | where the inspection stands |
 //! | [`timings`] | how long each stage takes |
 //! | [`units`] | lengths, areas, counts and durations as people read them |
@@ -21,6 +22,7 @@ mod event;
 pub mod legend;
 pub mod notices;
 pub mod progress;
+pub mod surface;
 #[cfg(test)]
 mod tests;
 pub mod timings;
@@ -34,6 +36,7 @@ use display::Display;
 use legend::Legend;
 use notices::{Level, Notices};
 use progress::RunProgress;
+use surface::{Surface, SurfaceEvent};
 use semascan_shared::wire::{Inspection, Phase, StageState};
 use timings::Timings;
 use views::Views;
@@ -61,6 +64,8 @@ pub struct AppState {
     pub legend: Legend,
     /// How the model is shown.
     pub display: Display,
+    /// Points or mesh, and what the mesh is compared with.
+    pub surface: Surface,
     /// Whether the table of shortcuts is open.
     pub help_open: bool,
     /// Short messages to the person.
@@ -84,6 +89,11 @@ impl AppState {
             }
             Event::Disconnected { reason, retry_ms } => self.connection.lost(reason, retry_ms),
             Event::Refused { reason } => self.connection = Connection::Refused { reason },
+            // The same inspection from a rebuilt map: what was said of its views still holds.
+            Event::Cleared(inspection) if self.is_rebuilt(&inspection) => {
+                self.legend.set_taxonomy(&inspection);
+                self.inspection = inspection;
+            }
             Event::Cleared(inspection) => self.begin(inspection),
             Event::Progress(progress) => {
                 let before = self.progress.phase;
@@ -112,7 +122,12 @@ impl AppState {
                 }
             }
             Event::Gpu(gpu) => self.gpu = gpu,
-            Event::ColorMode(mode) => self.display.color_mode = mode,
+            Event::ColorMode(display::ColorMode::Deviation) if self.surface.reference.is_none() => {}
+            Event::ColorMode(mode) => {
+                self.display.color_mode = mode;
+                // Deviations are those of the mesh.
+                self.surface.shown |= mode == display::ColorMode::Deviation;
+            }
             Event::Theme(theme) => self.display.theme = theme,
             Event::SystemDark(dark) => self.display.system_dark = dark,
             Event::ShowOutliers(on) => self.display.outliers = on,
@@ -120,6 +135,7 @@ impl AppState {
             Event::ToggleComponent(class) => self.legend.toggle(class),
             Event::OnlyComponent(class) => self.legend.only(class),
             Event::AllComponents => self.legend.show_all(),
+            Event::Surface(event) => self.surface_event(event),
             Event::SelectView(view) => self.views.select(view),
             Event::StepView(step) => self.views.step(step),
             Event::Help(open) => self.help_open = open,
@@ -174,7 +190,32 @@ impl AppState {
         self.progress = RunProgress::default();
         self.timings = Timings::default();
         self.views = Views::default();
+        self.surface.clear();
+        if self.display.color_mode == display::ColorMode::Deviation {
+            self.display.color_mode = display::ColorMode::Component;
+        }
         self.inspection = inspection;
+    }
+
+    /// Whether `inspection` is the one that is shown, from a map that was made anew.
+    fn is_rebuilt(&self, inspection: &Inspection) -> bool {
+        !inspection.id.is_empty() && inspection.id == self.inspection.id && inspection.epoch != self.inspection.epoch
+    }
+
+    fn surface_event(&mut self, event: SurfaceEvent) {
+        use display::ColorMode;
+        let deviates = self.display.color_mode == ColorMode::Deviation;
+        match &event {
+            SurfaceEvent::Reference(_) => {
+                self.display.color_mode = ColorMode::Deviation;
+                self.surface.shown = true;
+            }
+            SurfaceEvent::Forgotten | SurfaceEvent::Show(false) if deviates => {
+                self.display.color_mode = ColorMode::Component;
+            }
+            _ => {}
+        }
+        self.surface.reduce(event);
     }
 
     fn announce_phase(&mut self, before: Phase) {

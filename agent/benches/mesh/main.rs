@@ -52,8 +52,10 @@ fn main() {
     let points: usize = views.iter().map(|v| v.view.depth.metres.iter().filter(|z| **z > 0.0).count()).sum();
     report.insert("points_in".into(), points.into());
     let mut made = None;
-    for (name, threads) in [("one_thread", 1), ("all_threads", 0)] {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+    // Both live to the end: the CPU time of a thread that is gone would be missing.
+    let pools = [("one_thread", 1), ("all_threads", 0)]
+        .map(|(name, threads)| (name, rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads")));
+    for (name, pool) in &pools {
         let (steps, cloud, mesh) = pool.install(|| run(&views, &info));
         let total = |of: fn(&Seconds) -> f64| steps.iter().map(|(_, s)| of(s)).sum::<f64>();
         let (cpu_s, wall_s) = (total(|s| s.cpu_s), total(|s| s.wall_s));
@@ -62,7 +64,7 @@ fn main() {
         }
         eprintln!("{name:<12} {:<10} {:>8.1} ms CPU {:>8.1} ms wall", "total", cpu_s * 1e3, wall_s * 1e3);
         let steps: serde_json::Map<_, _> = steps.into_iter().map(|(step, s)| (step.to_owned(), json!(s))).collect();
-        report.insert(name.into(), json!({ "steps": steps, "cpu_s": cpu_s, "wall_s": wall_s }));
+        report.insert((*name).into(), json!({ "steps": steps, "cpu_s": cpu_s, "wall_s": wall_s }));
         made = Some((cloud, mesh));
     }
     let (cloud, mesh) = made.expect("ran");

@@ -3,7 +3,7 @@
 pub use crate::render::ColorMode;
 
 impl ColorMode {
-    /// All modes in the order of the panel and of the number keys.
+    /// The modes that every model has, in the order of the panel and of the number keys. Deviation needs a reference.
     pub const ALL: [Self; 5] = [Self::Appearance, Self::Component, Self::Confidence, Self::Views, Self::Defect];
 
     /// Stable name for addresses, styles and tests.
@@ -14,6 +14,7 @@ impl ColorMode {
             Self::Confidence => "confidence",
             Self::Views => "views",
             Self::Defect => "defect",
+            Self::Deviation => "deviation",
         }
     }
 
@@ -25,6 +26,7 @@ impl ColorMode {
             Self::Confidence => "Confidence",
             Self::Views => "Views",
             Self::Defect => "Defect",
+            Self::Deviation => "Deviation",
         }
     }
 
@@ -43,6 +45,7 @@ impl ColorMode {
             Self::Confidence => "Share of the evidence that speaks for the point's component.",
             Self::Views => "Number of views that saw the point.",
             Self::Defect => "Each point in the colour of its defect.",
+            Self::Deviation => "Distance of the mesh from the reference: positive outside, negative inside.",
         }
     }
 }

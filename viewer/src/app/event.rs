@@ -4,6 +4,7 @@ use super::connection::Gpu;
 use super::display::{ColorMode, Theme};
 use super::legend::ClassFigures;
 use super::notices::Level;
+use super::surface::SurfaceEvent;
 use semascan_shared::wire::{self, Inspection, StageEvent, ViewReport};
 
 /// One thing that happened, from the agent, the graphics device, the clock or the person.
@@ -76,6 +77,8 @@ pub enum Event {
     OnlyComponent(u16),
     /// Show all component classes.
     AllComponents,
+    /// Something happened to the surface.
+    Surface(SurfaceEvent),
     /// Select a view by its index, or none.
     SelectView(Option<u32>),
     /// Select the view that many places further, from the last one if none is selected.

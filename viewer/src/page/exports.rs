@@ -3,10 +3,10 @@
 use super::scene::hidden_flags;
 use crate::app::{AppState, units};
 use semascan_shared::export::glb::GlbOptions;
-use semascan_shared::export::{ExportError, ExportFilter, glb, ply};
-use semascan_shared::model::SemanticCloud;
+use semascan_shared::export::{ExportError, ExportFilter, components, file_part, glb, obj, ply, stl};
+use semascan_shared::model::{SemanticCloud, SemanticMesh};
 
-/// A file to export the model to.
+/// A file to export the model's points to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ExportFormat {
     /// A point cloud.
@@ -33,6 +33,19 @@ impl ExportFormat {
     }
 }
 
+/// A file to export the model's mesh to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MeshFormat {
+    /// With all it knows.
+    Ply,
+    /// Groups and materials by component, in two files.
+    Obj,
+    /// One solid by component, each in a file.
+    Stl,
+    /// A scene with a node by component.
+    Glb,
+}
+
 /// A file that is ready to be saved.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ExportFile {
@@ -40,8 +53,8 @@ pub struct ExportFile {
     pub name: String,
     /// Its content.
     pub bytes: Vec<u8>,
-    /// Number of points in it.
-    pub points: usize,
+    /// Number of points or triangles in it.
+    pub count: usize,
 }
 
 /// Writes the points of `cloud` (table frame, metres) that `state` shows.
@@ -55,13 +68,7 @@ pub fn export(cloud: &SemanticCloud, state: &AppState, format: ExportFormat) -> 
     let mut bytes = Vec::new();
     match format {
         ExportFormat::Ply => {
-            let comments = [
-                ("part".to_owned(), inspection.part.clone()),
-                ("source".to_owned(), inspection.source.clone()),
-                ("inspection".to_owned(), inspection.id.clone()),
-                ("voxel".to_owned(), inspection.voxel.to_string()),
-            ];
-            ply::write_cloud(&mut bytes, &cloud, &taxonomy, &comments)?;
+            ply::write_cloud(&mut bytes, &cloud, &taxonomy, &comments(state))?;
         }
         ExportFormat::Glb => {
             let options = GlbOptions { part: inspection.part.clone(), voxel: inspection.voxel as f32 };
@@ -69,7 +76,59 @@ pub fn export(cloud: &SemanticCloud, state: &AppState, format: ExportFormat) -> 
         }
     }
     let name = format!("{}.{}", units::file_stem(&inspection.part), format.extension());
-    Ok(ExportFile { name, bytes, points: cloud.len() })
+    Ok(ExportFile { name, bytes, count: cloud.len() })
+}
+
+/// Writes the visible components of `mesh`.
+///
+/// # Errors
+/// [`ExportError`] if the mesh is too large for the format.
+pub fn export_mesh(mesh: &SemanticMesh, state: &AppState, format: MeshFormat) -> Result<Vec<ExportFile>, ExportError> {
+    let filter = filter(state);
+    let mesh = mesh.select(|t| !filter.hidden_labels.contains(&mesh.triangle_label(t)));
+    let (taxonomy, inspection) = (state.inspection.taxonomy(), &state.inspection);
+    let stem = format!("{}-mesh", units::file_stem(&inspection.part));
+    let count = mesh.triangles.len();
+    let mut files = Vec::new();
+    let mut add = |name: String, bytes: Vec<u8>, count: usize| files.push(ExportFile { name, bytes, count });
+    let mut bytes = Vec::new();
+    match format {
+        MeshFormat::Ply => {
+            ply::write_semantic_mesh(&mut bytes, &mesh, &taxonomy, &comments(state))?;
+            add(format!("{stem}.ply"), bytes, count);
+        }
+        MeshFormat::Obj => {
+            let (library, mut materials) = (format!("{stem}.mtl"), Vec::new());
+            obj::write_mesh(&mut bytes, &mesh, &taxonomy, &library)?;
+            obj::write_materials(&mut materials, &mesh, &taxonomy)?;
+            add(format!("{stem}.obj"), bytes, count);
+            add(library, materials, count);
+        }
+        MeshFormat::Stl => {
+            for component in components(&mesh, &taxonomy)? {
+                let mut bytes = Vec::new();
+                stl::write_mesh(&mut bytes, &mesh, Some(component.label), &component.name)?;
+                add(format!("{stem}-{}.stl", file_part(&component.name)), bytes, component.triangles.len());
+            }
+        }
+        MeshFormat::Glb => {
+            let options = GlbOptions { part: inspection.part.clone(), voxel: inspection.voxel as f32 };
+            glb::write_mesh(&mut bytes, &mesh, &taxonomy, &options)?;
+            add(format!("{stem}.glb"), bytes, count);
+        }
+    }
+    Ok(files)
+}
+
+/// What a PLY says beside the classes.
+fn comments(state: &AppState) -> [(String, String); 4] {
+    let inspection = &state.inspection;
+    [
+        ("part".to_owned(), inspection.part.clone()),
+        ("source".to_owned(), inspection.source.clone()),
+        ("inspection".to_owned(), inspection.id.clone()),
+        ("voxel".to_owned(), inspection.voxel.to_string()),
+    ]
 }
 
 /// What is hidden on screen is left out of the file.
@@ -117,15 +176,37 @@ mod tests {
         let mut state = shown();
         let exported = |state: &AppState, format| export(&cloud, state, format).expect("a small model fits");
         let all = exported(&state, ExportFormat::Ply);
-        assert_eq!((all.name.as_str(), all.points), ("starter-motor-7.ply", 3));
+        assert_eq!((all.name.as_str(), all.count), ("starter-motor-7.ply", 3));
         state.reduce(Event::OnlyComponent(2));
         let pinion = exported(&state, ExportFormat::Ply);
-        assert_eq!(pinion.points, 2);
+        assert_eq!(pinion.count, 2);
         let text = String::from_utf8_lossy(&pinion.bytes);
         assert!(text.contains("element vertex 2") && text.contains("comment label 2 pinion gear #"));
         state.reduce(Event::AllComponents);
         state.reduce(Event::ShowOutliers(true));
-        assert_eq!(exported(&state, ExportFormat::Ply).points, 4);
+        assert_eq!(exported(&state, ExportFormat::Ply).count, 4);
+    }
+
+    #[test]
+    fn a_mesh_is_written_in_every_format_without_hidden_components() {
+        let mesh = SemanticMesh {
+            vertices: [1, 1, 1, 2, 2, 2].map(|label| point(label, 0)).into_iter().collect(),
+            boundary: vec![false; 6],
+            triangles: vec![[0, 1, 2], [3, 4, 5], [3, 5, 4]],
+        };
+        let mut state = shown();
+        let files = |state: &AppState, format| export_mesh(&mesh, state, format).expect("a small mesh fits");
+        let named = |files: &[ExportFile]| files.iter().map(|f| (f.name.clone(), f.count)).collect::<Vec<_>>();
+        let solid = |name: &str, n| (format!("starter-motor-7-mesh-{name}.stl"), n);
+        assert_eq!(named(&files(&state, MeshFormat::Stl)), [solid("housing", 1), solid("pinion_gear", 2)]);
+        state.reduce(Event::ToggleComponent(1));
+        assert_eq!(named(&files(&state, MeshFormat::Stl)), [solid("pinion_gear", 2)]);
+        let obj = files(&state, MeshFormat::Obj);
+        assert_eq!((obj.len(), obj[1].name.as_str()), (2, "starter-motor-7-mesh.mtl"));
+        let text = String::from_utf8_lossy(&obj[0].bytes);
+        assert!(text.contains("mtllib starter-motor-7-mesh.mtl") && text.contains("g pinion_gear") && !text.contains("housing"));
+        assert!(String::from_utf8_lossy(&files(&state, MeshFormat::Ply)[0].bytes).contains("element face 2\n"));
+        assert_eq!(&files(&state, MeshFormat::Glb)[0].bytes[..4], b"glTF");
     }
 
     #[test]

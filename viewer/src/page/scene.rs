@@ -15,6 +15,8 @@ pub struct Scene {
     theme: Theme,
     turntable: Option<Turntable>,
     frusta: Vec<CameraFrustum>,
+    mesh: bool,
+    tolerance: f32,
 }
 
 impl Scene {
@@ -33,6 +35,8 @@ impl Scene {
             theme: if state.display.dark() { Theme::Dark } else { Theme::Light },
             turntable: state.inspection.turntable.as_ref().and_then(Turntable::from_wire),
             frusta: frusta(state),
+            mesh: state.surface.draws_mesh(),
+            tolerance: state.surface.tolerance as f32,
         }
     }
 
@@ -46,6 +50,8 @@ impl Scene {
         request.theme = self.theme;
         request.turntable = self.turntable;
         request.frusta = self.frusta.clone();
+        request.mesh = self.mesh;
+        request.tolerance = self.tolerance;
     }
 }
 

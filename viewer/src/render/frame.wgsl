@@ -19,3 +19,13 @@ fn linear_from_srgb(c: vec3<f32>) -> vec3<f32> {
 fn srgb_from_linear(c: vec3<f32>) -> vec3<f32> {
     return pow(clamp(c, vec3<f32>(0.0), vec3<f32>(1.0)), vec3<f32>(1.0 / 2.2));
 }
+
+// A light at the eye, a little above and to the left, over a sky brighter than the ground; about 1 where the surface
+// faces it. `facing` is the cosine between normal and the way to the eye: an inner side seen from behind is darker.
+fn light(outward_view: vec3<f32>, normal_table: vec3<f32>, facing: f32) -> f32 {
+    let lamp = max(dot(outward_view, normalize(vec3<f32>(-0.25, 0.4, 0.88))), 0.0);
+    let sky = 0.5 + 0.5 * normal_table.z;
+    // Soft, so that noisy normals along a silhouette do not sparkle.
+    let inner = mix(0.6, 1.0, smoothstep(-0.4, -0.1, facing));
+    return inner * (0.28 + 0.17 * sky + 0.62 * lamp);
+}

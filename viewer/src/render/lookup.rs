@@ -1,6 +1,8 @@
-//! The colour tables as a small texture: component classes (opacity: shown or not), defect classes, the ramp.
+//! The colour tables as a small texture: component classes (opacity: shown or not), defect classes, the ramp, the
+//! deviations.
 
 use super::colormap::ramp;
+use super::deviation;
 use super::gpu::Gpu;
 use super::request::ClassMask;
 use super::request::{DrawRequest, Palette};
@@ -10,7 +12,7 @@ use wgpu::{
 };
 
 const WIDTH: usize = 256;
-const ROWS: usize = 3;
+const ROWS: usize = 4;
 
 /// Grey of classes that the palette does not know.
 const UNKNOWN: [u8; 3] = [0x8c, 0x93, 0x9c];
@@ -52,6 +54,9 @@ impl Lookup {
             texels[WIDTH + class] = [r, g, b, 255];
             let [r, g, b] = ramp(class as f32 / (WIDTH - 1) as f32);
             texels[2 * WIDTH + class] = [r, g, b, 255];
+            let share = class as f32 / (WIDTH - 1) as f32;
+            let [r, g, b] = deviation::color(deviation::TOP * (2.0 * share - 1.0));
+            texels[3 * WIDTH + class] = [r, g, b, 255];
         }
         let layout = TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(WIDTH as u32 * 4), rows_per_image: None };
         gpu.queue.write_texture(self.texture.as_image_copy(), bytemuck::cast_slice(&texels), layout, SIZE);

@@ -3,13 +3,13 @@
 //! | module | what |
 //! |---|---|
 //! | [`request`] | what a frame shall show: pure data |
-//! | [`colormap`] | the ramps of confidence and views, shared with the legend |
-//! | [`record`] | a point as the GPU reads it |
+//! | [`colormap`], [`deviation`] | the ramps of confidence and views, the bands of deviations, shared with the legend |
+//! | [`record`], [`mesh_vertex`] | a point and a mesh as the GPU reads them |
 //! | [`pool`], [`thinning`], [`census`] | where a chunk's points lie, in which order, how many of them show |
 //! | [`frustum`], [`axes`] | camera poses and the table frame as line [`segment`]s |
 //! | [`scale`] | round distances of grid lines |
 //! | [`loss`] | losing the device |
-//! | `points`, `background`, `turntable`, `floor`, `lines` | the primitives (browser only) |
+//! | `points`, `mesh`, `background`, `turntable`, `floor`, `lines` | the primitives (browser only) |
 //! | `frame`, `pipeline`, `lookup` | what primitives share (browser only) |
 //! | `gpu`, `self_test`, `renderer` | device and canvas, fallback, the frame (browser only) |
 //!
@@ -32,8 +32,10 @@
 pub mod axes;
 pub mod census;
 pub mod colormap;
+pub mod deviation;
 pub mod frustum;
 pub mod loss;
+pub mod mesh_vertex;
 pub mod pool;
 pub mod record;
 pub mod request;
@@ -55,6 +57,8 @@ mod gpu;
 mod lines;
 #[cfg(target_arch = "wasm32")]
 mod lookup;
+#[cfg(target_arch = "wasm32")]
+mod mesh;
 #[cfg(target_arch = "wasm32")]
 mod pipeline;
 #[cfg(target_arch = "wasm32")]

@@ -153,7 +153,8 @@ impl Points {
         let (mode, shading) = match request.color_mode {
             // The picture of the part carries its own light: only a hint of ours.
             ColorMode::Appearance => (0, 0.55),
-            ColorMode::Component => (1, 0.85),
+            // Deviations are those of the mesh.
+            ColorMode::Component | ColorMode::Deviation => (1, 0.85),
             ColorMode::Confidence => (2, 0.6),
             ColorMode::Views => (3, 0.6),
             ColorMode::Defect => (4, 0.85),

@@ -1,7 +1,7 @@
 //! The renderer: owns device, canvas and primitives, draws a frame when asked.
 //!
 //! Nothing runs by itself: a still model costs nothing. After each frame the canvas tells what it shows in its data
-//! attributes: `data-backend` (`webgpu`, `webgl2`), `data-points` (points shown), `data-frames` (frames drawn) and
+//! attributes: `data-backend` (`webgpu`, `webgl2`), `data-points` and `data-triangles` (shown), `data-frames` (drawn) and
 //! `data-sequence` (changes of the model that the picture has taken in).
 
 use super::axes;
@@ -12,6 +12,7 @@ use super::frame::{self, Frame, FrameUniform};
 use super::frustum;
 use super::gpu::{Backend, Gpu, replace_canvas};
 use super::lines::{LineBuffer, Lines};
+use super::mesh::Mesh;
 use super::pipeline::DEPTH_FORMAT;
 use super::points::Points;
 use super::request::{BackendChoice, DrawRequest};
@@ -19,7 +20,7 @@ use super::self_test;
 use super::turntable::Turntable;
 use crate::tools::Bounds;
 use glam::{Vec2, Vec3};
-use semascan_shared::model::SemanticCloud;
+use semascan_shared::model::{SemanticCloud, SemanticMesh};
 use web_sys::HtmlCanvasElement;
 use wgpu::{
     Color, CommandEncoderDescriptor, CurrentSurfaceTexture, Extent3d, LoadOp, Operations, RenderPassColorAttachment,
@@ -30,8 +31,10 @@ use wgpu::{
 /// What a frame showed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FrameStats {
-    /// Points shown: of visible classes, not hidden, after thinning.
+    /// Points shown: of visible classes, not hidden, after thinning; none where the mesh is.
     pub points: usize,
+    /// Triangles shown: of visible classes.
+    pub triangles: usize,
     /// Frames drawn by this renderer, this one included.
     pub frames: u64,
 }
@@ -43,6 +46,7 @@ pub struct Renderer {
     axes_frame: FrameUniform,
     background: Background,
     points: Points,
+    mesh: Mesh,
     turntable: Turntable,
     floor: Floor,
     lines: Lines,
@@ -103,6 +107,7 @@ impl Renderer {
             axes_frame: frame::uniform(&gpu),
             background: Background::new(&gpu, &frame),
             points: Points::new(&gpu, &frame),
+            mesh: Mesh::new(&gpu, &frame),
             turntable: Turntable::new(&gpu, &frame),
             floor: Floor::new(&gpu, &frame),
             lines: Lines::new(&gpu, &frame),
@@ -171,6 +176,11 @@ impl Renderer {
         self.sequence += 1;
     }
 
+    /// Takes a mesh in the place of the one before, with a deviation in metres for each vertex if it has such.
+    pub fn set_mesh(&mut self, mesh: Option<(&SemanticMesh, &[f32])>) {
+        self.mesh.set(&self.gpu, mesh);
+    }
+
     /// Draws one frame.
     ///
     /// # Errors
@@ -203,7 +213,10 @@ impl Renderer {
             });
             pass.set_bind_group(0, &self.frame.group, &[]);
             self.background.draw(&mut pass);
-            self.points.draw(&mut pass);
+            match request.mesh {
+                true => self.mesh.draw(&mut pass),
+                false => self.points.draw(&mut pass),
+            }
             match request.turntable {
                 Some(_) => self.turntable.draw(&mut pass),
                 None => self.floor.draw(&mut pass),
@@ -220,7 +233,9 @@ impl Renderer {
         self.gpu.queue.submit([encoder.finish()]);
         self.gpu.queue.present(texture);
         self.frames += 1;
-        let stats = FrameStats { points: self.points.shown(request), frames: self.frames };
+        let (points, triangles) =
+            if request.mesh { (0, self.mesh.shown()) } else { (self.points.shown(request), 0) };
+        let stats = FrameStats { points, triangles, frames: self.frames };
         self.tell(stats);
         Ok(stats)
     }
@@ -259,6 +274,7 @@ impl Renderer {
         self.frame.write(gpu, &Frame::scene(&request.camera, pixels, self.scale, scene));
         self.background.prepare(gpu, request.theme);
         self.points.prepare(gpu, request);
+        self.mesh.prepare(gpu, request);
     }
 
     /// Side of the axes' square in device pixels; none on a picture too small for it.
@@ -288,6 +304,7 @@ impl Renderer {
         let entries = [
             ("backend", self.backend().name().to_owned()),
             ("points", stats.points.to_string()),
+            ("triangles", stats.triangles.to_string()),
             ("frames", stats.frames.to_string()),
             ("sequence", self.sequence.to_string()),
         ];

@@ -43,6 +43,8 @@ pub enum ColorMode {
     Views,
     /// Defect classes in their palette; sound surface is grey.
     Defect,
+    /// Signed distance of the mesh from a reference, by [`super::deviation`].
+    Deviation,
 }
 
 /// Page background and furniture.
@@ -188,6 +190,10 @@ pub struct DrawRequest {
     pub turntable: Option<Turntable>,
     /// Camera poses to draw.
     pub frusta: Vec<CameraFrustum>,
+    /// Whether the model is drawn as its mesh, not as points.
+    pub mesh: bool,
+    /// Largest deviation within tolerance in [`ColorMode::Deviation`], metres.
+    pub tolerance: f32,
     /// Voxel edge in metres: the points' size.
     pub voxel: f32,
     /// At most about so many points, evenly thinned and enlarged to keep surfaces closed; `None` for all. For slow
@@ -208,6 +214,8 @@ impl Default for DrawRequest {
             theme: Theme::default(),
             turntable: None,
             frusta: Vec::new(),
+            mesh: false,
+            tolerance: 5e-4,
             voxel: 0.001,
             point_budget: None,
         }

@@ -1,0 +1,98 @@
+// The surface as a lit mesh. Colours are those of the vertices, mixed between them; deviations are mixed as numbers and
+// coloured by pixel, so that the bounds of the tolerance are sharp lines.
+
+struct Mesh {
+    // 1 / tolerance (1 / metres); end of the scale in tolerances; 1 / top of the scale of views; strength of shading.
+    scale: vec4<f32>,
+    // Colour mode; unused.
+    select: vec4<u32>,
+}
+
+@group(1) @binding(0) var<uniform> mesh: Mesh;
+// Row 0: component classes, row 1: defect classes, row 2: ramp, row 3: deviations.
+@group(1) @binding(1) var lookup: texture_2d<f32>;
+
+const APPEARANCE: u32 = 0u;
+const COMPONENT: u32 = 1u;
+const CONFIDENCE: u32 = 2u;
+const VIEWS: u32 = 3u;
+const DEVIATION: u32 = 5u;
+
+// Deviations from here on are not known.
+const UNKNOWN: f32 = 1e20;
+
+struct Vertex {
+    @location(0) position: vec3<f32>,
+    @location(1) normal: vec4<f32>,
+    @location(2) color: vec4<f32>,
+    @location(3) classes: vec4<u32>,
+    @location(4) deviation: f32,
+}
+
+struct Surface {
+    @builtin(position) position: vec4<f32>,
+    @location(0) color: vec3<f32>,
+    // Normal in the table frame; w: 1 on the rim of what was observed.
+    @location(1) normal: vec4<f32>,
+    @location(2) view: vec3<f32>,
+    // In tolerances, and how much of it is known.
+    @location(3) deviation: vec2<f32>,
+}
+
+fn table_color(index: u32, row: u32) -> vec3<f32> {
+    return textureLoad(lookup, vec2<u32>(min(index, 255u), row), 0).rgb;
+}
+
+fn share_color(share: f32, row: u32) -> vec3<f32> {
+    return table_color(u32(clamp(share, 0.0, 1.0) * 255.0 + 0.5), row);
+}
+
+fn own_color(vertex: Vertex) -> vec3<f32> {
+    let mode = mesh.select.x;
+    if mode == APPEARANCE {
+        return vertex.color.rgb;
+    }
+    if mode == COMPONENT {
+        return table_color(vertex.classes.x, 0u);
+    }
+    if mode == CONFIDENCE {
+        return share_color(vertex.color.a, 2u);
+    }
+    if mode == VIEWS {
+        return share_color(f32(vertex.classes.z) * mesh.scale.z, 2u);
+    }
+    if vertex.classes.y == 0u || mode == DEVIATION {
+        let luma = dot(vertex.color.rgb, vec3<f32>(0.2126, 0.7152, 0.0722));
+        return vec3<f32>(mix(0.62, luma, 0.35));
+    }
+    return table_color(vertex.classes.y, 1u);
+}
+
+@vertex
+fn vs_mesh(vertex: Vertex) -> Surface {
+    var surface: Surface;
+    surface.position = frame.clip_from_table * vec4<f32>(vertex.position, 1.0);
+    surface.view = (frame.view_from_table * vec4<f32>(vertex.position, 1.0)).xyz;
+    surface.normal = vertex.normal;
+    surface.color = own_color(vertex);
+    let known = vertex.deviation < UNKNOWN;
+    surface.deviation = vec2<f32>(select(0.0, vertex.deviation * mesh.scale.x, known), select(0.0, 1.0, known));
+    return surface;
+}
+
+@fragment
+fn fs_mesh(surface: Surface) -> @location(0) vec4<f32> {
+    var color = surface.color;
+    if mesh.select.x == DEVIATION && surface.deviation.y > 0.5 {
+        let top = mesh.scale.y;
+        color = share_color(surface.deviation.x / surface.deviation.y / (2.0 * top) + 0.5, 3u);
+    }
+    let table = normalize(surface.normal.xyz + vec3<f32>(0.0, 0.0, 1e-6));
+    let normal = normalize((frame.view_from_table * vec4<f32>(table, 0.0)).xyz);
+    let facing = dot(normal, normalize(-surface.view));
+    let outward = select(-normal, normal, facing >= 0.0);
+    let shade = mix(1.0, light(outward, table, facing), mesh.scale.w);
+    // A thin dark line where what lies beyond was not observed.
+    let rim = mix(1.0, 0.45, smoothstep(0.35, 0.9, surface.normal.w));
+    return vec4<f32>(srgb_from_linear(linear_from_srgb(color) * shade * rim), 1.0);
+}

@@ -1,0 +1,73 @@
+//! The worker's side: hears orders, works in slices between them.
+
+use super::job::Job;
+use super::message::{Order, Reply};
+use js_sys::{Array, ArrayBuffer, Uint8Array};
+use std::cell::{Cell, RefCell};
+use std::rc::Rc;
+use wasm_bindgen::prelude::*;
+use web_sys::{DedicatedWorkerGlobalScope, MessageEvent};
+
+/// Entry point of the mesh worker's script.
+///
+/// # Errors
+/// Fails outside a dedicated worker.
+#[wasm_bindgen]
+pub fn mesh_worker_start() -> Result<(), JsValue> {
+    console_error_panic_hook::set_once();
+    let scope: DedicatedWorkerGlobalScope = js_sys::global().dyn_into()?;
+    let worker = Rc::new(Worker { scope: scope.clone(), job: RefCell::default(), next: Cell::new(false), slice: RefCell::default() });
+    let slices = Rc::downgrade(&worker);
+    let slice = Closure::<dyn FnMut()>::new(move || {
+        if let Some(worker) = slices.upgrade() {
+            worker.next.set(false);
+            let said = worker.job.borrow_mut().work();
+            worker.tell(&said);
+            worker.go_on();
+        }
+    });
+    worker.slice.borrow_mut().replace(slice);
+    let on_message = Closure::<dyn FnMut(MessageEvent)>::new(move |message: MessageEvent| {
+        let Ok(buffer) = message.data().dyn_into::<ArrayBuffer>() else { return };
+        let said = match Order::decode(&Uint8Array::new(&buffer).to_vec()) {
+            Ok(order) => worker.job.borrow_mut().hear(order),
+            Err(error) => vec![Reply::Failed(error.to_string())],
+        };
+        worker.tell(&said);
+        worker.go_on();
+    });
+    // Lives as long as the worker does.
+    scope.set_onmessage(Some(on_message.into_js_value().unchecked_ref()));
+    Ok(())
+}
+
+struct Worker {
+    scope: DedicatedWorkerGlobalScope,
+    job: RefCell<Job>,
+    /// The next slice is on its way.
+    next: Cell<bool>,
+    slice: RefCell<Option<Closure<dyn FnMut()>>>,
+}
+
+impl Worker {
+    fn tell(&self, replies: &[Reply]) {
+        for reply in replies {
+            let buffer = Uint8Array::from(reply.encode().as_slice()).buffer();
+            if let Err(error) = self.scope.post_message_with_transfer(&buffer, &Array::of1(&buffer)) {
+                web_sys::console::error_2(&"semascan: the page could not be told".into(), &error);
+            }
+        }
+    }
+
+    /// Asks for another slice, after whatever orders wait.
+    fn go_on(&self) {
+        if self.next.get() || !self.job.borrow().is_busy() {
+            return;
+        }
+        if let Some(slice) = self.slice.borrow().as_ref() {
+            let slice = slice.as_ref().unchecked_ref();
+            let asked = self.scope.set_timeout_with_callback_and_timeout_and_arguments_0(slice, 0);
+            self.next.set(asked.is_ok());
+        }
+    }
+}
