@@ -36,8 +36,8 @@ use display::Display;
 use legend::Legend;
 use notices::{Level, Notices};
 use progress::RunProgress;
-use surface::{Surface, SurfaceEvent};
 use semascan_shared::wire::{Inspection, Phase, StageState};
+use surface::{Surface, SurfaceEvent};
 use timings::Timings;
 use views::Views;
 

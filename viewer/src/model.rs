@@ -9,6 +9,7 @@ use crate::tools::Bounds;
 use semascan_shared::measure::surfel_area;
 use semascan_shared::model::{PointFlags, SemanticCloud};
 use semascan_shared::wire::chunk::model_hash;
+use semascan_shared::wire::{Phase, Progress};
 use std::collections::BTreeMap;
 
 /// The marks that can hide a point.
@@ -21,6 +22,8 @@ pub enum ModelChange {
     None,
     /// Every chunk was dropped.
     Cleared,
+    /// Every chunk was dropped and others are in their place.
+    Exchanged,
     /// This chunk is new or has new content.
     Replaced([i32; 3]),
     /// This chunk is gone.
@@ -68,10 +71,17 @@ pub struct ModelChunk {
 }
 
 /// The model held by this viewer.
+///
+/// When the agent makes the map of an inspection anew (a new epoch), the model of the epoch before stays until the chunks
+/// of the new one have arrived, and then is exchanged for it at once: the picture never goes empty in between.
 #[derive(Clone, Debug, Default)]
 pub struct LiveModel {
     chunks: BTreeMap<[i32; 3], ModelChunk>,
     voxel: f32,
+    /// Inspection that the model is of.
+    inspection: String,
+    /// Chunks of a new epoch while they arrive.
+    arriving: Option<BTreeMap<[i32; 3], ModelChunk>>,
 }
 
 impl LiveModel {
@@ -85,13 +95,25 @@ impl LiveModel {
         match event {
             LinkEvent::Connected { inspection, resumed, .. } => {
                 self.voxel = inspection.voxel as f32;
+                self.inspection.clone_from(&inspection.id);
                 if *resumed { ModelChange::None } else { self.clear() }
             }
             LinkEvent::Cleared(inspection) => {
                 self.voxel = inspection.voxel as f32;
+                let same = !inspection.id.is_empty() && self.inspection == inspection.id;
+                self.inspection.clone_from(&inspection.id);
+                if same && !self.chunks.is_empty() {
+                    self.arriving = Some(BTreeMap::new());
+                    return ModelChange::None;
+                }
                 self.clear()
             }
+            LinkEvent::Progress(progress) => self.arrive(progress),
             LinkEvent::Chunk(chunk) => self.replace(chunk),
+            LinkEvent::ChunkGone { id } if self.arriving.is_some() => {
+                self.arriving.as_mut().and_then(|chunks| chunks.remove(id));
+                ModelChange::None
+            }
             LinkEvent::ChunkGone { id } => match self.chunks.remove(id) {
                 Some(_) => ModelChange::Removed(*id),
                 None => ModelChange::None,
@@ -102,7 +124,22 @@ impl LiveModel {
 
     fn clear(&mut self) -> ModelChange {
         self.chunks.clear();
+        self.arriving = None;
         ModelChange::Cleared
+    }
+
+    /// Exchanges the model for that of a new epoch when the agent's word says that this one is whole.
+    fn arrive(&mut self, progress: &Progress) -> ModelChange {
+        let Some(chunks) = &self.arriving else { return ModelChange::None };
+        let points: usize = chunks.values().map(|c| c.cloud.len()).sum();
+        let over = matches!(progress.phase(), Phase::Finished | Phase::Failed);
+        // The agent's count may be ahead of what it sends, but then a later word is not.
+        let whole = progress.model_hash != 0 && progress.model_hash == hash_of(chunks);
+        if !(whole || over || (points > 0 && points as u64 >= progress.points)) {
+            return ModelChange::None;
+        }
+        self.chunks = self.arriving.take().unwrap_or_default();
+        ModelChange::Exchanged
     }
 
     fn replace(&mut self, chunk: &DecodedChunk) -> ModelChange {
@@ -126,6 +163,10 @@ impl LiveModel {
                 held.foreground.include(p.position.into());
             }
             held.most_views = held.most_views.max(p.views);
+        }
+        if let Some(arriving) = &mut self.arriving {
+            arriving.insert(chunk.id, held);
+            return ModelChange::None;
         }
         self.chunks.insert(chunk.id, held);
         ModelChange::Replaced(chunk.id)
@@ -163,7 +204,7 @@ impl LiveModel {
 
     /// Hash of the whole model, comparable with `Progress::model_hash`.
     pub fn hash(&self) -> u64 {
-        model_hash(self.chunks.iter().map(|(id, c)| (*id, c.hash)))
+        hash_of(&self.chunks)
     }
 
     /// Figures of every component class that occurs, by class, over the points that `hidden` leaves in the picture.
@@ -195,6 +236,10 @@ impl LiveModel {
         }
         cloud
     }
+}
+
+fn hash_of(chunks: &BTreeMap<[i32; 3], ModelChunk>) -> u64 {
+    model_hash(chunks.iter().map(|(id, c)| (*id, c.hash)))
 }
 
 #[cfg(test)]
@@ -248,6 +293,44 @@ mod tests {
         assert_eq!(model.bounds().map(|b| b.max.x), Some(2.0));
         assert_eq!((model.most_views(), model.voxel()), (3, VOXEL));
         assert_eq!(model.to_cloud().len(), 3);
+    }
+
+    #[test]
+    fn a_new_epoch_replaces_the_old_model_only_when_it_is_whole() {
+        let inspection = |id: &str, epoch| Inspection { id: id.into(), epoch, ..Inspection::default() };
+        let mut model = LiveModel::new();
+        assert_eq!(model.apply(&LinkEvent::Cleared(inspection("a", 1))), ModelChange::Cleared);
+        model.apply(&chunk(0, 1, &[point(1.0, 1, 0)]));
+        model.apply(&chunk(1, 1, &[point(2.0, 1, 0)]));
+        assert_eq!(model.apply(&LinkEvent::Cleared(inspection("a", 2))), ModelChange::None);
+        assert_eq!(model.apply(&chunk(0, 2, &[point(1.5, 1, 0)])), ModelChange::None);
+        model.apply(&chunk(7, 2, &[point(7.5, 1, 0)]));
+        model.apply(&LinkEvent::ChunkGone { id: [7, 0, 0] });
+        assert_eq!(
+            (model.chunk_count(), model.bounds().map(|b| b.max.x)),
+            (2, Some(2.0)),
+            "the old one is still shown"
+        );
+        let word =
+            |points| LinkEvent::Progress(Progress { points, phase: Phase::Running.into(), ..Progress::default() });
+        assert_eq!(model.apply(&word(2)), ModelChange::None);
+        model.apply(&chunk(3, 2, &[point(3.5, 1, 0)]));
+        assert_eq!(model.apply(&word(2)), ModelChange::Exchanged);
+        assert_eq!((model.chunk_count(), model.bounds().map(|b| b.max.x)), (2, Some(3.5)));
+        assert_eq!(model.apply(&word(2)), ModelChange::None);
+        // By its hash as well, and at the end in any case.
+        model.apply(&LinkEvent::Cleared(inspection("a", 3)));
+        model.apply(&chunk(0, 3, &[point(1.0, 1, 0)]));
+        let hash = model_hash([([0, 0, 0], 3 * 31)]);
+        let word = Progress { points: 99, model_hash: hash, ..Progress::default() };
+        assert_eq!(model.apply(&LinkEvent::Progress(word)), ModelChange::Exchanged);
+        model.apply(&LinkEvent::Cleared(inspection("a", 4)));
+        let end = Progress { points: 99, phase: Phase::Finished.into(), ..Progress::default() };
+        assert_eq!(model.apply(&LinkEvent::Progress(end)), ModelChange::Exchanged);
+        assert_eq!(model.chunk_count(), 0);
+        // Another inspection is another model.
+        model.apply(&chunk(0, 4, &[point(1.0, 1, 0)]));
+        assert_eq!(model.apply(&LinkEvent::Cleared(inspection("b", 1))), ModelChange::Cleared);
     }
 
     #[test]

@@ -46,6 +46,18 @@ pub enum MeshFormat {
     Glb,
 }
 
+impl MeshFormat {
+    /// Media type of the files.
+    pub fn mime(self) -> &'static str {
+        match self {
+            Self::Ply => "application/octet-stream",
+            Self::Obj => "model/obj",
+            Self::Stl => "model/stl",
+            Self::Glb => "model/gltf-binary",
+        }
+    }
+}
+
 /// A file that is ready to be saved.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ExportFile {
@@ -204,7 +216,11 @@ mod tests {
         let obj = files(&state, MeshFormat::Obj);
         assert_eq!((obj.len(), obj[1].name.as_str()), (2, "starter-motor-7-mesh.mtl"));
         let text = String::from_utf8_lossy(&obj[0].bytes);
-        assert!(text.contains("mtllib starter-motor-7-mesh.mtl") && text.contains("g pinion_gear") && !text.contains("housing"));
+        assert!(
+            text.contains("mtllib starter-motor-7-mesh.mtl")
+                && text.contains("g pinion_gear")
+                && !text.contains("housing")
+        );
         assert!(String::from_utf8_lossy(&files(&state, MeshFormat::Ply)[0].bytes).contains("element face 2\n"));
         assert_eq!(&files(&state, MeshFormat::Glb)[0].bytes[..4], b"glTF");
     }

@@ -9,6 +9,7 @@ use crate::model::{LiveModel, ModelChange};
 use crate::render::{BackendChoice, DrawRequest, RenderError, Renderer};
 use crate::tools::CameraPointer;
 use leptos::prelude::Callable;
+use semascan_shared::model::SemanticMesh;
 use std::cell::{Cell, RefCell};
 use std::rc::Rc;
 use wasm_bindgen::prelude::*;
@@ -70,6 +71,12 @@ impl Graphics {
         match change {
             ModelChange::None => {}
             ModelChange::Cleared => renderer.clear(),
+            ModelChange::Exchanged => {
+                renderer.clear();
+                for (id, chunk) in model.chunks() {
+                    renderer.set_chunk(id, &chunk.cloud);
+                }
+            }
             ModelChange::Removed(id) => renderer.remove_chunk(id),
             ModelChange::Replaced(id) => {
                 if let Some(chunk) = model.chunk(id) {
@@ -86,6 +93,13 @@ impl Graphics {
             for (id, chunk) in model.chunks() {
                 renderer.set_chunk(id, &chunk.cloud);
             }
+        }
+    }
+
+    /// Takes the mesh, with a deviation for each vertex if it was compared.
+    pub(super) fn show_mesh(&self, mesh: Option<(&SemanticMesh, &[f32])>) {
+        if let Some(renderer) = self.renderer.borrow_mut().as_mut() {
+            renderer.set_mesh(mesh);
         }
     }
 

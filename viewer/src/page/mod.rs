@@ -11,6 +11,7 @@
 //! | `start` | the entry point, which joins it all (browser only) |
 //! | `stage` | model, camera and renderer; a frame when one is due (browser only) |
 //! | `graphics` | getting a renderer, and another one after a loss (browser only) |
+//! | `mesh_of_model` | orders to the mesh worker, and what comes back (browser only) |
 //! | `ticker` | animation frames on demand (browser only) |
 //! | `listeners` | keyboard, size, theme, clock (browser only) |
 //! | `hooks` | what the canvas tells tests (browser only) |
@@ -31,6 +32,8 @@ mod graphics;
 mod hooks;
 #[cfg(target_arch = "wasm32")]
 mod listeners;
+#[cfg(target_arch = "wasm32")]
+mod mesh_of_model;
 #[cfg(target_arch = "wasm32")]
 mod stage;
 #[cfg(target_arch = "wasm32")]

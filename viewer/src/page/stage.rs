@@ -3,6 +3,7 @@
 use super::figures::{app_event, class_figures};
 use super::graphics::Graphics;
 use super::hooks;
+use super::mesh_of_model::MeshOfModel;
 use super::pace::Pace;
 use super::scene::{Scene, hidden_flags};
 use super::ticker::Ticker;
@@ -36,7 +37,8 @@ pub(super) struct Stage {
     pub(super) send: Callback<Event>,
     pub(super) document: Document,
     pub(super) graphics: Graphics,
-    model: RefCell<LiveModel>,
+    pub(super) model: RefCell<LiveModel>,
+    pub(super) mesh: MeshOfModel,
     camera: Cell<OrbitCamera>,
     /// The camera keeps the whole model in view until the person moves it.
     follows: Cell<bool>,
@@ -73,6 +75,7 @@ impl Stage {
                 document: document.clone(),
                 graphics: Graphics::new(choice),
                 model: RefCell::default(),
+                mesh: MeshOfModel::default(),
                 camera: Cell::default(),
                 follows: Cell::new(true),
                 size: Cell::default(),
@@ -93,6 +96,7 @@ impl Stage {
         let change = self.model.borrow_mut().apply(&event);
         if change != ModelChange::None {
             self.graphics.follow(change, &self.model.borrow());
+            self.mesh.follow(self, change);
             self.figures_due.set(true);
             self.redraw();
         }
@@ -105,7 +109,7 @@ impl Stage {
         if matches!(event, LinkEvent::Progress(_)) {
             self.count();
         }
-        let emptied = change == ModelChange::Cleared;
+        let emptied = matches!(change, ModelChange::Cleared | ModelChange::Exchanged);
         if let Some(event) = app_event(event) {
             self.send.run(event);
         }
@@ -154,7 +158,7 @@ impl Stage {
     /// Puts the whole model into a renderer that has nothing yet.
     pub(super) fn fill_renderer(&self) {
         self.graphics.fill(&self.model.borrow());
-        self.redraw();
+        self.mesh.show(self);
     }
 
     fn frame(self: &Rc<Self>, now: f64) {

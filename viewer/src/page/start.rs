@@ -1,8 +1,9 @@
 //! The entry point of the page: joins state, panels, model, renderer and link.
 
 use super::download::download;
-use super::exports::{ExportFormat, export};
+use super::exports::{ExportFile, ExportFormat, MeshFormat, export, export_mesh};
 use super::graphics::Graphics;
+use super::mesh_of_model::MeshOfModel;
 use super::options::Options;
 use super::scene::{Scene, hidden_flags};
 use super::stage::Stage;
@@ -100,6 +101,11 @@ fn carry_out(stage: &Rc<Stage>, command: Command) {
     match command {
         Command::Camera(input) => stage.steer(input),
         Command::Export(format) => save(stage, format),
+        Command::ExportMesh(format) => save_mesh(stage, format),
+        Command::Mesh => MeshOfModel::make(stage),
+        Command::CancelMesh => MeshOfModel::cancel(stage),
+        Command::Compare(file) => MeshOfModel::compare(stage, file),
+        Command::Forget => MeshOfModel::forget(stage),
         Command::Reload => {
             if let Some(window) = web_sys::window() {
                 // Fails only in a page that is being left anyway.
@@ -111,15 +117,33 @@ fn carry_out(stage: &Rc<Stage>, command: Command) {
 
 fn save(stage: &Rc<Stage>, format: ExportFormat) {
     let file = stage.state.with_untracked(|s| export(&stage.cloud(), s, format));
-    let saved = file
-        .map_err(|e| e.to_string())
-        .and_then(|file| download(&stage.document, &file, format.mime()).map_err(|e| format!("{e:?}")).map(|()| file));
-    let (level, text) = match saved {
-        Ok(file) => {
-            let (points, size) = (units::count(file.points as u64), units::bytes(file.bytes.len() as u64));
-            (Level::Info, format!("{} saved: {points} points, {size}.", file.name))
-        }
-        Err(why) => (Level::Error, format!("The export failed: {why}")),
+    hand_over(stage, file.map(|f| vec![f]).map_err(|e| e.to_string()), format.mime(), "points");
+}
+
+fn save_mesh(stage: &Rc<Stage>, format: MeshFormat) {
+    let files = match stage.mesh.mesh() {
+        Some(mesh) => stage.state.with_untracked(|s| export_mesh(&mesh, s, format)).map_err(|e| e.to_string()),
+        None => Err("there is no mesh yet".to_owned()),
     };
-    stage.send.run(Event::Notify { level, text });
+    hand_over(stage, files, format.mime(), "triangles");
+}
+
+/// Hands files to the browser's downloads, and says so.
+fn hand_over(stage: &Rc<Stage>, files: Result<Vec<ExportFile>, String>, mime: &str, what: &str) {
+    let saved = files.and_then(|files| {
+        files.iter().try_for_each(|f| download(&stage.document, f, mime).map_err(|e| format!("{e:?}")))?;
+        Ok(files)
+    });
+    match saved {
+        Ok(files) => {
+            for file in files {
+                let (count, size) = (units::count(file.count as u64), units::bytes(file.bytes.len() as u64));
+                let text = format!("{} saved: {count} {what}, {size}.", file.name);
+                stage.send.run(Event::Notify { level: Level::Info, text });
+            }
+        }
+        Err(why) => {
+            stage.send.run(Event::Notify { level: Level::Error, text: format!("The export failed: {why}") });
+        }
+    }
 }

@@ -3,7 +3,7 @@
 use super::icons::{DOWNLOAD, Icon};
 use super::{Command, Ui};
 use crate::app::units;
-use crate::page::exports::ExportFormat;
+use crate::page::exports::{ExportFormat, MeshFormat};
 use leptos::prelude::*;
 
 /// One button a format.
@@ -31,6 +31,18 @@ pub(super) fn ExportPanel(ui: Ui) -> impl IntoView {
             </button>
         }
     };
+    let triangles = ui.part(|s| s.surface.triangles);
+    let mesh_button = move |format: MeshFormat, id: &'static str, name: &'static str, about: &'static str| {
+        view! {
+            <button
+                class="button" type="button" data-testid=id title=about
+                on:click=move |_| ui.ask.run(Command::ExportMesh(format))
+            >
+                <Icon path=DOWNLOAD/>
+                <span>{name} <small>{about}</small></span>
+            </button>
+        }
+    };
     view! {
         <section class="panel" aria-labelledby="export-title">
             <header class="panel-head">
@@ -41,6 +53,14 @@ pub(super) fn ExportPanel(ui: Ui) -> impl IntoView {
                 {button(ExportFormat::Ply, "export-ply", "PLY", "point cloud")}
                 {button(ExportFormat::Glb, "export-glb", "GLB", "scene")}
             </div>
+            <Show when=move || { triangles.get() > 0 }>
+                <div class="buttons">
+                    {mesh_button(MeshFormat::Ply, "export-mesh-ply", "PLY", "mesh")}
+                    {mesh_button(MeshFormat::Glb, "export-mesh-glb", "GLB", "mesh")}
+                    {mesh_button(MeshFormat::Obj, "export-mesh-obj", "OBJ", "with materials")}
+                    {mesh_button(MeshFormat::Stl, "export-mesh-stl", "STL", "by component")}
+                </div>
+            </Show>
             <p class="empty">{what}</p>
         </section>
     }

@@ -8,7 +8,7 @@
 //!
 //! | selector | what |
 //! |---|---|
-//! | `#viewport` | the canvas; `data-backend` (`webgpu`, `webgl2`, `none`), `data-points`, `data-frames`, `data-hash` and `data-agent-hash` (16 hex digits), `data-phase`, `data-connection`, `data-inspection`, `data-resumed` (how often a lost connection was resumed by difference) |
+//! | `#viewport` | the canvas; `data-backend` (`webgpu`, `webgl2`, `none`), `data-points`, `data-triangles`, `data-frames`, `data-hash` and `data-agent-hash` (16 hex digits), `data-phase`, `data-connection`, `data-inspection`, `data-resumed` (how often a lost connection was resumed by difference) |
 //! | `[data-testid=connection]` | `data-state` = `connecting`, `connected`, `reconnecting`, `refused` |
 //! | `[data-testid=part]` | the part's name |
 //! | `[data-testid=progress]` | `data-phase`, `data-done`, `data-expected`, `data-rejected` |
@@ -22,6 +22,14 @@
 //! | `[data-testid=show-outliers]`, `show-background` | switches |
 //! | `[data-testid=theme-toggle]`, `fit`, `help-open` | buttons |
 //! | `[data-testid=help]` | the dialog of shortcuts |
+//! | `[data-testid=show-points]`, `show-mesh` | radio: what the model is shown as; `show-mesh` makes the mesh where there is none |
+//! | `[data-testid=mesh]` | the surface's panel; `data-state` = `none`, `running`, `ready`; `data-triangles`, `data-outdated` |
+//! | `[data-testid=mesh-progress]`, `mesh-cancel`, `mesh-update` | progress of the meshing; its cancel button; make an outdated mesh anew |
+//! | `[data-testid=reference-file]`, `reference`, `reference-forget` | file input; what is compared with; its button |
+//! | `[data-testid=tolerance]` | number input, millimetres |
+//! | `[data-testid=deviation]` | figures; `data-mean-mm`, `data-rms-mm`, `data-p95-mm` |
+//! | `[data-testid=color-mode-deviation]` | radio, there with a reference |
+//! | `[data-testid=export-mesh-ply]`, `export-mesh-obj`, `export-mesh-stl`, `export-mesh-glb` | buttons, there with a mesh |
 //! | `[data-testid=export-ply]`, `export-glb` | buttons |
 //! | `[data-testid=notice]` | a message; `data-level` = `info`, `warning`, `error` |
 //! | `[data-testid=banner]` | a lost connection, or a model that is not the agent's, over a model on screen |
@@ -39,12 +47,13 @@ mod legend;
 mod notices;
 mod picture;
 mod progress;
+mod surface;
 mod view_detail;
 mod viewport;
 mod views;
 
 use crate::app::{AppState, Event};
-use crate::page::exports::ExportFormat;
+use crate::page::exports::{ExportFormat, MeshFormat};
 use crate::tools::CameraInput;
 use leptos::mount::mount_to;
 use leptos::prelude::*;
@@ -52,12 +61,22 @@ use wasm_bindgen::{JsCast, JsValue};
 use web_sys::{Document, HtmlElement};
 
 /// Something a person wants done that is no change of the state alone.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Command {
     /// Move the camera.
     Camera(CameraInput),
     /// Download what is visible of the model.
     Export(ExportFormat),
+    /// Download what is visible of the mesh.
+    ExportMesh(MeshFormat),
+    /// Make the mesh of the model as it is now.
+    Mesh,
+    /// Stop making it.
+    CancelMesh,
+    /// Compare the mesh with this file from now on.
+    Compare(web_sys::File),
+    /// Compare it with nothing any more.
+    Forget,
     /// Load the page again.
     Reload,
 }
@@ -101,6 +120,7 @@ pub fn mount(document: &Document, ui: Ui) -> Result<(), JsValue> {
         view! {
             <progress::ProgressPanel ui/>
             <legend::LegendPanel ui/>
+            <surface::SurfacePanel ui/>
             <display::DisplayPanel ui/>
             <export::ExportPanel ui/>
         }

@@ -8,6 +8,7 @@ use crate::app::connection::{Connection, Gpu};
 use crate::app::display::ColorMode;
 use crate::app::{AppState, Event, units};
 use crate::render::colormap::css_gradient;
+use crate::render::deviation;
 use crate::tools::CameraInput;
 use leptos::prelude::*;
 use semascan_shared::wire::Phase;
@@ -31,10 +32,11 @@ pub(super) fn Overlay(ui: Ui) -> impl IntoView {
     }
 }
 
-/// What the colours mean: one of five.
+/// What the colours mean: one of five, or of six with a reference.
 #[component]
 fn ColorModes(ui: Ui) -> impl IntoView {
     let mode = ui.part(|s| s.display.color_mode);
+    let compares = ui.part(|s| s.surface.reference.is_some());
     let choice = move |option: ColorMode| {
         view! {
             <label class="segment" title=option.explanation()>
@@ -52,6 +54,7 @@ fn ColorModes(ui: Ui) -> impl IntoView {
         <fieldset class="segments is-raised" data-testid="color-modes">
             <legend class="visually-hidden">"Colour by"</legend>
             {ColorMode::ALL.into_iter().map(choice).collect_view()}
+            <Show when=move || compares.get()>{choice(ColorMode::Deviation)}</Show>
         </fieldset>
     }
 }
@@ -61,6 +64,7 @@ fn ColorModes(ui: Ui) -> impl IntoView {
 fn ColorScale(ui: Ui) -> impl IntoView {
     let mode = ui.part(|s| s.display.color_mode);
     let top = ui.part(AppState::views_scale);
+    let tolerance = ui.part(|s| s.surface.tolerance);
     let defects = ui.part(|s| s.legend.defects.clone());
     let ramp = move |title: &'static str, ticks: [String; 3]| {
         view! {
@@ -97,6 +101,26 @@ fn ColorScale(ui: Ui) -> impl IntoView {
             ramp("Views that saw the point", ["0".into(), middle, top.to_string()]).into_any()
         }
         ColorMode::Defect => classes().into_any(),
+        ColorMode::Deviation => {
+            let tolerance = tolerance.get();
+            let tick = |tolerances: f64| {
+                let millimetres = tolerances * tolerance * 1e3;
+                // Minus is a sign, not a hyphen.
+                format!("{millimetres:+.3}").trim_end_matches('0').trim_end_matches('.').replace('-', "\u{2212}")
+            };
+            let top = f64::from(deviation::TOP);
+            view! {
+                <figure class="scale is-raised is-wide" data-testid="color-scale">
+                    <figcaption>"Deviation, mm"</figcaption>
+                    <div class="scale-ramp" aria-hidden="true" style:background-image=deviation::css_gradient()></div>
+                    <div class="scale-ticks is-banded">
+                        {[-top, -1.0, 1.0, top].into_iter().map(|t| view! { <span>{tick(t)}</span> }).collect_view()}
+                    </div>
+                    <div class="scale-ticks"><span>"inside"</span><span>"within"</span><span>"outside"</span></div>
+                </figure>
+            }
+            .into_any()
+        }
         ColorMode::Appearance | ColorMode::Component => ().into_any(),
     }
 }

@@ -233,8 +233,7 @@ impl Renderer {
         self.gpu.queue.submit([encoder.finish()]);
         self.gpu.queue.present(texture);
         self.frames += 1;
-        let (points, triangles) =
-            if request.mesh { (0, self.mesh.shown()) } else { (self.points.shown(request), 0) };
+        let (points, triangles) = if request.mesh { (0, self.mesh.shown()) } else { (self.points.shown(request), 0) };
         let stats = FrameStats { points, triangles, frames: self.frames };
         self.tell(stats);
         Ok(stats)

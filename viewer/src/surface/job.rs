@@ -243,6 +243,9 @@ mod tests {
         job.hear(Order::Forget);
         job.hear(Order::Mesh);
         assert!(!finish(&mut job).iter().any(|r| matches!(r, Reply::Deviation { .. })));
-        assert!(matches!(job.hear(Order::Reference { name: "a.xyz".into(), bytes: Vec::new() })[..], [Reply::NoReference(_)]));
+        assert!(matches!(
+            job.hear(Order::Reference { name: "a.xyz".into(), bytes: Vec::new() })[..],
+            [Reply::NoReference(_)]
+        ));
     }
 }

@@ -310,14 +310,8 @@ mod tests {
 
     #[test]
     fn orders_cross_unchanged() {
-        let chunk = DecodedChunk {
-            id: [1, -2, 3],
-            revision: 4,
-            epoch: 5,
-            voxel: 0.001,
-            hash: 6,
-            cloud: mesh(3).vertices,
-        };
+        let chunk =
+            DecodedChunk { id: [1, -2, 3], revision: 4, epoch: 5, voxel: 0.001, hash: 6, cloud: mesh(3).vertices };
         let orders = [
             Order::Clear,
             Order::Chunk(chunk),

@@ -84,9 +84,9 @@ impl Reference {
                 let signed = |(p, n): (&[f32; 3], Option<semascan_shared::measure::Neighbour>)| {
                     let Some(n) = n else { return f32::NAN };
                     let i = n.index as usize;
-                    let side = normals.get(i).map_or(0.0, |normal| {
-                        (0..3).map(|a| normal[a] * (p[a] - positions[i][a])).sum::<f32>()
-                    });
+                    let side = normals
+                        .get(i)
+                        .map_or(0.0, |normal| (0..3).map(|a| normal[a] * (p[a] - positions[i][a])).sum::<f32>());
                     let distance = n.distance() as f32;
                     if side < 0.0 { -distance } else { distance }
                 };

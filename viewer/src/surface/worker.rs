@@ -16,7 +16,12 @@ use web_sys::{DedicatedWorkerGlobalScope, MessageEvent};
 pub fn mesh_worker_start() -> Result<(), JsValue> {
     console_error_panic_hook::set_once();
     let scope: DedicatedWorkerGlobalScope = js_sys::global().dyn_into()?;
-    let worker = Rc::new(Worker { scope: scope.clone(), job: RefCell::default(), next: Cell::new(false), slice: RefCell::default() });
+    let worker = Rc::new(Worker {
+        scope: scope.clone(),
+        job: RefCell::default(),
+        next: Cell::new(false),
+        slice: RefCell::default(),
+    });
     let slices = Rc::downgrade(&worker);
     let slice = Closure::<dyn FnMut()>::new(move || {
         if let Some(worker) = slices.upgrade() {
