@@ -14,12 +14,15 @@
 
 use super::points::Placed;
 use super::tile::{Local, NODES};
+use bytemuck::{Pod, Zeroable};
 
 /// Normals around a node whose mean is longer than this agree, and need no gate.
 const AGREEMENT: f32 = 0.9;
 
-/// What the points say of one node: sums over them at first, then their means.
-#[derive(Clone, Copy, Debug, Default)]
+/// What the points say of one node: sums over them at first, then their means. Eight numbers in a row, which are added to
+/// as one.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
 pub(super) struct Node {
     /// Weight of the points; 0 where none reaches.
     pub(super) weight: f32,
@@ -126,17 +129,9 @@ impl Field {
                 self.active[column] |= reach;
                 let first = column as i32 * NODES as i32 + local.cell[2] - low::<N>();
                 let nodes = (first + zs.start as i32) as usize..(first + zs.end as i32) as usize;
-                for (node, z) in self.nodes[nodes].iter_mut().zip(&offset[2][zs.clone()]) {
+                for (node, &z) in self.nodes[nodes].iter_mut().zip(&offset[2][zs.clone()]) {
                     let near = (across - z * z * scale).max(0.0);
-                    let w = weight * near * near * near;
-                    node.weight += w;
-                    node.value += w * (along + normal[2] * z);
-                    node.normal[0] += w * normal[0];
-                    node.normal[1] += w * normal[1];
-                    node.normal[2] += w * normal[2];
-                    node.drift[0] += w * x;
-                    node.drift[1] += w * y;
-                    node.drift[2] += w * z;
+                    node.add(weight * near * near * near, along + normal[2] * z, normal, [x, y, z]);
                 }
             }
         }
@@ -182,21 +177,25 @@ impl Field {
                 if dot(nearest[slots[node] as usize].normal, normal) < kernel.gate {
                     return;
                 }
-                let node = &mut nodes[node];
                 let near = 1.0 - squared * scale;
-                let w = weight * near * near * near;
-                node.weight += w;
-                node.value += w * dot(normal, offset);
-                for a in 0..3 {
-                    node.normal[a] += w * normal[a];
-                    node.drift[a] += w * offset[a];
-                }
+                nodes[node].add(weight * near * near * near, dot(normal, offset), normal, offset);
             });
         }
     }
 }
 
 impl Node {
+    /// Adds a point of weight `w`, its plane at distance `plane`, the node at `offset` from it.
+    #[inline]
+    fn add(&mut self, w: f32, plane: f32, normal: [f32; 3], offset: [f32; 3]) {
+        let [nx, ny, nz] = normal;
+        let [x, y, z] = offset;
+        let sums: &mut [f32; 8] = bytemuck::cast_mut(self);
+        for (sum, v) in sums.iter_mut().zip([1.0, plane, nx, ny, nz, x, y, z]) {
+            *sum += w * v;
+        }
+    }
+
     /// Turns sums into means.
     fn finish(&mut self) {
         let share = 1.0 / self.weight;

@@ -37,11 +37,6 @@ impl Points {
     pub(super) fn new(points: impl Iterator<Item = SemanticPoint>, pitch: f64, skip_flags: u16) -> Self {
         let kept = points.filter(|p| !p.flags.has(skip_flags)).filter_map(|p| Some((place(&p, pitch)?, p)));
         let (placed, points): (Vec<Placed>, Vec<SemanticPoint>) = kept.unzip();
-        let mut order: Vec<u32> = (0..placed.len() as u32).collect();
-        order.sort_unstable_by(|&a, &b| {
-            let (a, b) = (a as usize, b as usize);
-            placed[a].cell.cmp(&placed[b].cell).then_with(|| points_in_order(&points[a], &points[b]))
-        });
         let mut bounds = [[i32::MAX; 3], [i32::MIN; 3]];
         for placed in &placed {
             for (axis, &c) in placed.cell.iter().enumerate() {
@@ -49,6 +44,7 @@ impl Points {
                 bounds[1][axis] = bounds[1][axis].max(c);
             }
         }
+        let order = in_order(&placed, &points, bounds);
         let (placed, points) = order.iter().map(|&i| (placed[i as usize], points[i as usize])).unzip();
         Self { placed, points, bounds }
     }
@@ -102,6 +98,33 @@ fn place(p: &SemanticPoint, pitch: f64) -> Option<Placed> {
 
 /// Views past this number add no more weight: what is left of the error then is common to all.
 const MOST_VIEWS: u16 = 8;
+
+/// Indices of the points by cell, along x, y, z; in one cell in an order of their own.
+fn in_order(placed: &[Placed], points: &[SemanticPoint], [low, high]: [[i32; 3]; 2]) -> Vec<u32> {
+    let by_point = |a: &u32, b: &u32| points_in_order(&points[*a as usize], &points[*b as usize]);
+    // Chunks are small: their cells fit a number, and numbers are quick to sort.
+    if (0..3).any(|a| i64::from(high[a]) - i64::from(low[a]) >= 1 << 10) {
+        let mut order: Vec<u32> = (0..placed.len() as u32).collect();
+        order.sort_unstable_by(|a, b| {
+            placed[*a as usize].cell.cmp(&placed[*b as usize].cell).then_with(|| by_point(a, b))
+        });
+        return order;
+    }
+    let key = |(i, p): (usize, &Placed)| {
+        let cell = (0..3).fold(0, |key, a| key << 10 | (p.cell[a] - low[a]) as u64);
+        cell << 32 | i as u64
+    };
+    let mut keys: Vec<u64> = placed.iter().enumerate().map(key).collect();
+    keys.sort_unstable();
+    let mut order: Vec<u32> = keys.iter().map(|k| *k as u32).collect();
+    let mut rest = order.as_mut_slice();
+    for run in keys.chunk_by(|a, b| a >> 32 == b >> 32) {
+        let (cell, after) = rest.split_at_mut(run.len());
+        cell.sort_unstable_by(by_point);
+        rest = after;
+    }
+    order
+}
 
 /// An order of points in one cell that depends on nothing but the points.
 fn points_in_order(a: &SemanticPoint, b: &SemanticPoint) -> Ordering {

@@ -8,7 +8,7 @@ use super::cells::{Cell, Cells, corner_step, step};
 use super::field::{Field, Kernel};
 use super::points::{Placed, Points};
 use super::topology::{EDGE_CORNERS, NO_LOOP, others};
-use super::vertices::{Evidence, Vertex};
+use super::vertices::{Evidence, Vertex, Votes};
 use crate::model::SemanticCloud;
 
 /// Cells along an edge of a tile.
@@ -55,6 +55,7 @@ pub(super) struct Workspace {
     field: Field,
     cells: Cells,
     evidence: Evidence,
+    votes: Votes,
 }
 
 /// Index in the working grid of a node or of the cell above it.
@@ -82,7 +83,7 @@ pub(super) fn mesh_tile(
     kernel: Kernel,
     scale: f64,
 ) -> TileMesh {
-    let Workspace { local, field, cells, evidence } = work;
+    let Workspace { local, field, cells, evidence, votes } = work;
     let origin = first.map(|c| c - HALO);
     let reach = kernel.radius.ceil() as i32;
     local.clear();
@@ -101,11 +102,13 @@ pub(super) fn mesh_tile(
     evidence.fill(local);
     field.fill(local, kernel);
     cells.find(field);
+    mesh.vertices = SemanticCloud::with_capacity(cells.list.len());
+    mesh.quads.reserve(cells.list.len());
     for cell in &mut cells.list {
         if let Some(own) = own(coordinates(cell.node)) {
             cell.first_vertex = mesh.vertices.len() as u32;
             let vertex = Vertex { nodes: &field.nodes, evidence, local, chunks, kernel, first: origin, scale };
-            add_vertices(&mut mesh, cell, own, &vertex);
+            add_vertices(&mut mesh, cell, own, &vertex, votes);
         }
     }
     for cell in &cells.list {
@@ -123,14 +126,14 @@ fn own(at: [i32; 3]) -> Option<[i32; 3]> {
     own.iter().all(|c| (0..TILE_EDGE).contains(c)).then_some(own)
 }
 
-fn add_vertices(mesh: &mut TileMesh, cell: &Cell, own: [i32; 3], vertex: &Vertex<'_>) {
+fn add_vertices(mesh: &mut TileMesh, cell: &Cell, own: [i32; 3], vertex: &Vertex<'_>, votes: &mut Votes) {
     let shape = cell.shape();
     for number in 0..cell.loops.count {
         let belongs = |e: usize| cell.loops.of_edge[e] == number;
         // A fan may be part of a loop; its vertex is that of the loop.
         let Some(whole) = (0..12).find(|&e| belongs(e)).map(|e| shape.of_edge[e]) else { continue };
         let edges = (0..12).filter(|&e| shape.of_edge[e] == whole).fold(0_u16, |set, e| set | 1 << e);
-        mesh.vertices.push(vertex.at(cell.node, edges, shape.count == 1));
+        mesh.vertices.push(vertex.at(cell.node, edges, shape.count == 1, votes));
         mesh.boundary.push((0..12).any(|e| edges >> e & 1 == 1 && !belongs(e)));
         mesh.names.push(name(own, number));
     }
