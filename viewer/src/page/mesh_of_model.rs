@@ -83,7 +83,7 @@ impl MeshOfModel {
         let order = |id: [i32; 3]| match model.chunk(id) {
             Some(c) => {
                 let (revision, hash, cloud) = (c.revision, c.hash, c.cloud.clone());
-                Order::Chunk(DecodedChunk { id, revision, epoch: 0, voxel, hash, cloud })
+                Order::Chunk(DecodedChunk { id, revision, epoch: 0, voxel, hash, cloud }.into())
             }
             None => Order::Gone(id),
         };

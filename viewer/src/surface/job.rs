@@ -197,7 +197,7 @@ mod tests {
         let mut cloud = SemanticCloud::default();
         for chunk in &chunks {
             cloud.extend_from(&chunk.cloud);
-            assert!(job.hear(Order::Chunk(chunk.clone())).is_empty());
+            assert!(job.hear(Order::Chunk(chunk.clone().into())).is_empty());
         }
         assert!(!job.is_busy());
         let begun = job.hear(Order::Mesh);
@@ -211,7 +211,7 @@ mod tests {
     #[test]
     fn meshing_can_be_cancelled_and_goes_on_where_it_was() {
         let mut job = Job::default();
-        plate(0.0004).into_iter().for_each(|c| drop(job.hear(Order::Chunk(c))));
+        plate(0.0004).into_iter().for_each(|c| drop(job.hear(Order::Chunk(c.into()))));
         job.hear(Order::Mesh);
         job.work();
         assert_eq!(job.hear(Order::Cancel), [Reply::Cancelled]);
@@ -230,7 +230,7 @@ mod tests {
         let loaded = job.hear(Order::Reference { name: "plate.obj".into(), bytes: square });
         assert!(matches!(&loaded[..], [Reply::Reference { triangles: 2, millimetres: false, .. }]));
         for z in [0.0004, -0.0002] {
-            plate(z).into_iter().for_each(|c| drop(job.hear(Order::Chunk(c))));
+            plate(z).into_iter().for_each(|c| drop(job.hear(Order::Chunk(c.into()))));
             job.hear(Order::Mesh);
             let said = finish(&mut job);
             let Some(Reply::Deviation { of_vertices, figures }) = said.last() else { panic!("{said:?}") };

@@ -12,7 +12,7 @@ pub enum Order {
     /// The model is empty.
     Clear,
     /// A chunk of the model has this content.
-    Chunk(DecodedChunk),
+    Chunk(Box<DecodedChunk>),
     /// A chunk of the model is gone.
     Gone([i32; 3]),
     /// Make the mesh.
@@ -91,7 +91,7 @@ impl Order {
     pub fn encode(self) -> Vec<u8> {
         match self {
             Self::Clear => vec![0, 0, 0, 0],
-            Self::Chunk(chunk) => block(1, &transfer::encode(&LinkEvent::Chunk(chunk))),
+            Self::Chunk(chunk) => block(1, &transfer::encode(&LinkEvent::Chunk(*chunk))),
             Self::Gone(id) => block(2, bytemuck::cast_slice(&id)),
             Self::Mesh => vec![3, 0, 0, 0],
             Self::Cancel => vec![4, 0, 0, 0],
@@ -114,7 +114,7 @@ impl Order {
         Ok(match reader.kind()? {
             0 => Self::Clear,
             1 => match transfer::decode(reader.0) {
-                Ok(LinkEvent::Chunk(chunk)) => Self::Chunk(chunk),
+                Ok(LinkEvent::Chunk(chunk)) => Self::Chunk(chunk.into()),
                 _ => return Err(Broken),
             },
             2 => {
@@ -314,7 +314,7 @@ mod tests {
             DecodedChunk { id: [1, -2, 3], revision: 4, epoch: 5, voxel: 0.001, hash: 6, cloud: mesh(3).vertices };
         let orders = [
             Order::Clear,
-            Order::Chunk(chunk),
+            Order::Chunk(chunk.into()),
             Order::Gone([-1, 0, 9]),
             Order::Mesh,
             Order::Cancel,
