@@ -9,7 +9,7 @@ use crate::tools::Bounds;
 use semascan_shared::measure::surfel_area;
 use semascan_shared::model::{PointFlags, SemanticCloud};
 use semascan_shared::wire::chunk::model_hash;
-use semascan_shared::wire::{Phase, Progress};
+use semascan_shared::wire::{Inspection, Phase, Progress};
 use std::collections::BTreeMap;
 
 /// The marks that can hide a point.
@@ -78,9 +78,9 @@ pub struct ModelChunk {
 pub struct LiveModel {
     chunks: BTreeMap<[i32; 3], ModelChunk>,
     voxel: f32,
-    /// Inspection that the model is of.
-    inspection: String,
-    /// Chunks of a new epoch while they arrive.
+    /// Inspection that the model is of, and its newest epoch.
+    inspection: (String, u32),
+    /// Chunks of that epoch while they arrive.
     arriving: Option<BTreeMap<[i32; 3], ModelChunk>>,
 }
 
@@ -93,21 +93,8 @@ impl LiveModel {
     /// Brings the model level with one event; events that do not concern the model change nothing.
     pub fn apply(&mut self, event: &LinkEvent) -> ModelChange {
         match event {
-            LinkEvent::Connected { inspection, resumed, .. } => {
-                self.voxel = inspection.voxel as f32;
-                self.inspection.clone_from(&inspection.id);
-                if *resumed { ModelChange::None } else { self.clear() }
-            }
-            LinkEvent::Cleared(inspection) => {
-                self.voxel = inspection.voxel as f32;
-                let same = !inspection.id.is_empty() && self.inspection == inspection.id;
-                self.inspection.clone_from(&inspection.id);
-                if same && !self.chunks.is_empty() {
-                    self.arriving = Some(BTreeMap::new());
-                    return ModelChange::None;
-                }
-                self.clear()
-            }
+            LinkEvent::Connected { resumed: true, .. } => ModelChange::None,
+            LinkEvent::Connected { inspection, .. } | LinkEvent::Cleared(inspection) => self.begin(inspection),
             LinkEvent::Progress(progress) => self.arrive(progress),
             LinkEvent::Chunk(chunk) => self.replace(chunk),
             LinkEvent::ChunkGone { id } if self.arriving.is_some() => {
@@ -130,16 +117,27 @@ impl LiveModel {
 
     /// Exchanges the model for that of a new epoch when the agent's word says that this one is whole.
     fn arrive(&mut self, progress: &Progress) -> ModelChange {
-        let Some(chunks) = &self.arriving else { return ModelChange::None };
-        let points: usize = chunks.values().map(|c| c.cloud.len()).sum();
+        // The end is told after the last chunk, whether there was a whole model or not.
         let over = matches!(progress.phase(), Phase::Finished | Phase::Failed);
-        // The agent's count may be ahead of what it sends, but then a later word is not.
-        let whole = progress.model_hash != 0 && progress.model_hash == hash_of(chunks);
-        if !(whole || over || (points > 0 && points as u64 >= progress.points)) {
+        if progress.complete_epoch < self.inspection.1 && !over {
             return ModelChange::None;
         }
-        self.chunks = self.arriving.take().unwrap_or_default();
+        let Some(chunks) = self.arriving.take() else { return ModelChange::None };
+        self.chunks = chunks;
         ModelChange::Exchanged
+    }
+
+    /// The model of `inspection` will come from its first chunk on: what is held goes, unless it is the same inspection's
+    /// from an earlier epoch.
+    fn begin(&mut self, inspection: &Inspection) -> ModelChange {
+        self.voxel = inspection.voxel as f32;
+        let now = (inspection.id.clone(), inspection.epoch);
+        let (id, epoch) = std::mem::replace(&mut self.inspection, now);
+        if !id.is_empty() && id == inspection.id && epoch < inspection.epoch && !self.chunks.is_empty() {
+            self.arriving = Some(BTreeMap::new());
+            return ModelChange::None;
+        }
+        self.clear()
     }
 
     fn replace(&mut self, chunk: &DecodedChunk) -> ModelChange {
@@ -246,7 +244,6 @@ fn hash_of(chunks: &BTreeMap<[i32; 3], ModelChunk>) -> u64 {
 mod tests {
     use super::*;
     use semascan_shared::model::SemanticPoint;
-    use semascan_shared::wire::Inspection;
 
     const VOXEL: f32 = 0.002;
 
@@ -311,23 +308,20 @@ mod tests {
             (2, Some(2.0)),
             "the old one is still shown"
         );
-        let word =
-            |points| LinkEvent::Progress(Progress { points, phase: Phase::Running.into(), ..Progress::default() });
-        assert_eq!(model.apply(&word(2)), ModelChange::None);
+        let word = |complete_epoch| {
+            LinkEvent::Progress(Progress { complete_epoch, phase: Phase::Running.into(), ..Progress::default() })
+        };
+        assert_eq!(model.apply(&word(1)), ModelChange::None);
         model.apply(&chunk(3, 2, &[point(3.5, 1, 0)]));
         assert_eq!(model.apply(&word(2)), ModelChange::Exchanged);
         assert_eq!((model.chunk_count(), model.bounds().map(|b| b.max.x)), (2, Some(3.5)));
         assert_eq!(model.apply(&word(2)), ModelChange::None);
-        // By its hash as well, and at the end in any case.
-        model.apply(&LinkEvent::Cleared(inspection("a", 3)));
-        model.apply(&chunk(0, 3, &[point(1.0, 1, 0)]));
-        let hash = model_hash([([0, 0, 0], 3 * 31)]);
-        let word = Progress { points: 99, model_hash: hash, ..Progress::default() };
-        assert_eq!(model.apply(&LinkEvent::Progress(word)), ModelChange::Exchanged);
+        // At the end in any case.
         model.apply(&LinkEvent::Cleared(inspection("a", 4)));
-        let end = Progress { points: 99, phase: Phase::Finished.into(), ..Progress::default() };
+        model.apply(&chunk(0, 3, &[point(1.0, 1, 0)]));
+        let end = Progress { phase: Phase::Finished.into(), ..Progress::default() };
         assert_eq!(model.apply(&LinkEvent::Progress(end)), ModelChange::Exchanged);
-        assert_eq!(model.chunk_count(), 0);
+        assert_eq!(model.chunk_count(), 1);
         // Another inspection is another model.
         model.apply(&chunk(0, 4, &[point(1.0, 1, 0)]));
         assert_eq!(model.apply(&LinkEvent::Cleared(inspection("b", 1))), ModelChange::Cleared);
