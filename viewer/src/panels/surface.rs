@@ -134,9 +134,13 @@ fn ReferenceRow(ui: Ui) -> impl IntoView {
         let unit = if r.millimetres { ", in millimetres" } else { "" };
         format!("{} {}{unit}", units::count(what.0.into()), what.1)
     };
-    let signed = |metres: f32| format!("{:+.3} mm", f64::from(metres) * 1e3);
     let figure = move |of: fn(&crate::surface::Deviation) -> f32| {
-        move || deviation.get().map_or_else(|| "–".to_owned(), |d| signed(of(&d)))
+        move || deviation.get().map_or_else(|| "–".to_owned(), |d| format!("{:.3} mm", f64::from(of(&d)) * 1e3))
+    };
+    let signed = move |of: fn(&crate::surface::Deviation) -> f32| {
+        // Minus is a sign, not a hyphen.
+        let text = move |d| format!("{:+.3} mm", f64::from(of(&d)) * 1e3).replace('-', "\u{2212}");
+        move || deviation.get().map_or_else(|| "–".to_owned(), text)
     };
     let data = move |of: fn(&crate::surface::Deviation) -> f32| {
         move || deviation.get().map(|d| format!("{:.4}", f64::from(of(&d)) * 1e3))
@@ -180,14 +184,14 @@ fn ReferenceRow(ui: Ui) -> impl IntoView {
                 />
             </label>
             <dl
-                class="figures" data-testid="deviation" data-mean-mm=data(|d| d.mean) data-rms-mm=data(|d| d.rms)
+                class="figures is-signed" data-testid="deviation" data-mean-mm=data(|d| d.mean) data-rms-mm=data(|d| d.rms)
                 data-p95-mm=data(|d| d.p95)
             >
-                <div><dt>"Mean"</dt><dd>{figure(|d| d.mean)}</dd></div>
+                <div><dt>"Mean"</dt><dd>{signed(|d| d.mean)}</dd></div>
                 <div><dt>"RMS"</dt><dd>{figure(|d| d.rms)}</dd></div>
                 <div><dt>"95 %"</dt><dd>{figure(|d| d.p95)}</dd></div>
-                <div><dt>"Least"</dt><dd>{figure(|d| d.range[0])}</dd></div>
-                <div><dt>"Most"</dt><dd>{figure(|d| d.range[1])}</dd></div>
+                <div><dt>"Least"</dt><dd>{signed(|d| d.range[0])}</dd></div>
+                <div><dt>"Most"</dt><dd>{signed(|d| d.range[1])}</dd></div>
             </dl>
         </Show>
     }
