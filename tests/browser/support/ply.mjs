@@ -1,4 +1,4 @@
-// Reads `cloud.ply` (binary little endian) as a stranger would: from its header alone.
+// Reads the vertices of `cloud.ply` and `mesh.ply` (binary little endian) as a stranger would: from the header alone.
 
 import assert from 'node:assert/strict';
 
@@ -8,7 +8,7 @@ const READ = {
   ushort: [2, (bytes, at) => bytes.readUInt16LE(at)],
 };
 
-/** Header and vertices of a point cloud. */
+/** Header and vertices of a point cloud or a mesh; a mesh's faces lie behind the vertices in `body`. */
 export class Ply {
   constructor(bytes) {
     const end = bytes.indexOf('end_header\n');
@@ -20,7 +20,9 @@ export class Ply {
     /** Columns as `{name, type, offset}`. */
     this.properties = [];
     this.stride = 0;
-    for (const line of lines.filter((line) => line.startsWith('property '))) {
+    const faces = lines.findIndex((line) => line.startsWith('element face '));
+    const ofVertices = faces < 0 ? lines : lines.slice(0, faces);
+    for (const line of ofVertices.filter((line) => line.startsWith('property '))) {
       const [, type, name] = line.split(' ');
       assert.ok(type in READ, `type of ${name}: ${type}`);
       this.properties.push({ name, type, offset: this.stride });
