@@ -8,6 +8,7 @@
 //! cells are occupied, as bits along z, and where their mean points lie. A voxel's neighbours are then found without any
 //! look-up by address.
 
+use super::brick::Voxel;
 use super::keys::{BRICK_EDGE, BrickKey};
 use super::map::SemanticMap;
 use super::merge::SYSTEMATIC;
@@ -61,6 +62,9 @@ struct Survey {
     double: bool,
 }
 
+/// Of each voxel of a brick; `None` for background.
+type Surveys = Vec<Option<Survey>>;
+
 /// What a cell of the surroundings holds.
 #[derive(Clone, Copy, Default)]
 struct Cell {
@@ -89,7 +93,8 @@ struct Surroundings {
 }
 
 impl SemanticMap {
-    /// Sets the outlier flags of every voxel anew; returns the chunks whose flags changed, in order.
+    /// Sets the outlier flags of every voxel of the measuring volume anew; returns the chunks whose flags changed, in
+    /// order. What lies outside is background, which nothing asks about.
     pub fn mark_outliers(&mut self, filter: &OutlierFilter) -> Vec<[i32; 3]> {
         let filter = &OutlierFilter {
             radius: filter.radius.clamp(1, LARGEST_RADIUS),
@@ -99,10 +104,11 @@ impl SemanticMap {
         let surveyed = self.survey(filter);
         // Summed brick by brick, so that the limit is the same on any number of threads.
         let moments = |power: i32, centre: f64| -> f64 {
-            let brick = |b: &Vec<Survey>| b.iter().map(|s| (f64::from(s.distance) - centre).powi(power)).sum::<f64>();
+            let one = |s: &Survey| (f64::from(s.distance) - centre).powi(power);
+            let brick = |b: &Surveys| b.iter().flatten().map(one).sum::<f64>();
             surveyed.par_iter().map(brick).collect::<Vec<_>>().into_iter().sum()
         };
-        let count = self.len().max(1) as f64;
+        let count = moments(0, 0.0).max(1.0);
         let mean = moments(1, 0.0) / count;
         let limit = (mean + filter.deviations * (moments(2, mean) / count).sqrt()) as f32;
 
@@ -112,7 +118,8 @@ impl SemanticMap {
             .zip(surveyed)
             .map(|(brick, surveys)| {
                 let mut changed = false;
-                for (voxel, Survey { neighbours, distance, double }) in brick.voxels.iter_mut().zip(surveys) {
+                for (voxel, survey) in brick.voxels.iter_mut().zip(surveys) {
+                    let Some(Survey { neighbours, distance, double }) = survey else { continue };
                     let sparse = u16::from(neighbours < filter.min_neighbours) * PointFlags::RADIUS_OUTLIER;
                     let far = u16::from(distance > limit) * PointFlags::STATISTICAL_OUTLIER;
                     let noise = u16::from(double) * PointFlags::NOISE;
@@ -131,24 +138,34 @@ impl SemanticMap {
 }
 
 impl SemanticMap {
-    /// The neighbourhood of every voxel, brick by brick in the order of the map.
-    fn survey(&self, filter: &OutlierFilter) -> Vec<Vec<Survey>> {
+    /// The neighbourhood of every voxel that is not background, brick by brick in the order of the map.
+    fn survey(&self, filter: &OutlierFilter) -> Vec<Surveys> {
         let block = |at: u32| self.keys[at as usize].0.map(|c| c.div_euclid(BLOCK));
         let mut order: Vec<u32> = (0..self.bricks.len() as u32).collect();
         order.par_sort_unstable_by_key(|&at| (block(at), at));
         let blocks: Vec<&[u32]> = order.chunk_by(|&a, &b| block(a) == block(b)).collect();
-        let by_block: Vec<Vec<(u32, Vec<Survey>)>> = blocks
+        let by_block: Vec<Vec<(u32, Surveys)>> = blocks
             .par_iter()
             .map_init(
                 || Surroundings::new(SYSTEMATIC / self.config.voxel as f32),
                 |around, bricks| {
                     let lowest = block(bricks[0]).map(|c| c * BLOCK);
+                    let asked = |v: &Voxel| !v.flags.has(PointFlags::BACKGROUND);
+                    if !bricks.iter().any(|&at| self.bricks[at as usize].voxels.iter().any(asked)) {
+                        return bricks
+                            .iter()
+                            .map(|&at| (at, vec![None; self.bricks[at as usize].voxels.len()]))
+                            .collect();
+                    }
                     around.read(self, lowest, filter.radius);
+                    // The usual number of neighbours has a routine of its own, whose loop over them unrolls.
+                    let look =
+                        if filter.neighbours <= 8 { Surroundings::survey::<8> } else { Surroundings::survey::<16> };
                     let survey = |&at: &u32| {
                         let first: [i32; 3] =
                             std::array::from_fn(|a| (self.keys[at as usize].0[a] - lowest[a]) * BRICK_EDGE);
                         let voxels = &self.bricks[at as usize].voxels;
-                        (at, voxels.iter().map(|v| around.survey(first, v.local, filter)).collect())
+                        (at, voxels.iter().map(|v| asked(v).then(|| look(around, first, v.local, filter))).collect())
                     };
                     bricks.iter().map(survey).collect()
                 },
@@ -196,8 +213,8 @@ impl Surroundings {
     }
 
     /// Occupied neighbours within the radius, and the mean distance of the nearest, of the voxel at `local` in the brick
-    /// that begins at cell `first` of the block.
-    fn survey(&self, first: [i32; 3], local: u16, filter: &OutlierFilter) -> Survey {
+    /// that begins at cell `first` of the block; `N` is the largest number of nearest ones.
+    fn survey<const N: usize>(&self, first: [i32; 3], local: u16, filter: &OutlierFilter) -> Survey {
         let cell = cell_of(local);
         let [x, y, z]: [usize; 3] = std::array::from_fn(|a| (first[a] + cell[a] + LARGEST_RADIUS) as usize);
         let r = filter.radius as usize;
@@ -205,8 +222,7 @@ impl Surroundings {
         let own = self.cells[(x * SIDE + y) * SIDE + z];
         // Squared distances of the nearest so far, in order; what is missing counts as if it sat just outside.
         let missing = ((filter.radius + 1) * (filter.radius + 1)) as f32;
-        let mut nearest = [missing; MOST_NEIGHBOURS];
-        let nearest = &mut nearest[..filter.neighbours];
+        let mut nearest = [missing; N];
         let mut neighbours = 0;
         let heavy = filter.heavier * own.weight;
         let (mut surface, mut weight, mut off) = (0, 0.0, 0.0);
@@ -230,17 +246,17 @@ impl Surroundings {
                         weight += other.weight;
                         off += other.weight * dot(step, other.normal);
                     }
-                    if moving >= nearest[filter.neighbours - 1] {
+                    if moving >= nearest[N - 1] {
                         continue;
                     }
-                    for place in nearest.iter_mut() {
+                    for place in &mut nearest {
                         let (near, far) = if moving < *place { (moving, *place) } else { (*place, moving) };
                         (*place, moving) = (near, far);
                     }
                 }
             }
         }
-        let sum: f32 = nearest.iter().map(|d| d.sqrt()).sum();
+        let sum: f32 = nearest.iter().take(filter.neighbours).map(|d| d.sqrt()).sum();
         let off = (off / weight).abs();
         let explained = EXPLAINED * self.unit_sigma / own.weight.sqrt();
         let double = surface >= SURFACE && off > filter.off_surface && off < explained;
@@ -259,7 +275,7 @@ fn cell_of(local: u16) -> [i32; 3] {
 
 #[cfg(test)]
 mod tests {
-    use super::super::brick::{Brick, Voxel};
+    use super::super::brick::Brick;
     use super::super::{MapConfig, SemanticMap};
     use super::*;
     use rand::{RngExt, SeedableRng};
@@ -300,7 +316,7 @@ mod tests {
             let filter = OutlierFilter { radius, neighbours, ..OutlierFilter::default() };
             let surveyed = map.survey(&filter);
             for ((key, brick), surveys) in map.keys.iter().zip(&map.bricks).zip(&surveyed) {
-                for (voxel, survey) in brick.voxels.iter().zip(surveys) {
+                for (voxel, survey) in brick.voxels.iter().zip(surveys.iter().flatten()) {
                     let own = key.voxel(voxel.local.into());
                     let mut near: Vec<f32> = points
                         .iter()
