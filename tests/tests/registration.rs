@@ -34,7 +34,7 @@ fn a_robot_off_by_a_degree_is_set_right() -> Result<()> {
     turned.sort_by(f64::total_cmp);
     shifted.sort_by(f64::total_cmp);
     let (angle, distance) = (turned[6], shifted[6]);
-    println!("median pose error {angle:.4} deg, {distance:.4} mm; worst {:.4} deg, {:.4} mm", turned[11], shifted[11]);
+    eprintln!("median pose error {angle:.4} deg, {distance:.4} mm; worst {:.4} deg, {:.4} mm", turned[11], shifted[11]);
     assert!(angle < 0.02 && distance < 0.08, "{angle} deg, {distance} mm");
     assert!(aligned.mean_error.is_some_and(|e| e < 0.12e-3), "{:?}", aligned.mean_error);
     Ok(())
@@ -55,7 +55,7 @@ fn real_views_of_a_shelf_agree_better_once_registered() -> Result<()> {
         };
         agreement.push(mean_nearest_distance(&map)?);
     }
-    println!(
+    eprintln!(
         "mean nearest distance between overlapping views: {:.4} mm by kinematics, {:.4} mm registered",
         agreement[0] * 1e3,
         agreement[1] * 1e3
