@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 const VOXEL: f32 = 0.0005;
 /// Radii of the ring, metres.
 const MAJOR: f32 = 0.1;
-const MINOR: f32 = 0.021;
+const MINOR: f32 = 0.027;
 /// Points that the benchmark promises to be meshed, at least.
 const POINTS: usize = 500_000;
 
@@ -33,7 +33,7 @@ fn main() {
 
 /// One point a voxel, with noise and six labels.
 fn ring() -> SemanticCloud {
-    let steps = |length: f32| (length / VOXEL * 2.5) as u32;
+    let steps = |length: f32| (length / VOXEL * 3.0) as u32;
     let tau = std::f32::consts::TAU;
     let (around, across) = (steps(tau * (MAJOR + MINOR)), steps(tau * MINOR));
     let mut voxels: BTreeMap<[i32; 3], SemanticPoint> = BTreeMap::new();
