@@ -1,7 +1,7 @@
 //! Global registration: the pose of a cloud in another without any first guess, or the word that there is none.
 //!
 //! For a lost prior, and to bring a model to its reference. Features of the surface propose pairs of points,
-//! [`consistency`] finds motions that many of them follow, and the motions are judged by what counts in the end: the
+//! `consistency` finds motions that many of them follow, and the motions are judged by what counts in the end: the
 //! share of the smaller cloud that lies on the other after GICP, with agreeing normals.
 
 mod consistency;

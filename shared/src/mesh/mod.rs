@@ -1,9 +1,9 @@
 //! Oriented semantic points -> semantic mesh: one mesher for agent and browser.
 //!
 //! The points of the map (position, normal, evidence; voxel edge known) define an implicit surface on a narrow band of a
-//! grid ([`field`]); cells that it crosses on good evidence ([`cells`]) get a vertex a sheet ([`topology`]), quads join
-//! them ([`tile`]), and each vertex takes labels, colour and confidence from the points around it by their weight
-//! ([`vertices`]). Work goes tile by tile, each on its own ([`Mesher`]): only what changed is computed again, results do
+//! grid (`field`); cells that it crosses on good evidence (`cells`) get a vertex a sheet (`topology`), quads join
+//! them (`tile`), and each vertex takes labels, colour and confidence from the points around it by their weight
+//! (`vertices`). Work goes tile by tile, each on its own ([`Mesher`]): only what changed is computed again, results do
 //! not depend on threads, and the same cloud gives the same mesh natively and in WebAssembly.
 //!
 //! Nothing is invented: gaps narrower than the kernel are bridged, everything wider stays open and its rim is marked.
