@@ -4,7 +4,7 @@
 //! |---|---|---|
 //! | [`job`] | what the worker does, a slice at a time | anywhere |
 //! | [`message`] | what page and worker tell each other | anywhere |
-//! | [`reference`] | a file that the surface is compared with | anywhere |
+//! | `reference` | a file that the surface is compared with | anywhere |
 //! | `worker` | the worker's entry point (browser only) | |
 //! | `page` | the page's side (browser only) | |
 //!
