@@ -3,9 +3,10 @@
 //!
 //! A benchmark is a cargo bench target that either prints one JSON object on stdout (people's text goes to stderr) or
 //! uses criterion. The stream benchmark is measured on models that the agent fuses first, beside Draco; other benches are
-//! compared with the peers that their `rivals.py` names.
+//! compared with the peers that their `rivals.py` names, or with PCL by the program that lies beside them.
 
 use crate::bench_table::{self, Row};
+use crate::pcl;
 use crate::process::{capture, line, run as run_command};
 use crate::report::{heading, note};
 use crate::rivals;
@@ -105,6 +106,9 @@ fn benches() -> Result<Vec<Target>> {
 
 /// Runs one bench target, and its rivals on the inputs that it leaves, if it has any.
 fn beside_rivals(workspace: &Workspace, folder: &Path, package: &str, bench: &str, source: &Path) -> Result<Vec<Row>> {
+    if let Some(program) = pcl::program(workspace, source)? {
+        return measure(workspace, folder, package, bench, bench, &[&program]);
+    }
     let Some(script) = rivals::script(source) else {
         return measure(workspace, folder, package, bench, bench, &[]);
     };

@@ -11,6 +11,7 @@ mod compress;
 mod demo;
 mod dist;
 mod packages;
+mod pcl;
 mod process;
 mod report;
 mod rivals;
