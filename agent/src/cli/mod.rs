@@ -7,6 +7,7 @@ mod inspect;
 mod report;
 mod run;
 mod serve;
+mod tables;
 
 use clap::{Parser, Subcommand};
 use semascan_agent::acquire::AcquireError;
@@ -31,6 +32,8 @@ enum Command {
     Evaluate(evaluate::EvaluateArgs),
     /// Write the model of an inspection as a mesh or a cloud in other formats
     Export(export::ExportArgs),
+    /// Rerun a paper's tables on the virtual cell, its figures beside ours
+    Tables(tables::TablesArgs),
 }
 
 /// A failed command: its exit code and why.
@@ -70,6 +73,7 @@ impl Cli {
             Command::Inspect(args) => args.run(),
             Command::Evaluate(args) => args.run(),
             Command::Export(args) => args.run(),
+            Command::Tables(args) => args.run(),
         }
     }
 }

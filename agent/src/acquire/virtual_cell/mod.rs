@@ -60,7 +60,7 @@ impl VirtualCell {
     /// A mesh file that cannot be read or is not what it should be.
     pub fn open(spec: &VirtualCellSpec) -> Result<Self, AcquireError> {
         let set = match &spec.part {
-            PartSpec::StarterMotor { cell } => scene::starter_motor(spec.seed, *cell),
+            PartSpec::StarterMotor { cell } => scene::starter_motor(spec.part_seed.unwrap_or(spec.seed), *cell),
             PartSpec::Mesh { path, scale } => scene::imported(path, *scale, spec.seed)?,
         };
         let intrinsics = draw_intrinsics(spec.seed, spec.size);

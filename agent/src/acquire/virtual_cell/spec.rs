@@ -1,8 +1,9 @@
 //! What to simulate, as a URI: `virtual:starter-motor?seed=7&views=12&size=640x480` or `virtual:mesh?path=part.obj`.
 //!
-//! Keys (defaults in brackets): `seed` [7], `views` [12], `size` [640x480] up to 4096x4096, `errors` [default], `rough`
-//! (each view off by up to 1 degree and 3 mm) or `none` (robot and table), `noise` [default], `zivid` or `none` (sensor), `sampling` [turn] or `random` (P0's), `cell` [1.2]
-//! the motor's mesh size in millimetres; for `mesh` also `path` and `scale` [1] to metres. `%xx` stands for a byte.
+//! Keys (defaults in brackets): `seed` [7], `part-seed` [that seed] of the motor alone, `views` [12], `size` [640x480] up
+//! to 4096x4096, `errors` [default], `rough` (each view off by up to 1 degree and 3 mm) or `none` (robot and table),
+//! `noise` [default], `zivid` or `none` (sensor), `sampling` [turn] or `random` (P0's), `cell` [1.2] the motor's mesh size
+//! in millimetres; for `mesh` also `path` and `scale` [1] to metres. `%xx` stands for a byte.
 
 use std::path::PathBuf;
 
@@ -45,6 +46,8 @@ pub struct VirtualCellSpec {
     pub part: PartSpec,
     /// Everything random depends on it.
     pub seed: u64,
+    /// The motor's own seed, where the same motor is to be seen by another cell.
+    pub part_seed: Option<u64>,
     /// Number of views.
     pub views: u32,
     /// Columns and rows.
@@ -82,6 +85,7 @@ impl VirtualCellSpec {
             uri: uri.to_owned(),
             part: PartSpec::StarterMotor { cell: 1.2 },
             seed: 7,
+            part_seed: None,
             views: 12,
             size: (640, 480),
             errors: ErrorModel::DEFAULT,
@@ -100,6 +104,9 @@ impl VirtualCellSpec {
             let bad = |want: &str| fail(format!("key {key}: {value:?} is not {want}"));
             match key {
                 "seed" => spec.seed = value.parse().map_err(|_| bad("a number from 0 to 2^64-1"))?,
+                "part-seed" if !mesh => {
+                    spec.part_seed = Some(value.parse().map_err(|_| bad("a number from 0 to 2^64-1"))?);
+                }
                 "views" => spec.views = number(&value, 1, Self::MAX_VIEWS).ok_or_else(|| bad("1 to 100000"))?,
                 "size" => spec.size = size(&value).ok_or_else(|| bad("WIDTHxHEIGHT, each 16 to 4096"))?,
                 "errors" => spec.errors = choice(&value, &ERRORS).ok_or_else(|| bad("default, rough or none"))?,

@@ -35,6 +35,15 @@ fn same_seed_same_bytes_on_any_number_of_threads() {
 }
 
 #[test]
+fn another_cell_can_see_the_same_motor() {
+    let (a, b, c) = (open("seed=3"), open("seed=9&part-seed=3"), open("seed=9"));
+    let mesh = |cell: &VirtualCell| cell.truth().expect("truth").vertices.clone();
+    assert_eq!(mesh(&a), mesh(&b));
+    assert_ne!(mesh(&a), mesh(&c));
+    assert_ne!(a.view(0).expect("a view").rgb, b.view(0).expect("a view").rgb);
+}
+
+#[test]
 fn depth_and_labels_agree_with_the_true_mesh() {
     let cell = ideal();
     let truth = cell.truth().expect("truth");

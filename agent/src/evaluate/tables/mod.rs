@@ -1,3 +1,4 @@
 //! The papers' tables, rerun on the virtual cell.
 
 pub mod p0;
+pub mod p1;
