@@ -6,7 +6,7 @@
 //! rim inside an object, whose pixels become none or another class; some fall beside the object and add what is not
 //! there.
 
-use super::{ClassField, SegmentError, Segmentation, Segmenter};
+use super::{SegmentError, Segmentation, Segmenter};
 use crate::acquire::View;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
@@ -79,13 +79,13 @@ impl Degradation {
             let [dx, dy] = self.displacement(x / scale, y / scale, seed).map(|d| d * scale);
             let clamp = |c: f32, end: usize| (c.round().max(0.0) as usize).min(end - 1);
             let from = clamp(y + dy, height) * width + clamp(x + dx, width);
-            copy(&segmentation.components, from, &mut out.components, i);
+            out.components.copy_from(i, &segmentation.components, from);
             out.instances[i] = segmentation.instances[from];
             // The same displacement frays the rims of holes and flips.
             let inside = |b: &&Blob| (x + dx - b.at[0]).powi(2) + (y + dy - b.at[1]).powi(2) < b.radius * b.radius;
             if let Some(blob) = blobs.iter().find(inside) {
                 let class = blob.to.unwrap_or_else(|| self.next_class(out.components.best(i)));
-                overwrite(&mut out.components, i, class);
+                out.components.set(i, class);
                 out.instances[i] = if class == 0 { 0 } else { out.instances[i].max(1) };
             }
         }
@@ -153,44 +153,10 @@ fn smooth_noise(x: f32, y: f32, seed: u64) -> f32 {
     row(0) * (1.0 - ty) + row(1) * ty
 }
 
-fn copy(from: &ClassField, i: usize, to: &mut ClassField, j: usize) {
-    match (from, to) {
-        (ClassField::Hard(a), ClassField::Hard(b)) => {
-            if let (Some(a), Some(b)) = (a.get(i), b.get_mut(j)) {
-                *b = *a;
-            }
-        }
-        (
-            ClassField::Soft { classes, probabilities, sigma },
-            ClassField::Soft { probabilities: to_probabilities, sigma: to_sigma, .. },
-        ) => {
-            let span = |k: usize| k * classes..(k + 1) * classes;
-            if let (Some(a), Some(b)) = (probabilities.get(span(i)), to_probabilities.get_mut(span(j))) {
-                b.copy_from_slice(a);
-            }
-            if let (Some(a), Some(b)) = (sigma.get(i), to_sigma.get_mut(j)) {
-                *b = *a;
-            }
-        }
-        _ => {}
-    }
-}
-
-fn overwrite(field: &mut ClassField, i: usize, class: u16) {
-    match field {
-        ClassField::Hard(labels) => labels.iter_mut().skip(i).take(1).for_each(|l| *l = class),
-        ClassField::Soft { classes, probabilities, .. } => {
-            if let Some(p) = probabilities.get_mut(i * *classes..(i + 1) * *classes) {
-                p.fill(0);
-                p.iter_mut().skip(usize::from(class)).take(1).for_each(|p| *p = u8::MAX);
-            }
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::segment::ClassField;
 
     const WIDTH: usize = 320;
     const HEIGHT: usize = 240;

@@ -52,6 +52,47 @@ impl ClassField {
         }
     }
 
+    /// Makes pixel `i` what pixel `j` of `other` is. Nothing happens where either is past the end, or the fields are not
+    /// of one kind.
+    pub(crate) fn copy_from(&mut self, i: usize, other: &Self, j: usize) {
+        match (self, other) {
+            (Self::Hard(labels), Self::Hard(others)) => {
+                if let (Some(label), Some(other)) = (labels.get_mut(i), others.get(j)) {
+                    *label = *other;
+                }
+            }
+            (
+                Self::Soft { classes, probabilities, sigma },
+                Self::Soft { classes: others, probabilities: from, sigma: from_sigma },
+            ) if classes == others => {
+                let (to, from) =
+                    (probabilities.get_mut(i * *classes..(i + 1) * *classes), from.get(j * others..(j + 1) * others));
+                if let (Some(to), Some(from), Some(s), Some(t)) = (to, from, sigma.get_mut(i), from_sigma.get(j)) {
+                    to.copy_from_slice(from);
+                    *s = *t;
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// Makes pixel `i` certainly of `class`; its uncertainty stays. Nothing happens past the end.
+    pub(crate) fn set(&mut self, i: usize, class: u16) {
+        match self {
+            Self::Hard(labels) => {
+                if let Some(label) = labels.get_mut(i) {
+                    *label = class;
+                }
+            }
+            Self::Soft { classes, probabilities, .. } => {
+                if let Some(p) = probabilities.get_mut(i * *classes..(i + 1) * *classes) {
+                    p.fill(0);
+                    p.iter_mut().skip(usize::from(class)).take(1).for_each(|p| *p = u8::MAX);
+                }
+            }
+        }
+    }
+
     /// Adds `weight` times pixel `i`'s class probabilities to `evidence` (one slot a class).
     pub fn add_evidence(&self, i: usize, weight: f32, evidence: &mut [f32]) {
         match self {

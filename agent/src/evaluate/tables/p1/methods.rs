@@ -9,6 +9,7 @@ use crate::register::{
     RegisterError, Registrar, Selection,
 };
 use crate::segment::geometric::PatchMethod;
+use crate::segment::geometric::fusion_segmentation::FusionConfig;
 use crate::segment::{ClassField, GeometricSegmenter, RecordedSegmenter, Segmentation};
 use serde::Serialize;
 
@@ -102,7 +103,10 @@ pub(super) fn reconstruct(
     object: &TableObject,
     captures: &[Capture],
 ) -> Result<Reconstruction, MethodError> {
-    let fitter = method.patches().map(|p| GeometricSegmenter::new(RecordedSegmenter { required: true }, p));
+    let fitter = method.patches().map(|patches| GeometricSegmenter {
+        fusion: FusionConfig::PAPER,
+        ..GeometricSegmenter::new(RecordedSegmenter { required: true }, patches)
+    });
     let mut registrar = method.registrar();
     let mut map: Option<SemanticMap> = None;
     let mut stitched = Stitched::default();
