@@ -257,6 +257,7 @@ fn evaluate_tells_bad_files_from_bad_calls() {
     let output = semascan(&["evaluate", &point, &good, "--align"]);
     assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
     assert!(stderr(&output).contains("point.ply") && stderr(&output).contains("good.obj"), "{}", stderr(&output));
+}
 
 #[test]
 fn the_tables_of_p1_are_rerun() {
