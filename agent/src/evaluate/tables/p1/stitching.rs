@@ -53,8 +53,12 @@ mod tests {
         stitched.add(&sheet(0.0));
         let once = stitched.cloud.len();
         assert!((850..1100).contains(&once), "{once}");
-        stitched.add(&sheet(1e-4));
-        assert!(stitched.cloud.len() < 2 * once && stitched.misidentified == 0);
+        // However many views show it, a surface is at most two voxels thick.
+        for k in 1..6 {
+            stitched.add(&sheet(k as f32 * 1e-4));
+        }
+        assert!(stitched.cloud.len() <= 2 * once + once / 4, "{} after {once}", stitched.cloud.len());
+        assert_eq!(stitched.misidentified, 0);
         stitched.add(&sheet(0.01));
         assert_eq!(stitched.misidentified, 1);
         assert!(stitched.into_points().iter().all(|p| p[2] < 5e-3));
