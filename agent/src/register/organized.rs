@@ -65,6 +65,14 @@ impl OrganizedCloud {
         (z > 0.0).then(|| self.intrinsics.unproject((i % width) as f64, (i / width) as f64, z.into()))
     }
 
+    /// Denoised point of pixel index `i` in the camera frame, `None` where there is no depth: what the map is made of, so
+    /// that what smoothing does to a curved surface is the same on both sides of a registration.
+    pub fn smooth_point(&self, i: usize) -> Option<Point3<f64>> {
+        let (z, smooth) = (*self.depth.get(i)?, *self.smooth.get(i)?);
+        let width = self.intrinsics.width as usize;
+        (z > 0.0).then(|| self.intrinsics.unproject((i % width) as f64, (i / width) as f64, smooth.into()))
+    }
+
     /// Number of pixels with depth.
     pub fn len(&self) -> usize {
         self.depth.iter().filter(|&&z| z > 0.0).count()

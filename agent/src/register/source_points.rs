@@ -31,7 +31,7 @@ impl SourcePoints {
                 if cloud.normals[i] == [0.0; 3] || !wanted(i) {
                     continue;
                 }
-                let Some(p) = cloud.point(i) else { continue };
+                let Some(p) = cloud.smooth_point(i) else { continue };
                 out.points.push([p.x as f32, p.y as f32, p.z as f32]);
                 out.normals.push(cloud.normals[i]);
                 out.labels.push(label(i));
@@ -133,7 +133,7 @@ impl ModelView {
             if cloud.normals[i] == [0.0; 3] || !wanted(i) {
                 continue;
             }
-            let Some(p) = cloud.point(i) else { continue };
+            let Some(p) = cloud.smooth_point(i) else { continue };
             out.points[k] = [p.x as f32, p.y as f32, p.z as f32];
             out.normals[k] = cloud.normals[i];
             out.labels[k] = label(i);
