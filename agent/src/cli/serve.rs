@@ -76,6 +76,7 @@ pub(crate) struct DemoArgs {
 
 impl DemoArgs {
     pub(crate) fn run(self) -> Result<(), Failure> {
+        use_threads(self.reach.threads)?;
         let inspection = InspectionArgs {
             labels: super::run::Labels::Source,
             camera_mask: "auto".into(),
@@ -92,6 +93,7 @@ impl DemoArgs {
 
 impl ServeArgs {
     pub(crate) fn run(self) -> Result<(), Failure> {
+        use_threads(self.reach.threads)?;
         let config = config::read(self.config.as_deref()).map_err(Failure::Call)?;
         let mut inspection = self.inspection;
         inspection.voxel = inspection.voxel.or(config.source.voxel_mm);
@@ -110,7 +112,6 @@ impl ServeArgs {
 type Job = (Box<dyn Source>, InspectionArgs, Option<PathBuf>);
 
 fn serve(reach: &ReachArgs, config: &CellConfig, open_browser: bool, job: Option<Job>) -> Result<(), Failure> {
-    use_threads(reach.threads)?;
     let loopback = SocketAddr::from((Ipv4Addr::LOCALHOST, DEFAULT_PORT));
     let mut address = config.serve.listen.unwrap_or(loopback);
     if let Some(ip) = reach.listen {
@@ -190,7 +191,7 @@ async fn interrupted() {
     }
 }
 
-/// Limits the threads that computations use.
+/// Limits the threads of all computations that follow; called before anything is opened, because that computes already.
 pub(crate) fn use_threads(threads: Option<usize>) -> Result<(), Failure> {
     match threads {
         None => Ok(()),
