@@ -6,6 +6,7 @@
 //! lengths are checked all the same.
 
 use super::{DecodedChunk, LinkEvent};
+use crate::columns;
 use prost::Message;
 use semascan_shared::model::{PointFlags, SemanticCloud};
 use semascan_shared::wire;
@@ -189,12 +190,7 @@ impl Reader<'_> {
     }
 
     fn column<T: bytemuck::Pod>(&mut self, n: usize) -> Result<Vec<T>, TransferError> {
-        let len = n.saturating_mul(size_of::<T>());
-        let (head, rest) = self.rest.split_at_checked(len).ok_or(TransferError::Length(self.total))?;
-        self.rest = rest;
-        let mut column = vec![T::zeroed(); n];
-        bytemuck::cast_slice_mut(&mut column).copy_from_slice(head);
-        Ok(column)
+        columns::take(&mut self.rest, n).ok_or(TransferError::Length(self.total))
     }
 }
 

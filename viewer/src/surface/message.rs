@@ -3,6 +3,7 @@
 //! Layout, little endian: one byte of kind, three of padding, then the body. Both ends are the same build: the layout is no
 //! public contract, but lengths are checked all the same.
 
+use crate::columns;
 use crate::link::{DecodedChunk, LinkEvent, transfer};
 use semascan_shared::model::{PointFlags, SemanticCloud, SemanticMesh};
 
@@ -252,11 +253,7 @@ impl Reader<'_> {
     }
 
     fn column<T: bytemuck::Pod>(&mut self, n: usize) -> Result<Vec<T>, Broken> {
-        let (head, rest) = self.0.split_at_checked(n.saturating_mul(size_of::<T>())).ok_or(Broken)?;
-        self.0 = rest;
-        let mut column = vec![T::zeroed(); n];
-        bytemuck::cast_slice_mut(&mut column).copy_from_slice(head);
-        Ok(column)
+        columns::take(&mut self.0, n).ok_or(Broken)
     }
 }
 

@@ -5,6 +5,7 @@
 //! superpixels, P1's alternative in the picture; [`fusion_segmentation`], its 50 % rule. All of it runs on one thread in
 //! a fixed order: the same points give the same patches.
 
+mod flood;
 pub mod fusion_segmentation;
 pub mod lcccp;
 pub mod lccp;

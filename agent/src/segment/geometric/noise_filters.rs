@@ -4,6 +4,8 @@
 //! Two filters on the pixel grid: flying pixels, which hang between two surfaces at a depth step, and speckles, islands
 //! of a few pixels. They mark; the caller decides what becomes of a marked pixel.
 
+use super::flood::grow;
+
 /// Which pixels count as noise.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NoiseFilter {
@@ -56,32 +58,12 @@ impl NoiseFilter {
             if seen[start] {
                 continue;
             }
-            island.clear();
-            island.push(start);
             seen[start] = true;
-            let mut at = 0;
-            while let Some(&i) = island.get(at) {
-                at += 1;
-                let (x, y) = (i % width, i / width);
-                let mut visit = |j: usize| {
-                    if !seen[j] && same(depth[i], depth[j]) {
-                        seen[j] = true;
-                        island.push(j);
-                    }
-                };
-                if x > 0 {
-                    visit(i - 1);
-                }
-                if x + 1 < width {
-                    visit(i + 1);
-                }
-                if y > 0 {
-                    visit(i - width);
-                }
-                if y + 1 < height {
-                    visit(i + width);
-                }
-            }
+            grow(start, (width, height), &mut island, |i, j| {
+                let joins = !seen[j] && same(depth[i], depth[j]);
+                seen[j] |= joins;
+                joins
+            });
             if island.len() < self.smallest_island {
                 island.iter().for_each(|&i| noisy[i] = true);
             }

@@ -4,6 +4,7 @@
 //! k-means in CIELAB and pixel position around centres on a grid, each centre competing within its own neighbourhood
 //! only; then pieces that are cut off join the patch beside them.
 
+use super::flood::grow;
 use super::voxel_grid::NONE;
 use image::RgbImage;
 
@@ -133,32 +134,14 @@ fn connect(labels: &[u32], width: usize, height: usize, fewest: usize) -> Vec<u3
         } else {
             NONE
         };
-        piece.clear();
-        piece.push(start);
         out[start] = next;
-        let mut at = 0;
-        while let Some(&i) = piece.get(at) {
-            at += 1;
-            let (x, y) = (i % width, i / width);
-            let mut visit = |j: usize| {
-                if out[j] == NONE && labels[j] == labels[start] {
-                    out[j] = next;
-                    piece.push(j);
-                }
-            };
-            if x > 0 {
-                visit(i - 1);
+        grow(start, (width, height), &mut piece, |_, j| {
+            let joins = out[j] == NONE && labels[j] == labels[start];
+            if joins {
+                out[j] = next;
             }
-            if x + 1 < width {
-                visit(i + 1);
-            }
-            if y > 0 {
-                visit(i - width);
-            }
-            if y + 1 < height {
-                visit(i + width);
-            }
-        }
+            joins
+        });
         if piece.len() < fewest && before != NONE {
             piece.iter().for_each(|&i| out[i] = before);
         } else {
