@@ -74,21 +74,31 @@ def error(estimate, truth, centre):
     return angle, shift
 
 
-def measure(folder, case, ours, threads):
-    load = lambda name: np.fromfile(os.path.join(folder, f"{case}.{name}"), np.float32).reshape(-1, 3).astype(float)
-    model, view = load("model.f32"), load("view.f32")
-    with open(os.path.join(folder, f"{case}.json")) as file:
+def load(folder, case, view):
+    """Model, view, prior, truth and voxel edge of one trial."""
+    points = lambda name: np.fromfile(os.path.join(folder, f"{case}.{view}.{name}"), np.float32).reshape(-1, 3)
+    with open(os.path.join(folder, f"{case}.{view}.json")) as file:
         poses = json.load(file)
-    prior, truth = np.array(poses["prior"]), np.array(poses["truth"])
-    centre = view.mean(axis=0)
-    fine = poses["voxel_m"]
+    clouds = points("model.f32").astype(float), points("view.f32").astype(float)
+    return *clouds, np.array(poses["prior"]), np.array(poses["truth"]), poses["voxel_m"]
+
+
+def measure(folder, case, ours, threads):
+    """Costs are means over the case's views, errors root mean squares."""
+    trials = [load(folder, case, view) for view in ours["views"]]
+    fine = trials[0][4]
     figures = {}
     for name, rival in (("small_gicp", with_small_gicp), ("open3d", with_open3d)):
         tried = []
-        for resolution in (fine, 2 * fine, 4 * fine):
+        for resolution in (fine / 2, fine, 2 * fine, 4 * fine):
             for reach in (6e-3, 15e-3):
-                (cpu, wall), found = cheapest(rival(model, view, prior, resolution, reach, threads))
-                angle, shift = error(found, truth, centre)
+                costs, errors = [], []
+                for model, view, prior, truth, _ in trials:
+                    cost, found = cheapest(rival(model, view, prior, resolution, reach, threads))
+                    costs.append(cost)
+                    errors.append(error(found, truth, view.mean(axis=0)))
+                cpu, wall = np.mean(costs, axis=0)
+                angle, shift = np.sqrt(np.mean(np.square(errors), axis=0))
                 tried.append({
                     "cpu_s": cpu, "wall_s": wall, "error_deg": angle, "error_mm": shift,
                     "resolution_mm": resolution * 1e3, "reach_mm": reach * 1e3,

@@ -195,7 +195,14 @@ mod tests {
             (on.iter().sum::<f64>() / on.len() as f64).sqrt()
         };
         let (captured, smoothed) = (rms(&noisy.depth), rms(&noisy.smooth));
-        assert!(smoothed < 0.45 * captured, "{captured} to {smoothed}");
+        assert!(smoothed < 0.47 * captured, "{captured} to {smoothed}");
+        // What is left is noise, which views average away: the surface as a whole stays where it is.
+        let errors: Vec<f64> = (0..truth.len())
+            .filter(|&i| truth[i].is_some_and(|t| t.z < -0.75))
+            .map(|i| error(&noisy.smooth, i))
+            .collect();
+        let bias = errors.iter().sum::<f64>() / errors.len() as f64;
+        assert!(bias.abs() < 0.03 * captured, "biased by {bias}");
         assert!(rms(&quiet.smooth) < 5e-6, "a quiet surface stays: {}", rms(&quiet.smooth));
         // What it says of its own error is about right.
         let claimed: Vec<f64> = (0..noisy.sigma.len())
