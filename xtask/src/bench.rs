@@ -6,11 +6,13 @@
 //! compared with the peers that their `rivals.py` names, or with PCL by the program that lies beside them.
 
 use crate::bench_table::{self, Row};
+use crate::browser::Browser;
 use crate::pcl;
 use crate::process::{capture, line, run as run_command};
 use crate::report::{heading, note};
 use crate::rivals;
 use crate::wasm_target::{TARGET, Toolchain};
+use crate::web;
 use crate::workspace::{Workspace, cargo};
 use anyhow::{Context, Result};
 use clap::Args;
@@ -28,6 +30,9 @@ const STREAM: &str = "stream";
 /// Examples of the shared crate that are timed in WebAssembly, each by the script of its name: the chunk codec, the
 /// mesher.
 const IN_WASM: [&str; 2] = ["codec_wasm", "mesh_wasm"];
+
+/// Scripts of `tests/browser/bench` that time the viewer in Chromium: the mesh of half a million points.
+const IN_CHROMIUM: [&str; 1] = ["mesh"];
 
 /// A 2 M voxel motor: high resolution and small voxels, so that the stream is measured at the size it must stand.
 const MOTOR: [&str; 3] = ["virtual:starter-motor?seed=7&views=12&size=1920x1200", "--voxel", "0.5"];
@@ -66,6 +71,12 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     for example in IN_WASM {
         if options.name.as_deref().is_none_or(|part| example.contains(part)) {
             rows.extend(in_wasm(&workspace, &folder, example)?);
+        }
+    }
+    for script in IN_CHROMIUM {
+        let name = format!("{script}_chromium");
+        if options.name.as_deref().is_none_or(|part| name.contains(part)) {
+            rows.extend(in_chromium(&workspace, &folder, script, &name)?);
         }
     }
     rows.extend(bench_table::criterion(&workspace.target.join("criterion"))?);
@@ -167,22 +178,29 @@ fn clouds(workspace: &Workspace, folder: &Path) -> Result<Vec<PathBuf>> {
     let mut clouds = Vec::new();
     for (name, arguments) in sources {
         let out = folder.join(name);
-        let mut agent = cargo();
-        agent.current_dir(&workspace.root).args([
-            "run",
-            "--release",
-            "--package",
-            "semascan-agent",
-            "--bin",
-            "semascan",
-        ]);
-        agent.args(["--", "inspect"]).args(arguments).args(["--labels", "source", "--out"]).arg(&out);
-        run_command(&mut agent)?;
+        let mut inspect = Command::new(agent(workspace)?);
+        inspect.arg("inspect").args(arguments).args(["--labels", "source", "--out"]).arg(&out);
+        run_command(&mut inspect)?;
         let cloud = folder.join(format!("{name}.ply"));
         fs::copy(out.join("cloud.ply"), &cloud).with_context(|| format!("{} has no cloud.ply", out.display()))?;
         clouds.push(cloud);
     }
     Ok(clouds)
+}
+
+/// Builds the agent as it is shipped.
+fn agent(workspace: &Workspace) -> Result<PathBuf> {
+    let build = ["build", "--release", "--package", "semascan-agent", "--bin", "semascan"];
+    run_command(cargo().current_dir(&workspace.root).args(build))?;
+    Ok(workspace.target.join("release").join(format!("semascan{}", std::env::consts::EXE_SUFFIX)))
+}
+
+/// Measures the viewer in Chromium, against the agent as it is shipped.
+fn in_chromium(workspace: &Workspace, folder: &Path, script: &str, name: &str) -> Result<Vec<Row>> {
+    heading(&format!("semascan-viewer: {name}"));
+    let browser = Browser::prepare()?;
+    web::run(&web::Options { dev: false })?;
+    keep(&mut browser.benchmark(workspace, &agent(workspace)?, script)?, folder, name)
 }
 
 /// Measures code of the shared crate as a browser runs it: in WebAssembly, in Node's engine.

@@ -36,10 +36,8 @@ impl Browser {
         let tests = tests(&folder, filter)?;
         // One file at a time: each one draws with a software rasterizer that takes every core. A test that never
         // comes back is a failed test.
-        run(Command::new("node")
-            .current_dir(&folder)
-            .env("SEMASCAN_AGENT", agent)
-            .env("SEMASCAN_CHROMIUM", &self.chromium)
+        run(self
+            .node(&folder, agent)
             .args([
                 "--test",
                 "--test-concurrency=1",
@@ -48,6 +46,21 @@ impl Browser {
                 "--test-force-exit",
             ])
             .args(tests))
+    }
+
+    /// The command that runs the benchmark `tests/browser/bench/NAME.mjs` with `agent` as the binary under test.
+    pub(crate) fn benchmark(&self, workspace: &Workspace, agent: &Path, name: &str) -> Result<Command> {
+        let folder = workspace.root.join("tests/browser");
+        install_npm_packages(&folder)?;
+        let mut node = self.node(&folder, agent);
+        node.arg(format!("bench/{name}.mjs"));
+        Ok(node)
+    }
+
+    fn node(&self, folder: &Path, agent: &Path) -> Command {
+        let mut node = Command::new("node");
+        node.current_dir(folder).env("SEMASCAN_AGENT", agent).env("SEMASCAN_CHROMIUM", &self.chromium);
+        node
     }
 }
 

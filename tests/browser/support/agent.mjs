@@ -34,11 +34,13 @@ export class Agent {
 
   /**
    * Starts `semascan demo` and waits until it listens.
-   * @param {{source?: string, port?: number, pace?: number}} options `port` 0 takes a free one; `pace` is the
-   *   shortest time of a view in seconds, so that a test can act in the middle of an inspection
+   * @param {{source?: string, port?: number, pace?: number, voxel?: number}} options `port` 0 takes a free one; `pace`
+   *   is the shortest time of a view in seconds, so that a test can act in the middle of an inspection; `voxel` is in
+   *   millimetres
    */
-  static async start({ source = SOURCE, port = 0, pace = 0 } = {}) {
+  static async start({ source = SOURCE, port = 0, pace = 0, voxel } = {}) {
     const args = ['demo', '--source', source, '--port', String(port), '--pace', String(pace), '--no-open'];
+    if (voxel !== undefined) args.push('--voxel', String(voxel));
     const agent = new Agent(spawn(BINARY, args, { stdio: ['ignore', 'pipe', 'pipe'] }));
     agent.url = await agent.#listening();
     agent.port = Number(new URL(agent.url).port);
