@@ -46,6 +46,22 @@ fn inspect_writes_the_whole_folder() {
 }
 
 #[test]
+fn keyframes_are_counted_and_each_has_a_cloud_of_its_own() {
+    let dir = tempfile::tempdir().expect("temporary folder");
+    let out = dir.path().join("motor");
+    let args = ["inspect", MOTOR, "--out", out.to_str().expect("UTF-8"), "--keyframes", "--view-clouds", "--json"];
+    let output = semascan(&args);
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    let record: serde_json::Value = serde_json::from_slice(&output.stdout).expect("one JSON object");
+    assert!(record["settings"].to_string().contains("3 of 3 views"), "{}", record["settings"]);
+    for view in 0..3 {
+        let bytes = std::fs::read(out.join(format!("views/{view:06}.ply"))).expect("a cloud");
+        let header = String::from_utf8_lossy(&bytes[..bytes.len().min(2000)]).into_owned();
+        assert!(header.contains("comment label 2 solenoid") && header.contains(&format!("comment view {view}")));
+    }
+}
+
+#[test]
 fn kinematics_alone_leave_the_poses_as_they_are() {
     let dir = tempfile::tempdir().expect("temporary folder");
     let out = dir.path().join("motor");

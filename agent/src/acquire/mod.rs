@@ -7,6 +7,7 @@ pub mod bop;
 pub mod camera_mask;
 pub mod depth_map;
 mod error;
+mod keyframes;
 pub mod mesh_file;
 mod open;
 pub mod pcd;
@@ -15,6 +16,7 @@ mod view;
 pub mod virtual_cell;
 
 pub use error::AcquireError;
+pub use keyframes::{KeyframeRule, Keyframes};
 pub use open::open;
 pub use view::{
     Chain, DepthImage, Intrinsics, PoseEvidence, RecordedLabels, SourceInfo, Turntable, View, ViewTruth,

@@ -22,6 +22,9 @@ pub(crate) struct InspectArgs {
     out: PathBuf,
     #[command(flatten)]
     inspection: InspectionArgs,
+    /// Also write each view as a semantic cloud of its own: DIR/views/000000.ply
+    #[arg(long)]
+    view_clouds: bool,
     /// Threads to compute with; the result does not depend on it
     #[arg(long, value_name = "N")]
     threads: Option<usize>,
@@ -40,6 +43,9 @@ impl InspectArgs {
         bar.0.finish_and_clear();
         let done = done?;
         done.write(&self.out, source.as_ref())?;
+        if self.view_clouds {
+            done.write_view_clouds(&self.out.join("views"), source.as_ref())?;
+        }
         report::print(&done.record, &self.out)?;
         if self.json {
             let mut out = std::io::stdout().lock();

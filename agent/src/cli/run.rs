@@ -4,13 +4,13 @@ use super::Failure;
 use anyhow::{Context, anyhow};
 use clap::{Args, ValueEnum};
 use semascan_agent::acquire::bop::CameraMask;
-use semascan_agent::acquire::{Source, open};
+use semascan_agent::acquire::{KeyframeRule, Keyframes, Source, open};
 use semascan_agent::fuse::{AssociationTest, SemanticMap};
 use semascan_agent::pipeline::{self, InspectionSink, PipelineConfig, Stage, StageStatus, ViewOutcome};
 use semascan_agent::register::{IcpConfig, IcpRegistrar, JointRefinement, KinematicRegistrar, Registrar, Selection};
 use semascan_agent::segment::geometric::PatchMethod;
 use semascan_agent::segment::{GeometricSegmenter, RecordedSegmenter, Segmenter};
-use semascan_agent::store::{InspectionRecord, Recorder, write_inspection};
+use semascan_agent::store::{InspectionRecord, Recorder, write_inspection, write_view_clouds};
 use semascan_shared::model::SemanticCloud;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
@@ -83,20 +83,24 @@ pub(crate) struct InspectionArgs {
     /// Voxel edge in millimetres; by default twice the median pixel footprint, at least 0.5
     #[arg(long, value_name = "MM")]
     pub(crate) voxel: Option<f64>,
+    /// Inspect only the views of a moving camera that show something new (P2's keyframes)
+    #[arg(long)]
+    pub(crate) keyframes: bool,
     /// Least time between two captures in seconds
     #[arg(long, value_name = "SECONDS", default_value_t = 0.0)]
     pub(crate) pace: f64,
 }
 
 impl InspectionArgs {
-    /// Opens `uri` with the camera mask that was asked for.
+    /// Opens `uri` with the camera mask that was asked for; its keyframes only, if they were.
     pub(crate) fn open(&self, uri: &str) -> Result<Box<dyn Source>, Failure> {
         let mask = match self.camera_mask.as_str() {
             "auto" => CameraMask::Auto,
             "none" => CameraMask::None,
             file => CameraMask::File(PathBuf::from(file)),
         };
-        Ok(open(uri, &mask)?)
+        let source = open(uri, &mask)?;
+        Ok(if self.keyframes { Box::new(Keyframes::new(source, KeyframeRule::default())) } else { source })
     }
 
     fn pipeline(&self) -> Result<PipelineConfig, Failure> {
@@ -148,6 +152,7 @@ impl InspectionArgs {
 pub(crate) struct Done {
     pub(crate) record: InspectionRecord,
     pub(crate) cloud: SemanticCloud,
+    map: Option<SemanticMap>,
 }
 
 /// Runs one inspection of `source` to its end and judges it; `id` is unique to the run.
@@ -171,7 +176,7 @@ pub(crate) fn run(
     let labels = args.labels.to_possible_value().map_or_else(String::new, |v| v.get_name().to_owned());
     let cloud = inspected.map.as_ref().map(SemanticMap::cloud).unwrap_or_default();
     let record = recorder.finish(id, source, &labels, inspected.map.as_mut(), &cloud, &config.filter);
-    Ok(Done { record, cloud })
+    Ok(Done { record, cloud, map: inspected.map })
 }
 
 impl Done {
@@ -179,6 +184,15 @@ impl Done {
     pub(crate) fn write(&self, folder: &Path, source: &dyn Source) -> Result<(), Failure> {
         write_inspection(folder, &self.record, &self.cloud, &source.info().taxonomy, source.truth())
             .context("the inspection could not be written")?;
+        Ok(())
+    }
+
+    /// Writes each view that became part of the model as a semantic cloud of its own into `folder`.
+    pub(crate) fn write_view_clouds(&self, folder: &Path, source: &dyn Source) -> Result<(), Failure> {
+        if let Some(map) = &self.map {
+            write_view_clouds(folder, map.kept_views(), &source.info().taxonomy)
+                .context("the clouds of the views could not be written")?;
+        }
         Ok(())
     }
 }

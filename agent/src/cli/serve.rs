@@ -84,6 +84,7 @@ impl DemoArgs {
             masks: super::run::Masks::AsIs,
             association: super::run::Association::None,
             voxel: self.voxel,
+            keyframes: false,
             pace: self.pace,
         };
         let source = inspection.open(&self.source)?;

@@ -17,6 +17,7 @@ mod model_view;
 mod runs;
 #[cfg(test)]
 mod tests;
+mod view_cloud;
 mod view_codec;
 
 pub use association::{

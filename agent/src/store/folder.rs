@@ -6,6 +6,7 @@
 
 use super::record::InspectionRecord;
 use crate::acquire::TrueMesh;
+use crate::fuse::{FuseError, KeptViews};
 use semascan_shared::export::glb::{self, GlbOptions};
 use semascan_shared::export::ply::{self, LabelledMesh};
 use semascan_shared::export::{ExportError, ExportFilter};
@@ -34,6 +35,9 @@ pub enum StoreError {
         /// Why.
         source: ExportError,
     },
+    /// A kept view cannot be read back.
+    #[error(transparent)]
+    View(#[from] FuseError),
     /// There is no mesh of the cloud.
     #[error("{}: {source}", path.display())]
     Mesh {
@@ -87,6 +91,23 @@ pub fn write_inspection(
         serde_json::to_writer_pretty(&mut *out, record)?;
         Ok(writeln!(out)?)
     })
+}
+
+/// Writes every kept view as a semantic cloud of its own (P2's keyframe clouds), `folder/000000.ply` and so on by its
+/// place in the capture order.
+///
+/// # Errors
+/// [`StoreError`] naming the file or the view.
+pub fn write_view_clouds(folder: &Path, views: &KeptViews, taxonomy: &Taxonomy) -> Result<(), StoreError> {
+    fs::create_dir_all(folder).map_err(|source| StoreError::Io { path: folder.to_owned(), source })?;
+    for i in 0..views.len() {
+        let view = views.restore(i)?;
+        let comments = [("frame".to_owned(), "table, metres".to_owned()), ("view".to_owned(), view.index.to_string())];
+        write(&folder.join(format!("{:06}.ply", view.index)), |out| {
+            ply::write_cloud(out, &view.semantic_cloud(), taxonomy, &comments)
+        })?;
+    }
+    Ok(())
 }
 
 /// Comments of every PLY: they do not depend on when or how fast it was made.

@@ -4,7 +4,7 @@ mod folder;
 mod record;
 mod recorder;
 
-pub use folder::{StoreError, write as write_file, write_inspection};
+pub use folder::{StoreError, write as write_file, write_inspection, write_view_clouds};
 pub use record::{
     AlignedRecord, ComponentTruth, IdealRecord, InspectionRecord, PoseRecord, SCHEMA_VERSION, SoftwareRecord,
     StageTime, TruthRecord, ViewRecord,
