@@ -1,11 +1,13 @@
 //! Pixels -> class probabilities and uncertainty.
 //!
 //! A [`Segmenter`] is the seam that networks plug into; [`RecordedSegmenter`] passes on labels that came with the view
-//! (recorded masks, simulated truth). [`GeometricSegmenter`] fits another's masks to the geometry, [`Degraded`] spoils
+//! (recorded masks, simulated truth). [`preparation`] frees pictures of noise and background first,
+//! [`GeometricSegmenter`] fits another's masks to the geometry, [`Degraded`] spoils
 //! them as networks do.
 
 mod degrade;
 pub mod geometric;
+pub mod preparation;
 mod recorded;
 
 pub use degrade::{Degradation, Degraded};
@@ -90,6 +92,14 @@ impl ClassField {
                     p.iter_mut().skip(usize::from(class)).take(1).for_each(|p| *p = u8::MAX);
                 }
             }
+        }
+    }
+
+    /// As [`Self::set`], and nothing of its uncertainty stays.
+    pub(crate) fn set_certain(&mut self, i: usize, class: u16) {
+        self.set(i, class);
+        if let Self::Soft { sigma, .. } = self {
+            sigma.iter_mut().skip(i).take(1).for_each(|s| *s = 0);
         }
     }
 
