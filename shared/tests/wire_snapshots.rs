@@ -133,6 +133,8 @@ fn view_report() {
         overlay_png: vec![0x89, b'P', b'N', b'G'],
         timings: vec![StageTiming { stage: Stage::Fuse.into(), duration_us: 12_345 }],
         points_added: 4096,
+        sigma_png: vec![0x89, b'P'],
+        contribution_png: vec![0x89, b'N'],
     })));
 }
 

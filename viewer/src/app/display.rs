@@ -4,7 +4,8 @@ pub use crate::render::ColorMode;
 
 impl ColorMode {
     /// The modes that every model has, in the order of the panel and of the number keys. Deviation needs a reference.
-    pub const ALL: [Self; 5] = [Self::Appearance, Self::Component, Self::Confidence, Self::Views, Self::Defect];
+    pub const ALL: [Self; 6] =
+        [Self::Appearance, Self::Component, Self::Confidence, Self::Views, Self::Defect, Self::Sigma];
 
     /// Stable name for addresses, styles and tests.
     pub fn key(self) -> &'static str {
@@ -14,6 +15,7 @@ impl ColorMode {
             Self::Confidence => "confidence",
             Self::Views => "views",
             Self::Defect => "defect",
+            Self::Sigma => "sigma",
             Self::Deviation => "deviation",
         }
     }
@@ -26,6 +28,7 @@ impl ColorMode {
             Self::Confidence => "Confidence",
             Self::Views => "Views",
             Self::Defect => "Defect",
+            Self::Sigma => "Uncertainty",
             Self::Deviation => "Deviation",
         }
     }
@@ -45,6 +48,7 @@ impl ColorMode {
             Self::Confidence => "Share of the evidence that speaks for the point's component.",
             Self::Views => "Number of views that saw the point.",
             Self::Defect => "Each point in the colour of its defect.",
+            Self::Sigma => "How far the networks disagree about the point's component (sigma).",
             Self::Deviation => "Distance of the mesh from the reference: positive outside, negative inside.",
         }
     }

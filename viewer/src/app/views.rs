@@ -20,8 +20,64 @@ pub struct ViewEntry {
     pub thumbnail_jpeg: Arc<[u8]>,
     /// Class colours over the picture, PNG; may be empty.
     pub overlay_png: Arc<[u8]>,
+    /// Uncertainty of the labels over the picture, PNG; may be empty.
+    pub sigma_png: Arc<[u8]>,
+    /// Share of colour against depth over the picture, PNG; may be empty.
+    pub contribution_png: Arc<[u8]>,
     /// Voxels that this view made.
     pub points_added: u64,
+}
+
+/// What can be laid over a view's picture.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Overlay {
+    /// The picture alone.
+    None,
+    /// Component classes.
+    #[default]
+    Labels,
+    /// Uncertainty of the classes.
+    Sigma,
+    /// Where a two-stream network went by colour, and where by depth (P2).
+    Contribution,
+}
+
+impl Overlay {
+    /// All, in the order of the panel.
+    pub const ALL: [Self; 4] = [Self::None, Self::Labels, Self::Sigma, Self::Contribution];
+
+    /// Stable name for tests.
+    pub fn key(self) -> &'static str {
+        match self {
+            Self::None => "none",
+            Self::Labels => "labels",
+            Self::Sigma => "sigma",
+            Self::Contribution => "contribution",
+        }
+    }
+
+    /// Name for people.
+    pub fn label(self) -> &'static str {
+        match self {
+            Self::None => "Picture",
+            Self::Labels => "Labels",
+            Self::Sigma => "Uncertainty",
+            Self::Contribution => "Colour or depth",
+        }
+    }
+}
+
+impl ViewEntry {
+    /// The picture of an overlay, PNG; `None` if the view has none.
+    pub fn overlay(&self, kind: Overlay) -> Option<&[u8]> {
+        let png = match kind {
+            Overlay::None => return None,
+            Overlay::Labels => &self.overlay_png,
+            Overlay::Sigma => &self.sigma_png,
+            Overlay::Contribution => &self.contribution_png,
+        };
+        (!png.is_empty()).then_some(&**png)
+    }
 }
 
 impl From<ViewReport> for ViewEntry {
@@ -34,6 +90,8 @@ impl From<ViewReport> for ViewEntry {
             intrinsics: report.intrinsics,
             thumbnail_jpeg: report.thumbnail_jpeg.into(),
             overlay_png: report.overlay_png.into(),
+            sigma_png: report.sigma_png.into(),
+            contribution_png: report.contribution_png.into(),
             points_added: report.points_added,
         }
     }

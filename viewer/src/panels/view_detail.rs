@@ -1,10 +1,10 @@
-//! The selected view at large: its picture with the labels over it, what became of it and how long it took.
+//! The selected view at large: its picture with labels or uncertainty over it, what became of it and how long it took.
 
 use super::Ui;
 use super::icons::{CLOSE, Icon, NEXT, PREVIOUS, WARNING};
 use super::picture::Picture;
 use crate::app::timings::{STAGES, stage_label};
-use crate::app::views::ViewEntry;
+use crate::app::views::{Overlay, ViewEntry};
 use crate::app::{Event, units};
 use leptos::prelude::*;
 
@@ -12,18 +12,31 @@ use leptos::prelude::*;
 #[component]
 pub(super) fn ViewDetail(ui: Ui) -> impl IntoView {
     let selected = ui.part(|s| s.views.selected().cloned());
-    let labels = RwSignal::new(true);
+    let overlay = RwSignal::new(Overlay::default());
     view! {
-        {move || selected.get().map(|view| view! { <Card ui view labels/> })}
+        {move || selected.get().map(|view| view! { <Card ui view overlay/> })}
     }
 }
 
 #[component]
-fn Card(ui: Ui, view: ViewEntry, labels: RwSignal<bool>) -> impl IntoView {
+fn Card(ui: Ui, view: ViewEntry, overlay: RwSignal<Overlay>) -> impl IntoView {
     let index = view.index;
     let times = ui.part(move |s| s.timings.of_view(index));
     let step = move |by: i32| move |_| ui.send.run(Event::StepView(by));
-    let has_overlay = !view.overlay_png.is_empty();
+    let overlays: Vec<Overlay> =
+        Overlay::ALL.into_iter().filter(|o| *o == Overlay::None || view.overlay(*o).is_some()).collect();
+    let choice = move |option: Overlay| {
+        view! {
+            <label class="segment">
+                <input
+                    type="radio" name="overlay" value=option.key() data-testid=format!("overlay-{}", option.key())
+                    prop:checked=move || overlay.get() == option
+                    on:change=move |_| overlay.set(option)
+                />
+                <span>{option.label()}</span>
+            </label>
+        }
+    };
     let (accepted, reason, added) = (view.accepted, view.reason.clone(), view.points_added);
     view! {
         <section class="detail" data-testid="view-detail" aria-label=format!("View {}", index + 1)>
@@ -42,17 +55,17 @@ fn Card(ui: Ui, view: ViewEntry, labels: RwSignal<bool>) -> impl IntoView {
                     <Icon path=CLOSE/>
                 </button>
             </header>
-            <div class="detail-picture" class:hides-overlay=move || !labels.get()>
-                <Picture view alt=format!("Picture of view {}", index + 1)/>
+            <div class="detail-picture">
+                {move || {
+                    let alt = format!("Picture of view {}", index + 1);
+                    view! { <Picture view=view.clone() overlay=overlay.get() alt/> }
+                }}
             </div>
-            {has_overlay.then(|| view! {
-                <label class="switch-row">
-                    <span>"Labels over the picture"</span>
-                    <input
-                        class="switch" type="checkbox" role="switch" prop:checked=move || labels.get()
-                        on:change=move |e| labels.set(event_target_checked(&e))
-                    />
-                </label>
+            {(overlays.len() > 1).then(|| view! {
+                <fieldset class="segments detail-overlays">
+                    <legend class="visually-hidden">"Over the picture"</legend>
+                    {overlays.into_iter().map(choice).collect_view()}
+                </fieldset>
             })}
             {(!accepted).then(|| view! {
                 <p class="callout callout-warning">

@@ -8,7 +8,7 @@ use crate::app::connection::{Connection, Gpu};
 use crate::app::display::ColorMode;
 use crate::app::{AppState, Event, units};
 use crate::render::colormap::css_gradient;
-use crate::render::deviation;
+use crate::render::{SIGMA_TOP, deviation};
 use crate::tools::CameraInput;
 use leptos::prelude::*;
 use semascan_shared::wire::Phase;
@@ -95,6 +95,10 @@ fn ColorScale(ui: Ui) -> impl IntoView {
     };
     move || match mode.get() {
         ColorMode::Confidence => ramp("Confidence", ["0 %", "50 %", "100 %"].map(String::from)).into_any(),
+        ColorMode::Sigma => {
+            let ticks = [0.0, 0.5, 1.0].map(|share| format!("{:.2}", share * SIGMA_TOP));
+            ramp("Uncertainty (sigma)", ticks).into_any()
+        }
         ColorMode::Views => {
             let top = top.get();
             let middle = if top.is_multiple_of(2) { (top / 2).to_string() } else { String::new() };

@@ -3,7 +3,7 @@
 use super::Ui;
 use super::icons::{CAMERA, Icon, WARNING};
 use super::picture::Picture;
-use crate::app::views::ViewEntry;
+use crate::app::views::{Overlay, ViewEntry};
 use crate::app::{Event, units};
 use leptos::prelude::*;
 use semascan_shared::wire::Phase;
@@ -77,7 +77,7 @@ fn ViewCard(ui: Ui, view: ViewEntry, selected: Memo<Option<u32>>) -> impl IntoVi
                 aria-pressed=move || is_selected().to_string() title=title
                 on:click=toggle
             >
-                <Picture view alt=String::new()/>
+                <Picture view overlay=Overlay::Labels alt=String::new()/>
                 <span class="view-number"><span class="visually-hidden">"View "</span>{index + 1}</span>
                 {(!accepted).then(|| view! {
                     <span class="view-reason"><Icon path=WARNING/> <span><span class="visually-hidden">"Rejected: "</span>{reason}</span></span>

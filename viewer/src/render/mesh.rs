@@ -115,6 +115,7 @@ impl Mesh {
             ColorMode::Views => (3, 0.6),
             ColorMode::Defect => (4, 0.85),
             ColorMode::Deviation => (5, 0.5),
+            ColorMode::Sigma => (6, 0.6),
         };
         let content = Content {
             scale: [

@@ -17,6 +17,10 @@ const COMPONENT: u32 = 1u;
 const CONFIDENCE: u32 = 2u;
 const VIEWS: u32 = 3u;
 const DEVIATION: u32 = 5u;
+const SIGMA: u32 = 6u;
+
+// Top of the scale of sigma (request.rs).
+const SIGMA_TOP: f32 = 0.5;
 
 // Deviations from here on are not known.
 const UNKNOWN: f32 = 1e20;
@@ -60,6 +64,9 @@ fn own_color(vertex: Vertex) -> vec3<f32> {
     }
     if mode == VIEWS {
         return share_color(f32(vertex.classes.z) * mesh.scale.z, 2u);
+    }
+    if mode == SIGMA {
+        return share_color(f32(vertex.classes.w) / (255.0 * SIGMA_TOP), 2u);
     }
     if vertex.classes.y == 0u || mode == DEVIATION {
         let luma = dot(vertex.color.rgb, vec3<f32>(0.2126, 0.7152, 0.0722));

@@ -16,7 +16,7 @@ pub struct MeshVertex {
     pub normal: [i8; 4],
     /// sRGB and confidence.
     pub color: [u8; 4],
-    /// Label, defect, views, nothing.
+    /// Label, defect, views, sigma in 1/255.
     pub classes: [u16; 4],
     /// Signed deviation from the reference in metres; [`NO_DEVIATION`] where there is none.
     pub deviation: f32,
@@ -35,7 +35,7 @@ pub fn pack(mesh: &SemanticMesh, deviations: &[f32]) -> Vec<MeshVertex> {
             position: p.position,
             normal: [x, y, z, if rim { 127 } else { 0 }],
             color: [r, g, b, (p.confidence.clamp(0.0, 1.0) * 255.0).round() as u8],
-            classes: [p.label, p.defect, p.views, 0],
+            classes: [p.label, p.defect, p.views, (p.sigma.clamp(0.0, 1.0) * 255.0).round() as u16],
             deviation: deviations.get(i).copied().filter(|d| d.is_finite()).unwrap_or(NO_DEVIATION),
         }
     };

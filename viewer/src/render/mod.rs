@@ -71,7 +71,7 @@ mod self_test;
 mod turntable;
 
 pub use request::{
-    BackendChoice, CameraFrustum, ClassMask, ColorMode, DrawRequest, HiddenFlags, Palette, Theme, Turntable,
+    BackendChoice, CameraFrustum, ClassMask, ColorMode, DrawRequest, HiddenFlags, Palette, SIGMA_TOP, Theme, Turntable,
 };
 
 #[cfg(target_arch = "wasm32")]

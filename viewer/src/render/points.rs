@@ -158,6 +158,7 @@ impl Points {
             ColorMode::Confidence => (2, 0.6),
             ColorMode::Views => (3, 0.6),
             ColorMode::Defect => (4, 0.85),
+            ColorMode::Sigma => (6, 0.6),
         };
         let views_scale = 1.0 / f32::from(request.views_top.max(1));
         let content = Content {

@@ -25,6 +25,10 @@ const APPEARANCE: u32 = 0u;
 const COMPONENT: u32 = 1u;
 const CONFIDENCE: u32 = 2u;
 const VIEWS: u32 = 3u;
+const SIGMA: u32 = 6u;
+
+// Top of the scale of sigma (request.rs).
+const SIGMA_TOP: f32 = 0.5;
 
 // How far the paraboloid falls away at the rim, in radii.
 const BULGE: f32 = 0.5;
@@ -71,6 +75,9 @@ fn base_color(record: vec4<u32>) -> vec3<f32> {
     }
     if mode == VIEWS {
         return ramp(f32(record.z & 0xffffu) * points.size.z);
+    }
+    if mode == SIGMA {
+        return ramp(f32(record.w & 0xffu) / (255.0 * SIGMA_TOP));
     }
     let defect = record.y >> 16u;
     if defect == 0u {

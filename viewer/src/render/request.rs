@@ -29,6 +29,9 @@ impl BackendChoice {
     }
 }
 
+/// Top of the scale in [`ColorMode::Sigma`]; a label is hardly worth having from there on.
+pub const SIGMA_TOP: f32 = 0.5;
+
 /// What the points' colour tells.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ColorMode {
@@ -43,6 +46,8 @@ pub enum ColorMode {
     Views,
     /// Defect classes in their palette; sound surface is grey.
     Defect,
+    /// Uncertainty of the component label (sigma), 0..=[`SIGMA_TOP`], by [`super::colormap`].
+    Sigma,
     /// Signed distance of the mesh from a reference, by [`super::deviation`].
     Deviation,
 }
