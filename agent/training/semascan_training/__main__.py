@@ -1,0 +1,5 @@
+"""`python -m semascan_training`."""
+
+from .cli import main
+
+raise SystemExit(main())

@@ -1,0 +1,48 @@
+"""80 % of the parts to train, 10 % to validate, 10 % to test (P0). A part never is on two sides."""
+
+from dataclasses import asdict, dataclass
+
+import numpy as np
+
+from ..errors import TrainingError
+
+SUBSET = 0.8
+
+
+@dataclass(frozen=True)
+class Split:
+    """Names of the parts on each side."""
+
+    train: list[str]
+    validation: list[str]
+    test: list[str]
+
+    def rows(self, parts: list[str], side: str) -> np.ndarray:
+        """Rows of the views whose part is on that side."""
+        wanted = set(getattr(self, side))
+        return np.array([i for i, part in enumerate(parts) if part in wanted], dtype=np.int64)
+
+    def to_table(self) -> dict:
+        """For `split.json`."""
+        return asdict(self)
+
+
+def split_by_part(parts: list[str], seed: int) -> Split:
+    """A seeded split; at least one part goes to each side."""
+    names = sorted(set(parts))
+    if len(names) < 3:
+        raise TrainingError(f"{len(names)} parts: at least 3 are needed to train, validate and test on different ones")
+    order = [names[i] for i in np.random.default_rng(seed).permutation(len(names))]
+    tenth = max(1, round(0.1 * len(order)))
+    test, validation, train = order[:tenth], order[tenth : 2 * tenth], order[2 * tenth :]
+    return Split(sorted(train), sorted(validation), sorted(test))
+
+
+def composition(train: list[str], kind: str, seed: int, member: int) -> list[str]:
+    """The training parts of one ensemble member, with repetition where it is a bootstrap."""
+    rng = np.random.default_rng([seed, member])
+    if kind == "bootstrap":
+        return sorted(rng.choice(train, len(train)).tolist())
+    if kind == "subset":
+        return sorted(rng.choice(train, max(1, round(SUBSET * len(train))), replace=False).tolist())
+    return list(train)

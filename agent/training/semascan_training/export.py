@@ -1,0 +1,176 @@
+"""A run to a model folder: ONNX files with 16-bit weights, checked against PyTorch, and their manifest."""
+
+import io
+from pathlib import Path
+
+import numpy as np
+import onnx
+import onnxruntime
+import torch
+from torch import nn
+
+from .dataset import open_samples
+from .errors import TrainingError
+from .evaluate import evaluate_networks
+from .half_storage import store_halved
+from .manifest import manifest_text
+from .networks import make_network
+from .recipe import Recipe
+from .run import Run, load_checkpoint, open_run, write_whole
+from .train import prepare
+
+OPSET = 17
+WHOLE_TOLERANCE = 1e-4
+HALF_TOLERANCE = 5e-3
+"""Largest difference of a probability against PyTorch, with weights in 32 and in 16 bits."""
+TRACE_SIZE = (1, 128, 160)
+PARITY_SIZE = (2, 96, 192)
+"""Batch, height, width; they differ, so that the check also shows that the exported sizes are free."""
+
+OUTPUTS = {
+    "semantic": [],
+    "defect": [],
+    "two-stream": ["contribution"],
+    "instance": ["centres", "offsets"],
+}
+
+
+class Exported(nn.Module):
+    """A network with its last activation in the graph and its outputs in the manifest's order."""
+
+    def __init__(self, network: nn.Module, task: str):
+        super().__init__()
+        self.network, self.names = network, ["probabilities", *OUTPUTS[task]]
+
+    def forward(self, image):
+        outputs = self.network(image)
+        given = {
+            "probabilities": outputs.get("probabilities"),
+            "contribution": outputs.get("contribution"),
+            "offsets": outputs.get("offsets"),
+        }
+        if given["probabilities"] is None:
+            given["probabilities"] = outputs["logits"].softmax(1)
+        if "centre_logits" in outputs:
+            given["centres"] = outputs["centre_logits"].sigmoid()
+        return tuple(given[name] for name in self.names)
+
+
+def export(run_folder: Path, out: Path, data: Path | None) -> dict[str, float]:
+    """Exports all finished members of a run; with the data, the manifest gets metrics on the held-out test parts."""
+    prepare(threads=1)
+    run = open_run(run_folder)
+    out.mkdir(parents=True, exist_ok=True)
+    files, epochs, seconds, images = [], [], 0.0, 0
+    for member in range(run.recipe.ensemble.members):
+        checkpoint = load_checkpoint(run.folder / f"member-{member}")
+        if checkpoint is None:
+            break
+        network = make_network(run.recipe, len(run.classes))
+        network.load_state_dict(checkpoint["network"])
+        file = out / f"member-{member}.onnx"
+        write_whole(file, to_onnx(network, run.recipe))
+        files.append(file)
+        epochs.append(checkpoint["epoch"])
+    if not files:
+        raise TrainingError(f"{run_folder}: no member has been trained yet")
+    logs = {name: run.log(name) for name in ("trunk", *(f"member-{i}" for i in range(len(files))))}
+    for log in logs.values():
+        seconds += log[-1]["elapsed_s"] if log else 0.0
+        images += sum(entry["images"] for entry in log)
+    metrics = {}
+    if data is not None:
+        samples = open_samples(data, run.recipe)
+        if samples.classes != run.classes:
+            raise TrainingError(f"{data}: its classes {samples.classes} are not the run's {run.classes}")
+        metrics = evaluate_networks(files, samples, run.split.rows(samples.parts, "test"), run.recipe)
+    training = _training_table(run, epochs, logs, seconds, images)
+    outputs = {name: name for name in OUTPUTS[run.recipe.task]}
+    text = manifest_text(run.recipe, run.classes, files, outputs, training, metrics)
+    write_whole(out / "model.toml", text.encode())
+    return metrics
+
+
+def _training_table(run: Run, epochs: list[int], logs: dict, seconds: float, images: int) -> dict:
+    recipe, split = run.recipe, run.split
+    table = {
+        "data": "semascan synth" if run.about.get("generator") != "labelme" else "labelme folder",
+        "generator": str(run.about.get("generator", "unknown")),
+        "data_seed": run.about.get("seed", 0),
+        "parts": len(split.train) + len(split.validation) + len(split.test),
+        "split": f"{len(split.train)}/{len(split.validation)}/{len(split.test)} parts (train/validation/test)",
+        "test_parts": split.test,
+        "members": len(epochs),
+        "composition": recipe.ensemble.composition,
+        "epochs": epochs,
+        "images_seen": images,
+        "hours": round(seconds / 3600, 3),
+        "device": "cuda" if torch.cuda.is_available() else "cpu, 1 thread",
+        "start": recipe.network.start,
+        "loss": recipe.training.loss,
+        "optimiser": recipe.training.optimiser,
+        "learning_rate": recipe.training.learning_rate,
+        "seed": recipe.training.seed,
+        "augmented": recipe.data.augment,
+    }
+    if logs["trunk"]:
+        table["trunk"] = f"members fork from one trunk of {logs['trunk'][-1]['epoch']} epochs on all training parts"
+    return table
+
+
+def to_onnx(network: nn.Module, recipe: Recipe) -> bytes:
+    """The network as ONNX with 16-bit weights, after both parity checks."""
+    if hasattr(network, "to_onnx"):
+        return network.to_onnx()
+    module = Exported(network, recipe.task).eval()
+    channels = len(recipe.data.channels)
+    whole = _export(module, test_picture(*TRACE_SIZE, channels, seed=1))
+    halved = store_halved(whole).SerializeToString()
+    picture = test_picture(*PARITY_SIZE, channels, seed=2)
+    for name, content, tolerance in (
+        ("32-bit", whole.SerializeToString(), WHOLE_TOLERANCE),
+        ("16-bit", halved, HALF_TOLERANCE),
+    ):
+        worst = parity(module, content, picture)
+        if not worst <= tolerance:
+            raise TrainingError(f"{recipe.name}: the {name} export differs from PyTorch by {worst:.2g} > {tolerance}")
+    return halved
+
+
+def _export(module: Exported, example: torch.Tensor) -> onnx.ModelProto:
+    axes = {name: {0: "n", 2: f"{name}_h", 3: f"{name}_w"} for name in module.names}
+    buffer = io.BytesIO()
+    torch.onnx.export(
+        module,
+        (example,),
+        buffer,
+        dynamo=False,
+        opset_version=OPSET,
+        # Normalisations stay nodes of their own, so that the weights keep their names and can be a start again;
+        # runtimes fold them when they load the network.
+        training=torch.onnx.TrainingMode.PRESERVE,
+        input_names=["image"],
+        output_names=module.names,
+        dynamic_axes={"image": {0: "n", 2: "h", 3: "w"}, **axes},
+    )
+    return onnx.load_model_from_string(buffer.getvalue())
+
+
+def test_picture(count: int, height: int, width: int, channels: int, seed: int) -> torch.Tensor:
+    """Smooth random input [N, C, H, W]; the last of an odd-one-out depth channel has a hole."""
+    generator = torch.Generator().manual_seed(seed)
+    coarse = torch.rand(count, channels, height // 16, width // 16, generator=generator)
+    picture = nn.functional.interpolate(coarse, size=(height, width), mode="bicubic").clamp(0.01, 1.0)
+    if channels != 3:
+        picture[:, -1, : height // 4, : width // 4] = 0.0
+    return picture
+
+
+def parity(module: Exported, content: bytes, picture: torch.Tensor) -> float:
+    """Largest difference of the probabilities (and contribution) between PyTorch and ONNX Runtime."""
+    with torch.no_grad():
+        expected = module(picture)
+    session = onnxruntime.InferenceSession(content, providers=["CPUExecutionProvider"])
+    given = session.run(None, {"image": picture.numpy()})
+    bounded = [i for i, name in enumerate(module.names) if name != "offsets"]
+    return max(float(np.abs(given[i] - expected[i].numpy()).max()) for i in bounded)

@@ -1,0 +1,79 @@
+"""Losses: Dice and focal (P0), their sum, and what instance and two-stream networks need beside them."""
+
+import torch
+from torch.nn import functional as F
+
+from .batches import Batch
+from .dataset.samples import IGNORE
+from .networks.instance import OFFSET_UNIT, instance_targets
+from .recipe import Recipe
+
+SMOOTH = 1.0
+CENTRE_WEIGHT = 1.0
+OFFSET_WEIGHT = 0.5
+STREAM_WEIGHT = 0.5
+
+
+def dice_loss(logits: torch.Tensor, labels: torch.Tensor) -> torch.Tensor:
+    """1 - mean Dice over the classes that the batch shows; every class weighs the same, however small.
+
+    `logits` [N, K, H, W], `labels` [N, H, W] with IGNORE where nothing is known.
+    """
+    known = labels != IGNORE
+    probabilities = logits.softmax(1) * known.unsqueeze(1)
+    index = torch.where(known, labels, 0)
+    classes = logits.shape[1]
+    own = probabilities.gather(1, index.unsqueeze(1)).squeeze(1)
+    flat = index.flatten()
+    overlap = torch.zeros(classes, device=logits.device).scatter_add_(0, flat, own.flatten())
+    truth = torch.zeros(classes, device=logits.device).scatter_add_(0, flat, known.flatten().to(own.dtype))
+    dice = (2 * overlap + SMOOTH) / (probabilities.sum((0, 2, 3)) + truth + SMOOTH)
+    shown = truth > 0
+    return 1 - dice[shown].mean() if shown.any() else logits.sum() * 0
+
+
+def focal_loss(logits: torch.Tensor, labels: torch.Tensor, gamma: float) -> torch.Tensor:
+    """Cross entropy of a pixel times (1 - p)^gamma (Lin et al. 2017); gamma = 0 is plain cross entropy."""
+    entropy = F.cross_entropy(logits, labels, ignore_index=IGNORE, reduction="none")
+    if gamma > 0:
+        entropy = entropy * (1 - torch.exp(-entropy)).clamp(min=1e-6) ** gamma
+    return entropy.sum() / (labels != IGNORE).sum().clamp(min=1)
+
+
+def segmentation_loss(logits: torch.Tensor, labels: torch.Tensor, recipe: Recipe) -> torch.Tensor:
+    """The recipe's loss for class scores."""
+    kind, gamma = recipe.training.loss, recipe.training.focal_gamma
+    loss = logits.new_zeros(())
+    if "dice" in kind:
+        loss = loss + dice_loss(logits, labels)
+    if "focal" in kind:
+        loss = loss + focal_loss(logits, labels, gamma)
+    return loss
+
+
+def centre_loss(logits: torch.Tensor, heat: torch.Tensor) -> torch.Tensor:
+    """Penalty-reduced focal loss of a centre heat map (Law and Deng 2018): near a centre a false one costs less."""
+    p = logits.sigmoid().clamp(1e-4, 1 - 1e-4)
+    is_centre = (heat > 0.95).to(p.dtype)
+    positive = torch.log(p) * (1 - p) ** 2 * is_centre
+    negative = torch.log(1 - p) * p**2 * (1 - heat) ** 4 * (1 - is_centre)
+    return -(positive.sum() + negative.sum()) / is_centre.sum().clamp(min=1)
+
+
+def training_loss(network: torch.nn.Module, batch: Batch, recipe: Recipe) -> torch.Tensor:
+    """The loss of a batch; which terms it has follows from what the network gives."""
+    if hasattr(network, "own_losses"):
+        return sum(network.own_losses(batch.image, batch.labels, batch.instances).values())
+    outputs = network(batch.image)
+    loss = segmentation_loss(outputs["logits"], batch.labels, recipe)
+    for stream in ("colour_logits", "depth_logits"):
+        if stream in outputs:
+            loss = loss + STREAM_WEIGHT * segmentation_loss(outputs[stream], batch.labels, recipe)
+    if "offsets" in outputs:
+        classes = outputs["logits"].shape[1]
+        targets = instance_targets(batch.instances.cpu(), batch.labels.cpu(), classes)
+        heat, offsets, inside = (target.to(batch.image.device) for target in targets)
+        error = F.smooth_l1_loss(outputs["offsets"] / OFFSET_UNIT, offsets / OFFSET_UNIT, reduction="none", beta=0.1)
+        loss = loss + CENTRE_WEIGHT * centre_loss(outputs["centre_logits"], heat)
+        loss = loss + OFFSET_WEIGHT * (error * inside).sum() / inside.sum().clamp(min=1)
+    return loss

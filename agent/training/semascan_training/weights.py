@@ -1,0 +1,105 @@
+"""Where weights come from: chance, ImageNet, an earlier run, an exported model."""
+
+from pathlib import Path
+
+import onnx
+import torch
+from onnx import numpy_helper
+
+from .errors import TrainingError
+from .half_storage import whole_initializers
+
+COLOUR = 3
+
+
+def load_imagenet(network: torch.nn.Module, path: Path | None, recipe_field: str) -> None:
+    """Puts ImageNet weights into every backbone of the network.
+
+    `path` is a state dictionary as torchvision publishes it for `vgg16_bn` or `resnet34`. A backbone that sees more
+    than colour gets the colour filters, and their mean for the channels that ImageNet has not.
+    """
+    if path is None:
+        raise TrainingError(f"{recipe_field} needs ImageNet weights: name torchvision's file with --imagenet")
+    given = _state(path)
+    backbones = [m for m in network.modules() if hasattr(type(m), "from_torchvision")]
+    if not backbones:
+        raise TrainingError(f"{recipe_field}: this network has no backbone with ImageNet weights")
+    for backbone in backbones:
+        own = backbone.state_dict()
+        named = {backbone.from_torchvision(key): value for key, value in given.items()}
+        for key, value in own.items():
+            if key.endswith("num_batches_tracked"):
+                continue
+            if key not in named:
+                raise TrainingError(f"{path}: has no weights for {type(backbone).__name__}'s {key}")
+            own[key] = _fit(named[key], value, path, key)
+        backbone.load_state_dict(own)
+
+
+def _fit(given: torch.Tensor, wanted: torch.Tensor, path: Path, key: str) -> torch.Tensor:
+    if given.shape == wanted.shape:
+        return given
+    first = given.ndim == 4 and given.shape[1] == COLOUR and given.shape[0] == wanted.shape[0]
+    if not first or given.shape[2:] != wanted.shape[2:]:
+        raise TrainingError(f"{path}: {key} is {tuple(given.shape)}, {tuple(wanted.shape)} is expected")
+    mean = given.mean(1, keepdim=True)
+    if wanted.shape[1] < COLOUR:
+        return mean.expand_as(wanted).clone()
+    extra = mean.expand(-1, wanted.shape[1] - COLOUR, -1, -1)
+    return torch.cat((given, extra), 1)
+
+
+def load_start(network: torch.nn.Module, path: Path) -> list[str]:
+    """Puts in whatever weights of an earlier run or of an exported model fit by name and shape.
+
+    `path` is a run's folder, a `checkpoint.pt`, a model's folder or an `.onnx` file. For a two-stream network a comma
+    apart from it is not needed: a file that holds a single stream's weights fills the stream whose shapes it fits.
+    Returns the names that were not filled.
+    """
+    given = _start_state(path)
+    own = network.state_dict()
+    prefixes = ["", "colour.", "depth."] if any(key.startswith("colour.") for key in own) else [""]
+    filled = set()
+    for prefix in prefixes:
+        fits = {prefix + key: value for key, value in given.items() if _fits(own, prefix + key, value)}
+        # A stream is taken whole or not at all: half of another one's filters is no start.
+        stream = [key for key in own if key.startswith(prefix) and own[key].ndim == 4]
+        if prefix and not all(key in fits for key in stream if not key.endswith("scores.weight")):
+            continue
+        own.update(fits)
+        filled.update(fits)
+    if not filled:
+        raise TrainingError(f"{path}: none of its weights fits this network")
+    network.load_state_dict(own)
+    return [key for key in own if key not in filled and not key.endswith("num_batches_tracked")]
+
+
+def _fits(own: dict, key: str, value: torch.Tensor) -> bool:
+    return key in own and own[key].shape == value.shape
+
+
+def _start_state(path: Path) -> dict[str, torch.Tensor]:
+    if path.is_dir():
+        names = ("trunk/checkpoint.pt", "member-0/checkpoint.pt", "member-0.onnx")
+        found = next((path / name for name in names if (path / name).exists()), None)
+        if found is None:
+            raise TrainingError(f"{path}: neither a run (trunk, member-0) nor an exported model (member-0.onnx)")
+        path = found
+    if path.suffix == ".onnx":
+        try:
+            initializers = whole_initializers(onnx.load(str(path)))
+        except Exception as error:  # protobuf's decode errors have no common class
+            raise TrainingError(f"{path}: {error}") from error
+        return {
+            tensor.name.removeprefix("network."): torch.from_numpy(numpy_helper.to_array(tensor).copy())
+            for tensor in initializers
+        }
+    return _state(path)
+
+
+def _state(path: Path) -> dict[str, torch.Tensor]:
+    try:
+        state = torch.load(path, map_location="cpu", weights_only=True)
+    except Exception as error:  # torch raises several kinds for a file that is none of its own
+        raise TrainingError(f"{path}: not a file of weights ({error})") from error
+    return state.get("network", state) if isinstance(state, dict) else state
