@@ -12,8 +12,8 @@ import numpy as np
 
 from .dataset.samples import IGNORE
 
-FLIP = 0.5  # probability of each direction
-ROTATION = 180.0  # degrees: a turntable part has no upright direction
+FLIP = 0.5  # probability; left to right only, since the cell's cameras look down on an upright part
+ROTATION = 25.0  # degrees to either side
 ZOOM = 1.25  # at most, and its inverse at least
 SHIFT = 0.15  # of the picture's size
 CROP = 0.3  # probability that a zoom is a crop: nearer, off centre
@@ -60,7 +60,7 @@ def draw_motion(rng: np.random.Generator, height: int, width: int) -> tuple[np.n
         reach = 0.5 * (1 - 1 / zoom) + SHIFT / 2
     angle = np.deg2rad(rng.uniform(-ROTATION, ROTATION))
     turn = zoom * np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
-    turn = turn @ np.diag(np.where(rng.random(2) < FLIP, -1.0, 1.0))
+    turn = turn @ np.diag([-1.0 if rng.random() < FLIP else 1.0, 1.0])
     centre = np.array([(width - 1) / 2, (height - 1) / 2])
     shift = rng.uniform(-reach, reach, 2) * (width, height)
     return np.column_stack((turn, centre - turn @ centre + shift)), zoom

@@ -31,13 +31,20 @@ def evaluate_networks(files: list[Path], samples: Samples, rows: np.ndarray, rec
         image = np.ascontiguousarray(batch.image.numpy())
         total = 0.0
         for session, confusion in zip(sessions, alone):
-            probabilities = session.run(["probabilities"], {"image": image})[0]
+            probabilities = probabilities_of(session, image)
             confusion.add(truth, probabilities.argmax(1))
             total = total + probabilities
         together.add(truth, total.argmax(1))
     metrics = together.table(samples.classes)
     single = [confusion.table(samples.classes).get("mean_iou", 0.0) for confusion in alone]
     return {"test_images": len(rows), **metrics, "mean_iou_single": round(float(np.mean(single)), 4)}
+
+
+def probabilities_of(session: onnxruntime.InferenceSession, image: np.ndarray) -> np.ndarray:
+    """[N, C, H, W] to [N, K, H, W], one by one where the network takes no batch."""
+    one = session.get_inputs()[0].shape[0] == 1
+    parts = [image[i : i + 1] for i in range(len(image))] if one else [image]
+    return np.concatenate([session.run(["probabilities"], {"image": part})[0] for part in parts])
 
 
 def model_files(folder: Path) -> list[Path]:

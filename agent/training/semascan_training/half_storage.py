@@ -33,12 +33,15 @@ def store_halved(model: onnx.ModelProto) -> onnx.ModelProto:
     return halved
 
 
-def whole_initializers(model: onnx.ModelProto) -> list[TensorProto]:
-    """All weights under their own names, those in 16 bits widened."""
-    whole = []
-    for tensor in model.graph.initializer:
-        if tensor.name.endswith(SUFFIX) and tensor.data_type == TensorProto.FLOAT16:
-            values = numpy_helper.to_array(tensor).astype(np.float32)
-            tensor = numpy_helper.from_array(values, tensor.name.removesuffix(SUFFIX))
-        whole.append(tensor)
-    return whole
+def whole_initializers(model: onnx.ModelProto) -> dict[str, np.ndarray]:
+    """All weights under their own names, those in 16 bits widened.
+
+    The exporter stores equal tensors once and gives the others as Identity nodes: those are here again.
+    """
+    values = {tensor.name: numpy_helper.to_array(tensor) for tensor in model.graph.initializer}
+    for name in [name for name in values if name.endswith(SUFFIX)]:
+        values[name.removesuffix(SUFFIX)] = values.pop(name).astype(np.float32)
+    for node in model.graph.node:
+        if node.op_type == "Identity" and node.input[0] in values:
+            values[node.output[0]] = values[node.input[0]]
+    return values

@@ -36,7 +36,7 @@ class DataRecipe:
     far: float = 0.90
     augment: float = 0.5  # share of the images that are augmented
     augment_validation: bool = False  # P0 validates on augmented images
-    part_pattern: str = ""  # labelme: pattern whose first group in a file's name tells the part
+    part_pattern: str = ""  # labelme: pattern of file names; its first group that matches is the part
     scale: float = 1.0  # labelme: pictures are resized by this factor
     split_seed: int = 1
 

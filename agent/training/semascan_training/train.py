@@ -67,9 +67,9 @@ def train(recipe_path: Path, data: Path, out: Path, options: Options) -> Run:
     if limit and limit < len(validation):
         validation = validation[np.linspace(0, len(validation) - 1, limit).round().astype(int)]
     for stage in stages(recipe, split.train, samples, options.hours):
+        torch.manual_seed(recipe.training.seed + stage.number)
         network = make_network(recipe, len(samples.classes))
         trunk = out / TRUNK / "checkpoint.pt"
-        torch.manual_seed(recipe.training.seed + stage.number)
         _start(network, recipe, options, trunk if stage.number and trunk.exists() else None)
         Trainer(run, stage, network.to(device, memory_format=torch.channels_last), device).run_epochs(
             samples, validation, options.epochs

@@ -4,7 +4,6 @@ from pathlib import Path
 
 import onnx
 import torch
-from onnx import numpy_helper
 
 from .errors import TrainingError
 from .half_storage import whole_initializers
@@ -52,9 +51,8 @@ def _fit(given: torch.Tensor, wanted: torch.Tensor, path: Path, key: str) -> tor
 def load_start(network: torch.nn.Module, path: Path) -> list[str]:
     """Puts in whatever weights of an earlier run or of an exported model fit by name and shape.
 
-    `path` is a run's folder, a `checkpoint.pt`, a model's folder or an `.onnx` file. For a two-stream network a comma
-    apart from it is not needed: a file that holds a single stream's weights fills the stream whose shapes it fits.
-    Returns the names that were not filled.
+    `path` is a run's folder, a `checkpoint.pt`, a model's folder or an `.onnx` file. A single network's weights fill
+    those streams of a two-stream network that have its shapes. Returns the names that were not filled.
     """
     given = _start_state(path)
     own = network.state_dict()
@@ -87,13 +85,10 @@ def _start_state(path: Path) -> dict[str, torch.Tensor]:
         path = found
     if path.suffix == ".onnx":
         try:
-            initializers = whole_initializers(onnx.load(str(path)))
+            values = whole_initializers(onnx.load(str(path)))
         except Exception as error:  # protobuf's decode errors have no common class
             raise TrainingError(f"{path}: {error}") from error
-        return {
-            tensor.name.removeprefix("network."): torch.from_numpy(numpy_helper.to_array(tensor).copy())
-            for tensor in initializers
-        }
+        return {name.removeprefix("network."): torch.from_numpy(value.copy()) for name, value in values.items()}
     return _state(path)
 
 

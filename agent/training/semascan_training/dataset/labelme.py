@@ -72,7 +72,7 @@ def _annotation(path: Path, part_pattern: str) -> Annotation:
         found = re.search(part_pattern, part)
         if found is None or not found.groups():
             raise TrainingError(f"{path}: its name does not match data.part_pattern '{part_pattern}' with a group")
-        part = found.group(1)
+        part = next((group for group in found.groups() if group), part)
     return Annotation(picture, shapes, part)
 
 

@@ -28,14 +28,19 @@ class Split:
 
 
 def split_by_part(parts: list[str], seed: int) -> Split:
-    """A seeded split; at least one part goes to each side."""
+    """A seeded split: of every ten parts one validates and one tests.
+
+    Parts with numbers for names are counted by them, so a data set may grow: a part keeps its side.
+    """
     names = sorted(set(parts))
-    if len(names) < 3:
-        raise TrainingError(f"{len(names)} parts: at least 3 are needed to train, validate and test on different ones")
-    order = [names[i] for i in np.random.default_rng(seed).permutation(len(names))]
-    tenth = max(1, round(0.1 * len(order)))
-    test, validation, train = order[:tenth], order[tenth : 2 * tenth], order[2 * tenth :]
-    return Split(sorted(train), sorted(validation), sorted(test))
+    sides: dict[str, list[str]] = {"test": [], "validation": [], "train": []}
+    for position, name in enumerate(names):
+        ten, one = divmod(int(name) if name.isdigit() else position, 10)
+        drawn = int(np.random.default_rng([seed, ten]).permutation(10)[one])
+        sides["test" if drawn == 0 else "validation" if drawn == 1 else "train"].append(name)
+    if not all(sides.values()):
+        raise TrainingError(f"{len(names)} parts: at least 10 are needed to train, validate and test on different ones")
+    return Split(**sides)
 
 
 def composition(train: list[str], kind: str, seed: int, member: int) -> list[str]:

@@ -19,7 +19,9 @@ RARE = -4.6
 
 
 class InstanceNet(nn.Module):
-    """[N, C, H, W] to class scores [N, K, H, W], centre scores [N, K, H/4, W/4] and offsets (x, y) in pixels."""
+    """[N, C, H, W] to class scores [N, K, H, W], centres [N, K, H/4, W/4] in 0..1 and offsets (x, y) in pixels."""
+
+    outputs = ("centres", "offsets")
 
     def __init__(self, stem: nn.Module, backbone: nn.Module, classes: int):
         super().__init__()
@@ -36,9 +38,11 @@ class InstanceNet(nn.Module):
     def forward(self, x):
         maps = features(self.backbone, self.stem(x))
         shared = self.instance_decoder(maps[self.level :])
+        centre_logits = self.centres(shared)
         return {
             "logits": self.head(self.decoder(maps)),
-            "centre_logits": self.centres(shared),
+            "centre_logits": centre_logits,
+            "centres": centre_logits.sigmoid(),
             "offsets": self.offsets(shared) * OFFSET_UNIT,
         }
 

@@ -13,6 +13,8 @@ TINY = 1e-6
 class TwoStream(nn.Module):
     """Two networks that each give class scores, and the layer that weighs them. [N, 4, H, W] in."""
 
+    outputs = ("contribution",)
+
     def __init__(self, colour: nn.Module, depth: nn.Module, classes: int):
         super().__init__()
         self.colour, self.depth = colour, depth

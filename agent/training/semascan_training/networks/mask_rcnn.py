@@ -1,0 +1,106 @@
+"""Mask R-CNN (He et al. 2017) by torchvision, on any of our encoders, as a network that also gives class probabilities.
+
+torchvision's own resizing and normalisation are switched off: the picture comes as the manifest says. Detections are
+turned into probabilities a pixel (the best score times mask of each class, the rest is background), so that everything
+that reads semantic networks reads this one too; boxes, labels, scores and masks are given beside them.
+"""
+
+from collections import OrderedDict
+
+import torch
+from torch import nn
+from torchvision.models.detection import MaskRCNN
+from torchvision.models.detection.anchor_utils import AnchorGenerator
+from torchvision.ops import FeaturePyramidNetwork, MultiScaleRoIAlign, masks_to_boxes
+from torchvision.ops.feature_pyramid_network import LastLevelMaxPool
+
+FINEST_STRIDE = 4
+PYRAMID_CHANNELS = 256
+SMALLEST_ANCHOR = 16
+DETECTIONS = 20
+TINY = 1e-6
+
+
+def pyramid_levels(encoder: nn.Module) -> list[int]:
+    """The encoder's levels that the pyramid uses: stride 4 and coarser."""
+    return [i for i, stride in enumerate(encoder.strides) if stride >= FINEST_STRIDE]
+
+
+def make_pyramid(encoder: nn.Module) -> FeaturePyramidNetwork:
+    """A feature pyramid over those levels."""
+    channels = [encoder.channels[i] for i in pyramid_levels(encoder)]
+    return FeaturePyramidNetwork(channels, PYRAMID_CHANNELS, extra_blocks=LastLevelMaxPool())
+
+
+def named(maps: list[torch.Tensor]) -> "OrderedDict[str, torch.Tensor]":
+    """Feature maps as torchvision wants them."""
+    return OrderedDict((str(i), m) for i, m in enumerate(maps))
+
+
+class MaskRcnn(nn.Module):
+    """[N, C, H, W] to detections and probabilities. `body` gives the pyramid's maps by name and has `out_channels`."""
+
+    outputs = ("boxes", "labels", "scores", "masks")
+    output_axes = {
+        "image": {2: "h", 3: "w"},
+        "probabilities": {2: "h", 3: "w"},
+        "boxes": {0: "d"},
+        "labels": {0: "d"},
+        "scores": {0: "d"},
+        "masks": {0: "d", 2: "h", 3: "w"},
+    }
+    halved = False  # non-maximum suppression turns a rounding of the weights into another set of boxes
+
+    def __init__(self, body: nn.Module, levels: int, channels: int, classes: int):
+        super().__init__()
+        self.classes = classes
+        anchors = AnchorGenerator(
+            tuple((SMALLEST_ANCHOR << i,) for i in range(levels + 1)), ((0.5, 1.0, 2.0),) * (levels + 1)
+        )
+        maps = [str(i) for i in range(levels)]
+        self.detector = MaskRCNN(
+            body,
+            classes,
+            rpn_anchor_generator=anchors,
+            box_roi_pool=MultiScaleRoIAlign(maps, 7, 2),
+            mask_roi_pool=MultiScaleRoIAlign(maps, 14, 2),
+            box_detections_per_img=DETECTIONS,
+            image_mean=[0.0] * channels,
+            image_std=[1.0] * channels,
+            _skip_resize=True,
+        )
+
+    def own_losses(self, image, labels, instances) -> dict[str, torch.Tensor]:
+        """The losses of the paper: objectness, box, class and mask."""
+        targets = [self.target(one, numbers) for one, numbers in zip(labels, instances)]
+        return self.detector(list(image), targets)
+
+    @staticmethod
+    def target(labels, instances) -> dict[str, torch.Tensor]:
+        """Boxes, classes and masks of one image's objects; objects thinner than a pixel's box are left out."""
+        numbers = torch.unique(instances)
+        masks = instances[None] == numbers[numbers > 0][:, None, None]
+        boxes = masks_to_boxes(masks) if len(masks) else torch.zeros(0, 4, device=labels.device)
+        solid = (boxes[:, 2] > boxes[:, 0]) & (boxes[:, 3] > boxes[:, 1])
+        masks, boxes = masks[solid], boxes[solid]
+        kinds = [labels[mask].mode().values for mask in masks]
+        kinds = torch.stack(kinds) if kinds else torch.zeros(0, dtype=torch.int64, device=labels.device)
+        return {"boxes": boxes.float(), "labels": kinds, "masks": masks.to(torch.uint8)}
+
+    def forward(self, image):
+        detections = self.detector(list(image))
+        probabilities = torch.stack([self.probabilities(d, image) for d in detections])
+        first = {name: detections[0][name] for name in self.outputs}
+        return {"logits": torch.log(probabilities + TINY), "probabilities": probabilities, **first}
+
+    def probabilities(self, detection, image):
+        """[K, H, W] from one image's detections."""
+        nothing = torch.zeros_like(image[0, :1])
+        by_detection = detection["masks"][:, 0] * detection["scores"][:, None, None]
+        best = []
+        for label in range(1, self.classes):
+            own = by_detection * (detection["labels"] == label)[:, None, None].to(by_detection.dtype)
+            best.append(torch.cat((nothing, own)).amax(0))
+        foreground = torch.stack(best)
+        whole = torch.cat((1.0 - foreground.amax(0, keepdim=True), foreground))
+        return whole / whole.sum(0, keepdim=True)

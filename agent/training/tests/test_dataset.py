@@ -1,0 +1,135 @@
+"""Reading, splitting and augmenting."""
+
+import json
+
+import cv2
+import numpy as np
+import pytest
+from conftest import CLASSES, VIEWS, draw_view, write_recipe
+
+from semascan_training.augment import View, augment, draw_motion, move
+from semascan_training.batches import training_batches
+from semascan_training.dataset import composition, open_samples, split_by_part
+from semascan_training.dataset.samples import IGNORE
+from semascan_training.errors import TrainingError
+from semascan_training.recipe import read_recipe
+
+
+def test_the_synth_layout_is_read(tmp_path, data):
+    recipe = read_recipe(write_recipe(tmp_path / "r.toml"))
+    samples = open_samples(data, recipe)
+    assert len(samples) == 10 * VIEWS and samples.classes == CLASSES
+    rgb, depth, labels, _ = draw_view(np.random.default_rng(3))
+    assert np.array_equal(samples.rgb[0], rgb)
+    assert np.array_equal(samples.depth[0], depth)
+    assert np.array_equal(samples.labels[0], labels)
+    assert np.array_equal(samples.instances[0] > 0, labels > 0)
+    defect = read_recipe(write_recipe(tmp_path / "d.toml", "u-net", "defect", ["red", "green", "blue"]))
+    assert open_samples(data, defect).classes == ["none", "corrosion", "wear"]
+
+
+def test_no_part_is_on_two_sides():
+    parts = [f"{p:06}" for p in range(100) for _ in range(3)]
+    split = split_by_part(parts, 7)
+    sides = [set(split.train), set(split.validation), set(split.test)]
+    assert [len(side) for side in sides] == [80, 10, 10]
+    assert len(set.union(*sides)) == 100
+    rows = [set(split.rows(parts, side).tolist()) for side in ("train", "validation", "test")]
+    assert len(set.union(*rows)) == 300 == sum(map(len, rows))
+    assert split == split_by_part(parts[::-1], 7) != split_by_part(parts, 8)
+
+
+def test_a_part_keeps_its_side_when_the_data_grow():
+    parts = [f"{p:06}" for p in range(60)]
+    before, after = split_by_part(parts[:25], 1), split_by_part(parts, 1)
+    assert set(before.test) < set(after.test) and set(before.validation) < set(after.validation)
+
+
+def test_members_differ_in_their_parts_but_stay_in_the_training_side():
+    train = [f"{p:06}" for p in range(40)]
+    for kind in ("bootstrap", "subset"):
+        members = [composition(train, kind, 1, member) for member in range(5)]
+        assert all(set(member) < set(train) for member in members)
+        assert len({tuple(member) for member in members}) == 5
+    assert composition(train, "all", 1, 0) == train
+
+
+def test_half_of_the_images_stay_as_they_are():
+    rng = np.random.default_rng(0)
+    same = 0
+    for i in range(200):
+        view = View(*draw_view(rng)[:3], np.zeros((64, 96), np.uint8))
+        same += augment(view, np.random.default_rng(i), 0.5) is view
+    assert 75 < same < 125
+
+
+def test_geometry_moves_all_planes_alike():
+    rng = np.random.default_rng(0)
+    rgb, _, labels, _ = draw_view(rng)
+    rgb = np.repeat((labels * 100)[..., None], 3, 2)
+    depth = (4000 + 500 * labels.astype(int)).astype(np.uint16)
+    for i in range(20):
+        matrix, zoom = draw_motion(np.random.default_rng(i), *labels.shape)
+        moved = move(View(rgb, depth, labels, labels), matrix, zoom)
+        seen = moved.labels != IGNORE
+        # Colour is interpolated, labels are not: they may differ along the outlines only.
+        agree = np.abs(moved.rgb[..., 0] / 100.0 - moved.labels)[seen] < 0.5
+        assert agree.mean() > 0.97
+        assert np.array_equal(moved.instances[seen], moved.labels[seen])
+        assert np.all(moved.depth[~seen] == 0)
+
+
+def test_a_zoom_brings_the_part_nearer_and_keeps_its_relief():
+    labels = np.ones((64, 96), np.uint8)
+    depth = np.full((64, 96), 5000, np.uint16)
+    depth[:, 48:] = 5100
+    matrix = np.array([[1.25, 0, -12.0], [0, 1.25, -8.0]])
+    moved = move(View(np.zeros((64, 96, 3), np.uint8), depth, labels, labels), matrix, 1.25)
+    near, far = moved.depth[32, 10], moved.depth[32, 90]
+    assert int(far) - int(near) == 100
+    assert abs(int(near) - 5000 / 1.25) < 25
+
+
+def test_an_epoch_depends_on_its_seed_alone(tmp_path, data):
+    recipe = read_recipe(write_recipe(tmp_path / "r.toml"))
+    samples = open_samples(data, recipe)
+    rows = np.arange(8)
+    first, again, other = (list(training_batches(samples, rows, recipe, 0, epoch)) for epoch in (1, 1, 2))
+    assert all(a.image.equal(b.image) and a.labels.equal(b.labels) for a, b in zip(first, again))
+    assert not all(a.image.equal(b.image) for a, b in zip(first, other))
+
+
+def test_labelme_polygons_become_masks(tmp_path):
+    (tmp_path / "images").mkdir()
+    (tmp_path / "labels").mkdir()
+    for part in range(10):
+        cv2.imwrite(str(tmp_path / "images" / f"{part}.png"), np.full((300, 500, 3), 90, np.uint8))
+        square = [[10, 20], [110, 20], [110, 70], [10, 70]]
+        shapes = [{"label": "Pitting", "points": square, "shape_type": "polygon"}]
+        table = {"imagePath": f"..\\images\\{part}.png", "shapes": shapes}
+        (tmp_path / "labels" / f"{part}.json").write_text(json.dumps(table))
+    recipe = read_recipe(write_recipe(tmp_path / "r.toml", "u-net", "defect", ["red", "green", "blue"]))
+    samples = open_samples(tmp_path, recipe)
+    assert samples.classes == ["none", "pitting"]
+    assert samples.labels.shape == (10 * 4, 256, 320)
+    mask = samples.labels[0]
+    assert abs(int((mask == 1).sum()) - 100 * 50) < 160
+    assert mask[45, 60] == 1 and mask[10, 60] == 0 and mask[45, 130] == 0
+
+
+def test_labelme_shapes_without_area_are_refused(tmp_path):
+    cv2.imwrite(str(tmp_path / "a.png"), np.zeros((20, 20, 3), np.uint8))
+    shapes = [{"label": "crack", "points": [[1, 1], [5, 5]], "shape_type": "line"}]
+    (tmp_path / "a.json").write_text(json.dumps({"imagePath": "a.png", "shapes": shapes}))
+    recipe = read_recipe(write_recipe(tmp_path / "r.toml", "u-net", "defect", ["red", "green", "blue"]))
+    with pytest.raises(TrainingError, match="'line'"):
+        open_samples(tmp_path, recipe)
+
+
+def test_what_is_wrong_with_the_data_is_named(tmp_path):
+    recipe = read_recipe(write_recipe(tmp_path / "r.toml"))
+    with pytest.raises(TrainingError, match="no such folder"):
+        open_samples(tmp_path / "missing", recipe)
+    (tmp_path / "dataset.json").write_text('{"schema": 9}')
+    with pytest.raises(TrainingError, match="dataset.json: schema 9"):
+        open_samples(tmp_path, recipe)

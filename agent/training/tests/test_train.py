@@ -1,0 +1,122 @@
+"""Training: resuming, forking, time limits, starts."""
+
+import time
+
+import pytest
+import torch
+from conftest import write_recipe
+
+from semascan_training.errors import TrainingError
+from semascan_training.networks import make_network
+from semascan_training.recipe import read_recipe
+from semascan_training.run import load_checkpoint
+from semascan_training.schedule import learning_rate
+from semascan_training.train import Options, train
+from semascan_training.weights import load_imagenet, load_start
+
+
+def weights(folder):
+    return load_checkpoint(folder)["network"]
+
+
+def test_a_resumed_run_ends_where_an_uninterrupted_one_does(tmp_path, data):
+    recipe = write_recipe(tmp_path / "r.toml", training={"epochs": 3, "epoch_images": 12})
+    train(recipe, data, tmp_path / "whole", Options())
+    train(recipe, data, tmp_path / "parts", Options(epochs=1))
+    with pytest.raises(TrainingError, match="--resume"):
+        train(recipe, data, tmp_path / "parts", Options())
+    train(recipe, data, tmp_path / "parts", Options(resume=True))
+    whole, parts = weights(tmp_path / "whole" / "member-0"), weights(tmp_path / "parts" / "member-0")
+    assert all(whole[name].equal(parts[name]) for name in whole)
+    assert load_checkpoint(tmp_path / "parts" / "member-0")["epoch"] == 3
+
+
+def test_members_fork_from_a_trunk_and_part_ways(tmp_path, data):
+    recipe = write_recipe(
+        tmp_path / "r.toml",
+        training={"epochs": 1, "epoch_images": 8},
+        ensemble={"members": 2, "composition": "bootstrap", "fork_epochs": 1, "fork_learning_rate": 1e-6},
+    )
+    run = train(recipe, data, tmp_path / "run", Options())
+    trunk, *members = (weights(run.folder / name) for name in ("trunk", "member-0", "member-1"))
+    name = "backbone.stages.0.0.0.weight"
+    for member in members:  # a tiny learning rate: a member that did not fork would be far away
+        torch.testing.assert_close(member[name], trunk[name], atol=1e-4, rtol=0)
+        assert not member[name].equal(trunk[name])
+    assert not members[0][name].equal(members[1][name])
+
+
+def test_a_time_limit_ends_the_run_and_its_schedule(tmp_path, data):
+    recipe = write_recipe(tmp_path / "r.toml", training={"epochs": 1000, "epoch_images": 8})
+    begin = time.monotonic()
+    run = train(recipe, data, tmp_path / "run", Options(hours=4 / 3600))
+    assert time.monotonic() - begin < 20
+    log = run.log("member-0")
+    assert 1 < len(log) < 1000
+    assert log[-1]["progress"] >= 1.0
+    assert log[-1]["learning_rate"] < 0.5 * max(entry["learning_rate"] for entry in log)
+
+
+def test_p0s_schedule_falls_by_a_fifth_every_ten_epochs(tmp_path):
+    path = write_recipe(tmp_path / "r.toml", training={"schedule": "steps", "epochs": 200})
+    recipe = read_recipe(path)
+    assert learning_rate(recipe, 1.0, 0.0) == 1.0
+    assert learning_rate(recipe, 1.0, 9.99 / 200) == 1.0
+    assert learning_rate(recipe, 1.0, 10.01 / 200) == pytest.approx(0.8)
+    assert learning_rate(recipe, 1.0, 195 / 200) == pytest.approx(0.8**19)
+
+
+def test_imagenet_weights_come_from_a_file_or_not_at_all(tmp_path):
+    from torchvision.models import resnet34
+
+    path = write_recipe(tmp_path / "r.toml", network={"backbone": "resnet34", "start": "fine-tuned", "fusion": "early"})
+    network = make_network(read_recipe(path), 3)
+    with pytest.raises(TrainingError, match="--imagenet"):
+        load_imagenet(network, None, "network.start")
+    theirs = resnet34(weights=None).state_dict()
+    torch.save(theirs, tmp_path / "resnet34.pth")
+    load_imagenet(network, tmp_path / "resnet34.pth", "network.start")
+    stages = network.backbone.stages
+    assert stages[4][2].conv2.weight.equal(theirs["layer4.2.conv2.weight"])
+    first = stages[0][0].weight
+    assert first[:, :3].equal(theirs["conv1.weight"])
+    torch.testing.assert_close(first[:, 3], theirs["conv1.weight"].mean(1))
+
+
+def test_vgg16_weights_find_their_places():
+    from torchvision.models import vgg16_bn
+
+    from semascan_training.networks.backbones.vgg16 import Vgg16
+
+    theirs, own = vgg16_bn(weights=None).state_dict(), Vgg16(3).state_dict()
+    named = {Vgg16.from_torchvision(key): value for key, value in theirs.items()}
+    assert all(key in named and named[key].shape == value.shape for key, value in own.items())
+
+
+def test_a_frozen_backbone_stands_still(tmp_path, data):
+    from torchvision.models import resnet34
+
+    torch.save(resnet34(weights=None).state_dict(), tmp_path / "resnet34.pth")
+    frozen = {"backbone": "resnet34", "start": "frozen", "frozen_epochs": 1}
+    recipe = write_recipe(
+        tmp_path / "r.toml", "u-net", network=frozen, training={"epochs": 2, "epoch_images": 4, "schedule": "steps"}
+    )
+    options = Options(imagenet=tmp_path / "resnet34.pth")
+    name = "backbone.stages.2.0.conv1.weight"
+    start = torch.load(tmp_path / "resnet34.pth")["layer2.0.conv1.weight"]
+    train(recipe, data, tmp_path / "run", Options(imagenet=options.imagenet, epochs=1))
+    assert weights(tmp_path / "run" / "member-0")[name].equal(start)
+    train(recipe, data, tmp_path / "run", Options(imagenet=options.imagenet, resume=True))
+    assert not weights(tmp_path / "run" / "member-0")[name].equal(start)
+
+
+def test_a_stream_starts_from_a_single_network(tmp_path, data):
+    rgb = write_recipe(tmp_path / "rgb.toml", "u-net", channels=["red", "green", "blue"], training={"epochs": 1})
+    run = train(rgb, data, tmp_path / "rgb", Options())
+    both = read_recipe(write_recipe(tmp_path / "both.toml", "two-stream", "two-stream"))
+    network = make_network(both, 3)
+    missing = load_start(network, run.folder)
+    trained = weights(run.folder / "member-0")["backbone.stages.1.0.first.0.weight"]
+    assert network.colour.backbone.stages[1][0].first[0].weight.equal(trained)
+    assert any(name.startswith("depth.") for name in missing)
+    assert not any(name.startswith("colour.") for name in missing)
