@@ -95,7 +95,7 @@ def _training_table(run: Run, epochs: list[int], logs: dict, seconds: float, ima
         "images_seen": images,
         "hours": round(seconds / 3600, 3),
         "device": "cuda" if torch.cuda.is_available() else "cpu, 1 thread",
-        "start": recipe.network.start,
+        "start": ", ".join(run.started_from) or recipe.network.start,
         "loss": recipe.training.loss,
         "optimiser": recipe.training.optimiser,
         "learning_rate": recipe.training.learning_rate,

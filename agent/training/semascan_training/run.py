@@ -5,7 +5,7 @@
 
 import json
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import torch
@@ -26,6 +26,7 @@ class Run:
     split: Split
     classes: list[str]
     about: dict  # where the data come from
+    started_from: list[str] = field(default_factory=list)  # names of runs or models whose weights were the start
 
     def stage(self, name: str) -> Path:
         """Folder of a stage, made if need be."""
@@ -44,7 +45,12 @@ class Run:
         """Writes `recipe.toml` and `run.json`."""
         self.folder.mkdir(parents=True, exist_ok=True)
         write_whole(self.folder / RECIPE, recipe_text.encode())
-        table = {"classes": self.classes, "about": self.about, "split": self.split.to_table()}
+        table = {
+            "classes": self.classes,
+            "about": self.about,
+            "split": self.split.to_table(),
+            "started_from": self.started_from,
+        }
         write_whole(self.folder / INDEX, json.dumps(table, indent=1).encode())
 
 
@@ -53,7 +59,9 @@ def open_run(folder: Path) -> Run:
     recipe = read_recipe(folder / RECIPE)
     try:
         table = json.loads((folder / INDEX).read_text(encoding="utf-8"))
-        return Run(folder, recipe, Split(**table["split"]), table["classes"], table["about"])
+        return Run(
+            folder, recipe, Split(**table["split"]), table["classes"], table["about"], table.get("started_from", [])
+        )
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise TrainingError(f"{folder / INDEX}: {error}") from error
 

@@ -60,7 +60,7 @@ def train(recipe_path: Path, data: Path, out: Path, options: Options) -> Run:
         raise TrainingError(f"{out}: holds a run already; continue it with --resume or name another folder")
     samples = open_samples(data, recipe)
     split = split_by_part(samples.parts, recipe.data.split_seed)
-    run = Run(out, recipe, split, samples.classes, samples.about)
+    run = Run(out, recipe, split, samples.classes, samples.about, [path.name for path in options.start])
     run.save(recipe_path.read_text(encoding="utf-8"))
     validation = split.rows(samples.parts, "validation")
     limit = recipe.training.validation_images

@@ -7,8 +7,8 @@ import torch
 
 from .errors import TrainingError
 from .half_storage import whole_initializers
-
-COLOUR = 3
+from .networks.stems import COLOUR_CHANNELS as COLOUR
+from .networks.stems import StackedStem
 
 
 def load_imagenet(network: torch.nn.Module, path: Path | None, recipe_field: str) -> None:
@@ -51,29 +51,50 @@ def _fit(given: torch.Tensor, wanted: torch.Tensor, path: Path, key: str) -> tor
 def load_start(network: torch.nn.Module, path: Path) -> list[str]:
     """Puts in whatever weights of an earlier run or of an exported model fit by name and shape.
 
-    `path` is a run's folder, a `checkpoint.pt`, a model's folder or an `.onnx` file. A single network's weights fill
-    those streams of a two-stream network that have its shapes. Returns the names that were not filled.
+    `path` is a run's folder, a `checkpoint.pt`, a model's folder or an `.onnx` file. One encoder's weights fill each
+    encoder and stream of a network that has several; the first filters of a network with early fusion are shared out to
+    colour and depth. Returns the names that were not filled.
     """
     given = _start_state(path)
     own = network.state_dict()
-    prefixes = ["", "colour.", "depth."] if any(key.startswith("colour.") for key in own) else [""]
-    filled = set()
-    for prefix in prefixes:
-        fits = {prefix + key: value for key, value in given.items() if _fits(own, prefix + key, value)}
-        # A stream is taken whole or not at all: half of another one's filters is no start.
-        stream = [key for key in own if key.startswith(prefix) and own[key].ndim == 4]
-        if prefix and not all(key in fits for key in stream if not key.endswith("scores.weight")):
-            continue
-        own.update(fits)
-        filled.update(fits)
-    if not filled:
+    missing = []
+    for key, wanted in own.items():
+        found = given.get(key, given.get(_single_name(key)))
+        fitting = None if found is None else _share(found, wanted)
+        if fitting is not None:
+            own[key] = fitting
+        elif not key.endswith("num_batches_tracked"):
+            missing.append(key)
+    if not any(value.ndim == 4 and key not in missing for key, value in own.items()):
         raise TrainingError(f"{path}: none of its weights fits this network")
     network.load_state_dict(own)
-    return [key for key in own if key not in filled and not key.endswith("num_batches_tracked")]
+    return missing
 
 
-def _fits(own: dict, key: str, value: torch.Tensor) -> bool:
-    return key in own and own[key].shape == value.shape
+# Prefixes of a network with several encoders or decoders, and what they are called in one with a single one.
+SINGLE = (
+    ("encoder.colour.", "backbone."),
+    ("encoder.depth.", "backbone."),
+    ("colour.", ""),
+    ("depth.", ""),
+    ("instance_decoder.", "decoder."),
+)
+
+
+def _single_name(key: str) -> str:
+    return next((new + key.removeprefix(old) for old, new in SINGLE if key.startswith(old)), key)
+
+
+def _share(given: torch.Tensor, wanted: torch.Tensor) -> torch.Tensor | None:
+    """The weights if they have the shape, or their colour or depth part if they are an early fusion's first filters."""
+    if given.shape == wanted.shape:
+        return given
+    stacked = given.ndim == 4 and given.shape[1] == StackedStem.channels
+    if not stacked or given.shape[0] != wanted.shape[0] or given.shape[2:] != wanted.shape[2:]:
+        return None
+    if wanted.shape[1] == COLOUR:
+        return given[:, :COLOUR].clone()
+    return given[:, COLOUR:].clone() if wanted.shape[1] == given.shape[1] - COLOUR else None
 
 
 def _start_state(path: Path) -> dict[str, torch.Tensor]:

@@ -110,13 +110,22 @@ def test_a_frozen_backbone_stands_still(tmp_path, data):
     assert not weights(tmp_path / "run" / "member-0")[name].equal(start)
 
 
-def test_a_stream_starts_from_a_single_network(tmp_path, data):
-    rgb = write_recipe(tmp_path / "rgb.toml", "u-net", channels=["red", "green", "blue"], training={"epochs": 1})
-    run = train(rgb, data, tmp_path / "rgb", Options())
-    both = read_recipe(write_recipe(tmp_path / "both.toml", "two-stream", "two-stream"))
-    network = make_network(both, 3)
-    missing = load_start(network, run.folder)
-    trained = weights(run.folder / "member-0")["backbone.stages.1.0.first.0.weight"]
-    assert network.colour.backbone.stages[1][0].first[0].weight.equal(trained)
-    assert any(name.startswith("depth.") for name in missing)
-    assert not any(name.startswith("colour.") for name in missing)
+def test_streams_and_encoders_start_from_a_network_with_early_fusion(tmp_path, data):
+    early = write_recipe(tmp_path / "early.toml", training={"epochs": 1})
+    run = train(early, data, tmp_path / "early", Options())
+    trained = weights(run.folder / "member-0")
+    first, later = trained["backbone.stages.0.0.0.weight"], trained["backbone.stages.1.0.first.0.weight"]
+
+    both = make_network(read_recipe(write_recipe(tmp_path / "both.toml", "two-stream", "two-stream")), 3)
+    assert load_start(both, run.folder) == ["contribution.weight", "contribution.bias"]
+    fused = write_recipe(tmp_path / "late.toml", network={"fusion": "late-add"})
+    fused = make_network(read_recipe(fused), 3)
+    assert load_start(fused, run.folder) == []
+    for colour, depth in ((both.colour.backbone, both.depth.backbone), (fused.encoder.colour, fused.encoder.depth)):
+        assert colour.stages[0][0][0].weight.equal(first[:, :3])
+        assert depth.stages[0][0][0].weight.equal(first[:, 3:])
+        assert colour.stages[1][0].first[0].weight.equal(later)
+
+    vgg = make_network(read_recipe(write_recipe(tmp_path / "vgg.toml", network={"backbone": "vgg16"})), 3)
+    with pytest.raises(TrainingError, match="none of its weights"):
+        load_start(vgg, run.folder)

@@ -18,54 +18,67 @@ MILLIMETRE = 1e-3
 
 def read(folder: Path, recipe: Recipe) -> Samples:
     """All complete parts of the folder; labels are components or, for a defect network, defects."""
-    index = _json(folder / INDEX)
-    if index.get("schema") != SCHEMA:
-        raise TrainingError(f"{folder / INDEX}: schema {index.get('schema')!r}; this version reads {SCHEMA}")
-    kind = "defects" if recipe.task == "defect" else "classes"
-    classes = index.get(kind)
-    if not isinstance(classes, list) or len(classes) < 2 or classes[0] != "none":
-        raise TrainingError(f"{folder / INDEX}: {kind} must be a list that begins with 'none'")
-    label_folder = "defects" if recipe.task == "defect" else "labels"
-    views = [(scene, view) for scene in _scenes(folder) for view in _views(scene, label_folder)]
+    index = _index(folder / INDEX)
+    defects = recipe.task == "defect"
+    views = [(scene, view) for scene in _scenes(folder) for view in _views(scene)]
     if not views:
-        raise TrainingError(f"{folder}: no part with rgb, depth and {label_folder} in it")
-    first = _picture(views[0][0] / "rgb" / f"{views[0][1]}.png")
-    height, width = first.shape[:2]
-    n = len(views)
-    shapes = {
-        "rgb": ((n, height, width, 3), "u1"),
-        "depth": ((n, height, width), "u2"),
-        "labels": ((n, height, width), "u1"),
-        "instances": ((n, height, width), "u1"),
-    }
-    key = {"index": index, "labels": label_folder, "views": [f"{scene.name}/{view}" for scene, view in views]}
+        raise TrainingError(f"{folder}: no part with rgb, depth, labels and defects in it")
+    arrays = _arrays(folder, index, views)
+    labels = {kind: arrays.pop(kind) for kind in ("labels", "defects")}["defects" if defects else "labels"]
+    about = {k: index[k] for k in ("generator", "seed", "views", "size", "window") if k in index}
+    classes = index["defects" if defects else "classes"]
+    return Samples(**arrays, labels=labels, parts=[scene.name for scene, _ in views], classes=classes, about=about)
+
+
+def _index(path: Path) -> dict:
+    index = _json(path)
+    if index.get("schema") != SCHEMA:
+        raise TrainingError(f"{path}: schema {index.get('schema')!r}; this version reads {SCHEMA}")
+    for kind in ("classes", "defects"):
+        names = index.get(kind)
+        if not isinstance(names, list) or len(names) < 2 or names[0] != "none":
+            raise TrainingError(f"{path}: {kind} must be a list that begins with 'none'")
+    return index
+
+
+def _arrays(folder: Path, index: dict, views: list[tuple[Path, str]]) -> dict[str, np.ndarray]:
+    """Everything of all views, components and defects, so that one decoding serves every recipe."""
+    height, width = _picture(views[0][0] / "rgb" / f"{views[0][1]}.png").shape[:2]
+    plane = (len(views), height, width)
+    shapes = {"rgb": ((*plane, 3), "u1"), "depth": (plane, "u2"), "instances": (plane, "u1")}
+    kinds = {"labels": len(index["classes"]), "defects": len(index["defects"])}
+    shapes |= {kind: (plane, "u1") for kind in kinds}
 
     def fill(arrays: dict) -> None:
         cameras = {}
         for row, (scene, view) in enumerate(views):
             if scene not in cameras:
                 cameras[scene] = _json(scene / "scene_camera.json")
-            arrays["rgb"][row] = cv2.cvtColor(_picture(scene / "rgb" / f"{view}.png"), cv2.COLOR_BGR2RGB)
+            picture = _picture(scene / "rgb" / f"{view}.png")
+            if picture.shape[:2] != (height, width):
+                raise TrainingError(f"{scene / 'rgb' / view}.png: {width}x{height} is expected, as the first view has")
+            arrays["rgb"][row] = cv2.cvtColor(picture, cv2.COLOR_BGR2RGB)
             arrays["depth"][row] = _depth(scene, view, cameras[scene])
-            labels = _plane(scene / label_folder / f"{view}.png")
-            if labels.max() >= len(classes):
-                raise TrainingError(f"{scene / label_folder / view}.png: class {labels.max()} of {len(classes)}")
-            arrays["labels"][row] = labels
-            arrays["instances"][row] = _instances(scene, view, labels.shape)
+            arrays["instances"][row] = _instances(scene, view, (height, width))
+            for kind, classes in kinds.items():
+                labels = _plane(scene / kind / f"{view}.png")
+                if labels.max() >= classes:
+                    raise TrainingError(f"{scene / kind / view}.png: class {labels.max()} of {classes}")
+                arrays[kind][row] = labels
 
-    arrays = cached(folder, key, shapes, fill)
-    about = {k: index[k] for k in ("generator", "seed", "views", "size", "window") if k in index}
-    return Samples(**arrays, parts=[scene.name for scene, _ in views], classes=classes, about=about)
+    key = {"index": index, "views": [f"{scene.name}/{view}" for scene, view in views]}
+    return cached(folder, key, shapes, fill)
 
 
 def _scenes(folder: Path) -> list[Path]:
-    """Folders of parts; the generator writes `objects.json` and cameras last or at once, so both must be there."""
+    """Folders of complete parts."""
     scenes = (path for path in folder.iterdir() if path.is_dir() and path.name.isdigit())
     return sorted(s for s in scenes if (s / "scene_camera.json").exists() and (s / "scene_gt.json").exists())
 
 
-def _views(scene: Path, label_folder: str) -> list[str]:
-    return sorted(p.stem for p in (scene / "rgb").glob("*.png") if (scene / label_folder / p.name).exists())
+def _views(scene: Path) -> list[str]:
+    beside = ("depth", "labels", "defects")
+    return sorted(p.stem for p in (scene / "rgb").glob("*.png") if all((scene / b / p.name).exists() for b in beside))
 
 
 def _depth(scene: Path, view: str, cameras: dict) -> np.ndarray:
