@@ -113,7 +113,7 @@ def to_onnx(network: nn.Module, recipe: Recipe) -> bytes:
     channels = len(recipe.data.channels)
     whole = _export(module, example_picture(*TRACE_SIZE, channels, seed=1))
     content = whole.SerializeToString()
-    kinds = [("32-bit", content, WHOLE_TOLERANCE)]
+    kinds = [("32-bit", content, getattr(network, "tolerance", WHOLE_TOLERANCE))]
     if getattr(network, "halved", True):
         content = store_halved(whole).SerializeToString()
         kinds.append(("16-bit", content, HALF_TOLERANCE))
