@@ -1,6 +1,8 @@
 """From rows of a data set to tensors, in an order and with augmentations that depend on seed, member and epoch alone."""
 
+from collections import deque
 from collections.abc import Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
@@ -67,16 +69,35 @@ def make_batch(samples: Samples, rows: np.ndarray, recipe: Recipe, rngs: list[np
     )
 
 
-def training_batches(samples: Samples, rows: np.ndarray, recipe: Recipe, stage: int, epoch: int) -> Iterator[Batch]:
-    """One epoch: the rows in a new order, augmented. `stage` tells trunk and members apart. Whole batches only."""
+def training_batches(
+    samples: Samples, rows: np.ndarray, recipe: Recipe, stage: int, epoch: int, workers: int = 0
+) -> Iterator[Batch]:
+    """One epoch: the rows in a new order, augmented. `stage` tells trunk and members apart. Whole batches only.
+
+    With `workers`, so many threads prepare batches ahead, for a GPU that would wait for them; the batches are the same.
+    """
     seed = [recipe.training.seed, stage, epoch]
     order = rows[np.random.default_rng(seed).permutation(len(rows))]
     if recipe.training.epoch_images:
         order = order[: recipe.training.epoch_images]
     size = min(recipe.training.batch, len(order))
-    for first in range(0, len(order) - size + 1, size):
+
+    def prepare(first: int) -> Batch:
         rngs = [np.random.default_rng([*seed, first + i]) for i in range(size)]
-        yield make_batch(samples, order[first : first + size], recipe, rngs)
+        return make_batch(samples, order[first : first + size], recipe, rngs)
+
+    starts = range(0, len(order) - size + 1, size)
+    if not workers:
+        yield from map(prepare, starts)
+        return
+    with ThreadPoolExecutor(workers) as pool:
+        ahead: deque[Future[Batch]] = deque()
+        for first in starts:
+            ahead.append(pool.submit(prepare, first))
+            if len(ahead) > 2 * workers:
+                yield ahead.popleft().result()
+        while ahead:
+            yield ahead.popleft().result()
 
 
 def evaluation_batches(samples: Samples, rows: np.ndarray, recipe: Recipe, augmented: bool) -> Iterator[Batch]:

@@ -14,40 +14,40 @@ OFFSET_WEIGHT = 0.5
 STREAM_WEIGHT = 0.5
 
 
-def dice_loss(logits: torch.Tensor, labels: torch.Tensor) -> torch.Tensor:
+def dice_loss(probabilities: torch.Tensor, labels: torch.Tensor) -> torch.Tensor:
     """1 - mean Dice over the classes that the batch shows; every class weighs the same, however small.
 
-    `logits` [N, K, H, W], `labels` [N, H, W] with IGNORE where nothing is known.
+    `probabilities` [N, K, H, W], `labels` [N, H, W] with IGNORE where nothing is known.
     """
     known = labels != IGNORE
-    probabilities = logits.softmax(1) * known.unsqueeze(1)
+    probabilities = probabilities * known.unsqueeze(1)
     index = torch.where(known, labels, 0)
-    classes = logits.shape[1]
-    own = probabilities.gather(1, index.unsqueeze(1)).squeeze(1)
-    flat = index.flatten()
-    overlap = torch.zeros(classes, device=logits.device).scatter_add_(0, flat, own.flatten())
-    truth = torch.zeros(classes, device=logits.device).scatter_add_(0, flat, known.flatten().to(own.dtype))
+    own = probabilities.gather(1, index.unsqueeze(1)).flatten()
+    nothing = probabilities.new_zeros(probabilities.shape[1])
+    overlap = nothing.scatter_add(0, index.flatten(), own)
+    truth = nothing.scatter_add(0, index.flatten(), known.flatten().to(own.dtype))
     dice = (2 * overlap + SMOOTH) / (probabilities.sum((0, 2, 3)) + truth + SMOOTH)
     shown = truth > 0
-    return 1 - dice[shown].mean() if shown.any() else logits.sum() * 0
+    return 1 - dice[shown].mean() if shown.any() else probabilities.sum() * 0
 
 
-def focal_loss(logits: torch.Tensor, labels: torch.Tensor, gamma: float) -> torch.Tensor:
+def focal_loss(log_probabilities: torch.Tensor, labels: torch.Tensor, gamma: float) -> torch.Tensor:
     """Cross entropy of a pixel times (1 - p)^gamma (Lin et al. 2017); gamma = 0 is plain cross entropy."""
-    entropy = F.cross_entropy(logits, labels, ignore_index=IGNORE, reduction="none")
+    entropy = F.nll_loss(log_probabilities, labels, ignore_index=IGNORE, reduction="none")
     if gamma > 0:
         entropy = entropy * (1 - torch.exp(-entropy)).clamp(min=1e-6) ** gamma
     return entropy.sum() / (labels != IGNORE).sum().clamp(min=1)
 
 
 def segmentation_loss(logits: torch.Tensor, labels: torch.Tensor, recipe: Recipe) -> torch.Tensor:
-    """The recipe's loss for class scores."""
-    kind, gamma = recipe.training.loss, recipe.training.focal_gamma
+    """The recipe's loss for class scores [N, K, H, W]."""
+    kind = recipe.training.loss
+    log_probabilities = logits.log_softmax(1)
     loss = logits.new_zeros(())
     if "dice" in kind:
-        loss = loss + dice_loss(logits, labels)
+        loss = loss + dice_loss(log_probabilities.exp(), labels)
     if "focal" in kind:
-        loss = loss + focal_loss(logits, labels, gamma)
+        loss = loss + focal_loss(log_probabilities, labels, recipe.training.focal_gamma)
     return loss
 
 

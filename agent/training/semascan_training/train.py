@@ -173,7 +173,8 @@ class Trainer:
         size = len(self.stage.rows)
         size = min(size, self.recipe.training.epoch_images or size)
         losses, images, rate = [], 0, 0.0
-        for batch in training_batches(samples, self.stage.rows, self.recipe, self.stage.number, self.epoch):
+        workers = torch.get_num_threads() - 1 if self.device.type == "cuda" else 0
+        for batch in training_batches(samples, self.stage.rows, self.recipe, self.stage.number, self.epoch, workers):
             progress = self.progress(images / size, time.monotonic() - begin)
             if progress >= 1.0:
                 break

@@ -97,6 +97,8 @@ def test_an_epoch_depends_on_its_seed_alone(tmp_path, data):
     first, again, other = (list(training_batches(samples, rows, recipe, 0, epoch)) for epoch in (1, 1, 2))
     assert all(a.image.equal(b.image) and a.labels.equal(b.labels) for a, b in zip(first, again))
     assert not all(a.image.equal(b.image) for a, b in zip(first, other))
+    threaded = list(training_batches(samples, rows, recipe, 0, 1, workers=2))
+    assert len(threaded) == len(first) and all(a.image.equal(b.image) for a, b in zip(first, threaded))
 
 
 def test_labelme_polygons_become_masks(tmp_path):
