@@ -12,6 +12,7 @@ pub mod mesh_file;
 mod open;
 pub mod pcd;
 mod percent;
+pub mod training_set;
 mod view;
 pub mod virtual_cell;
 

@@ -7,6 +7,7 @@ mod inspect;
 mod report;
 mod run;
 mod serve;
+mod synth;
 mod tables;
 
 use clap::{Parser, Subcommand};
@@ -34,6 +35,8 @@ enum Command {
     Export(export::ExportArgs),
     /// Rerun a paper's tables on the virtual cell, its figures beside ours
     Tables(tables::TablesArgs),
+    /// Write labelled training data from the virtual cell, in BOP layout
+    Synth(synth::SynthArgs),
 }
 
 /// A failed command: its exit code and why.
@@ -74,6 +77,7 @@ impl Cli {
             Command::Evaluate(args) => args.run(),
             Command::Export(args) => args.run(),
             Command::Tables(args) => args.run(),
+            Command::Synth(args) => args.run(),
         }
     }
 }

@@ -5,6 +5,10 @@
 
 mod metadata;
 mod pictures;
+mod write;
+
+pub(super) use write::write_json;
+pub use write::{DEPTH_SCALE, SceneEntry, SceneWriter};
 
 use super::camera_mask::{self, PosedDepth};
 use super::{AcquireError, PoseEvidence, RecordedLabels, Source, SourceInfo, View, covariance_of_prior};

@@ -40,6 +40,13 @@ pub(super) struct Camera {
     /// `None`: an ideal sensor.
     pub(super) sensor: Option<SensorModel>,
     pub(super) film: Film,
+    /// Waves of the sensor's slow error along one pixel.
+    pub(super) ripple_step: f32,
+}
+
+impl Camera {
+    /// Waves along a whole picture's width.
+    pub(super) const RIPPLE_WAVES: f32 = 24.0;
 }
 
 struct Rig<'a> {
@@ -144,14 +151,14 @@ impl Rig<'_> {
                         self.eye,
                         hash2(draw, k),
                     ),
-                    None => backdrop(direction),
+                    None => self.light.lighting.backdrop.at(direction),
                 }
             };
             (0..SAMPLES).map(sample).sum::<Vec3>() / SAMPLES as f32
         } else {
             match &point {
                 Some(point) => self.light.shade(self.scene, point, self.eye, draw),
-                None => backdrop(direction),
+                None => self.light.lighting.backdrop.at(direction),
             }
         };
         let Some((point, hit)) = point.zip(hits[i]) else {
@@ -165,9 +172,10 @@ impl Rig<'_> {
         let Some(sensor) = &self.camera.sensor else {
             return z;
         };
-        let across = 24.0 / self.camera.intrinsics.width as f32;
-        let ripple = 1.8 * self.ripple.at(Vec3::new(u as f32 * across, v as f32 * across, 0.5));
-        let beam = Beam { eye: self.eye, z, draw, ripple, behind };
+        let place = Vec2::new(u as f32, v as f32) * self.camera.ripple_step;
+        let ripple = 1.8 * self.ripple.at(place.extend(0.5));
+        let patch = if sensor.patches < 1.0 { self.ripple.at((place * 0.8).extend(9.5)) } else { 0.0 };
+        let beam = Beam { eye: self.eye, z, draw, ripple, patch, behind };
         sensor.measure(self.scene, &self.light, point, &beam)
     }
 
@@ -194,10 +202,4 @@ impl Rig<'_> {
         }
         (edge, other)
     }
-}
-
-/// The dark, neutral room behind the cell.
-fn backdrop(direction: Vec3) -> Vec3 {
-    let up = direction.normalize_or(Vec3::Z).z;
-    Vec3::new(0.030, 0.032, 0.036) * (1.0 + 0.9 * up)
 }

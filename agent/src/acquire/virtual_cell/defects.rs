@@ -42,13 +42,22 @@ pub(super) struct Defects {
     /// Worn teeth: rear and front face of the pinion and the radius above which they are bright.
     teeth: Option<(f32, f32, f32)>,
     cracks: Vec<Crack>,
+    /// What rust's colour is multiplied with.
+    tint: Vec3,
     noise: Noise,
 }
 
 impl Defects {
     /// A part without any.
     pub(super) fn none() -> Self {
-        Self { corrosion: Vec::new(), scuffs: Vec::new(), teeth: None, cracks: Vec::new(), noise: Noise::new(0) }
+        Self {
+            corrosion: Vec::new(),
+            scuffs: Vec::new(),
+            teeth: None,
+            cracks: Vec::new(),
+            tint: Vec3::ONE,
+            noise: Noise::new(0),
+        }
     }
 
     /// The defects of a starter motor.
@@ -68,7 +77,13 @@ impl Defects {
         let teeth = s.chance(0.7).then(|| (rear, front, tip - s.range(0.8, 2.2)));
         let n = s.count(1, 4);
         let cracks = (0..n).filter_map(|_| crack(&parts, &mut s)).collect();
-        Self { corrosion, scuffs, teeth, cracks, noise: Noise::new(s.word()) }
+        Self { corrosion, scuffs, teeth, cracks, tint: Vec3::ONE, noise: Noise::new(s.word()) }
+    }
+
+    /// The same defects with rust of another shade: its colour is multiplied with `tint`, at most 1.5.
+    pub(super) fn tinted(mut self, tint: Vec3) -> Self {
+        self.tint = tint;
+        self
     }
 
     /// The defect class at `p` on component `class`; 0 = none.
@@ -116,7 +131,7 @@ impl Defects {
                 let (fine, broad) = (self.noise.at(p * 0.8), self.noise.fbm(p * 0.25, 2));
                 let dark = Vec3::new(0.075, 0.028, 0.014);
                 let bright = Vec3::new(0.36, 0.135, 0.040);
-                a.base = dark.lerp(bright, smoothstep(-0.6, 0.8, 0.6 * broad + 0.6 * fine));
+                a.base = dark.lerp(bright, smoothstep(-0.6, 0.8, 0.6 * broad + 0.6 * fine)) * self.tint;
                 a.metallic = 0.0;
                 a.roughness = 0.92;
                 a.bump += Vec3::new(fine, self.noise.at(p * 0.8 + 40.0), broad) * 0.22;

@@ -11,11 +11,15 @@ use crate::acquire::Intrinsics;
 /// How one camera turns light into a picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Film {
-    exposure: f32,
-    white_balance: Vec3,
-    /// Standard deviation of the lens's blur in pixels.
-    blur: f32,
-    vignette: f32,
+    pub(super) exposure: f32,
+    pub(super) white_balance: Vec3,
+    /// Standard deviation of the lens's blur in pixels, at most 1.
+    pub(super) blur: f32,
+    pub(super) vignette: f32,
+    /// Exponent of the light before the tone curve: above 1 is a harder picture.
+    pub(super) contrast: f32,
+    /// 1 = as it is, 0 = grey.
+    pub(super) saturation: f32,
 }
 
 impl Film {
@@ -27,9 +31,29 @@ impl Film {
             white_balance: Vec3::new(s.range(0.95, 1.06), 1.0, s.range(0.94, 1.06)),
             blur: s.range(0.32, 0.5),
             vignette: s.range(0.5, 1.0),
+            contrast: 1.0,
+            saturation: 1.0,
         }
     }
+
+    /// Exposed light as the camera's processing hands it to the tone curve.
+    fn process(&self, light: Vec3) -> Vec3 {
+        let mut out = light;
+        if self.saturation != 1.0 {
+            out = Vec3::splat(out.dot(LUMINANCE)).lerp(out, self.saturation);
+        }
+        if self.contrast != 1.0 {
+            // Mid grey stays where it is.
+            out = (out.max(Vec3::ZERO) / MID_GREY).powf(self.contrast) * MID_GREY;
+        }
+        out
+    }
 }
+
+/// Share of each channel in how bright a light looks (ITU-R BT.709).
+const LUMINANCE: Vec3 = Vec3::new(0.2126, 0.7152, 0.0722);
+/// What a camera's exposure aims at.
+const MID_GREY: f32 = 0.18;
 
 /// Develops linear colours, row-major; `noise` is the standard deviation at mid grey.
 pub(super) fn develop(colours: &[Vec3], k: &Intrinsics, film: &Film, noise: f32, seed: u32) -> RgbImage {
@@ -54,6 +78,7 @@ pub(super) fn develop(colours: &[Vec3], k: &Intrinsics, film: &Film, noise: f32,
             let off = ((u as f64 - k.cx) / k.fx).powi(2) + ((v as f64 - k.cy) / k.fy).powi(2);
             let falloff = 1.0 / (1.0 + film.vignette * off as f32).powi(2);
             let exposed = light * film.white_balance * (film.exposure * falloff);
+            let exposed = film.process(exposed);
             for c in 0..3 {
                 let draw = hash2(seed ^ 0x5bd1_e995, ((v * w + u) * 3 + c) as u32);
                 // Shot noise grows with the root of the light, read noise is always there.
@@ -85,7 +110,8 @@ mod tests {
     #[test]
     fn developing_keeps_size_order_and_neutrality() {
         let k = Intrinsics { width: 40, height: 30, fx: 40.0, fy: 40.0, cx: 19.5, cy: 14.5 };
-        let film = Film { exposure: 1.0, white_balance: Vec3::ONE, blur: 0.4, vignette: 0.0 };
+        let film =
+            Film { exposure: 1.0, white_balance: Vec3::ONE, blur: 0.4, vignette: 0.0, contrast: 1.0, saturation: 1.0 };
         let colours: Vec<Vec3> = (0..1200).map(|i| Vec3::splat((i % 40) as f32 / 40.0)).collect();
         let image = develop(&colours, &k, &film, 0.0, 1);
         assert_eq!(image.dimensions(), (40, 30));

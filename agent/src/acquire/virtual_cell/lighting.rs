@@ -9,36 +9,45 @@ use std::f32::consts::PI;
 
 use glam::{Mat3, Vec3};
 
+use super::backdrop::Backdrop;
 use super::noise::{hash2, smoothstep, unit};
 use super::part::{Scene, SurfacePoint};
 use super::random::Stream;
 use super::surface::Appearance;
 
+/// A round lamp.
 #[derive(Clone, Copy, Debug)]
-struct Lamp {
+pub(super) struct Lamp {
+    /// Metres, static turntable frame.
+    pub(super) position: Vec3,
     /// Metres.
-    position: Vec3,
-    /// Metres.
-    radius: f32,
+    pub(super) radius: f32,
     /// Radiance times area: irradiance at one metre.
-    power: Vec3,
-    shadows: bool,
+    pub(super) power: Vec3,
+    /// Whether things throw shadows in its light; a lamp without is large and far.
+    pub(super) shadows: bool,
 }
 
 /// The lights of a cell.
 #[derive(Clone, Debug)]
 pub(super) struct Lighting {
-    lamps: [Lamp; 3],
-    headlight: f32,
-    ceiling: Vec3,
-    floor: Vec3,
-    tubes: f32,
+    pub(super) lamps: Vec<Lamp>,
+    /// The camera's own light beside the lens: irradiance at one metre.
+    pub(super) headlight: Vec3,
+    /// Radiance from above.
+    pub(super) ceiling: Vec3,
+    /// Radiance from below.
+    pub(super) floor: Vec3,
+    /// Radiance of the rows of tubes on the ceiling.
+    pub(super) tubes: f32,
+    /// What is seen past the table.
+    pub(super) backdrop: Backdrop,
 }
 
 /// The lights of one view in the table frame, with the camera's.
 #[derive(Clone, Debug)]
 pub(super) struct ViewLighting {
-    lighting: Lighting,
+    pub(super) lighting: Lighting,
     to_station: Mat3,
     /// Where the camera's light (the projector) stands.
     pub(super) projector: Vec3,
@@ -55,15 +64,16 @@ impl Lighting {
             Lamp { position: at + jitter, radius, power: colour * power * s.range(0.8, 1.25), shadows }
         };
         Self {
-            lamps: [
+            lamps: vec![
                 lamp(Vec3::new(0.85, 0.15, 0.95), 0.18, 0.13, 2.5, true),
                 lamp(Vec3::new(-0.65, 0.85, 0.60), 0.20, 0.25, 0.62, false),
                 lamp(Vec3::new(-0.35, -0.90, 0.75), 0.20, 0.20, 1.5, true),
             ],
-            headlight: s.range(0.10, 0.20),
+            headlight: Vec3::splat(s.range(0.10, 0.20)),
             ceiling: Vec3::new(0.50, 0.52, 0.56) * s.range(0.75, 1.2),
             floor: Vec3::new(0.10, 0.095, 0.09),
             tubes: s.range(0.8, 1.7),
+            backdrop: Backdrop::DARK_ROOM,
         }
     }
 

@@ -4,15 +4,18 @@
 //! around it. Views come one by one with the chain that the station reports, noisy depth, shaded colour, exact labels
 //! and the true pose. Good enough to train and test on: the same seed gives the same bytes on any number of threads.
 
+mod backdrop;
 mod camera;
 mod defects;
 mod develop;
+mod domain;
 mod dual_contour;
 mod lighting;
 mod mesh_import;
 mod noise;
 mod part;
 mod random;
+mod randomisation;
 pub mod raycast;
 mod sampling;
 mod scene;
@@ -23,12 +26,16 @@ mod spec;
 mod starter_motor;
 mod station;
 mod surface;
+mod training;
 
+pub use domain::Domain;
+pub use randomisation::{Randomisation, Range};
 pub use sensor::SensorModel;
 pub use spec::{PartSpec, Sampling, VirtualCellSpec};
 pub use station::ErrorModel;
+pub use training::{GENERATOR, TrainingCell, TrainingOptions};
 
-use super::{AcquireError, Intrinsics, PoseEvidence, Source, SourceInfo, TrueMesh, View, ViewTruth};
+use super::{AcquireError, PoseEvidence, Source, SourceInfo, TrueMesh, View, ViewTruth};
 use camera::Camera;
 use part::Scene;
 use random::Stream;
@@ -37,8 +44,6 @@ use station::Station;
 
 /// Seconds between two captures: the robot's way and the exposure.
 const CYCLE: f64 = 3.0;
-/// Focal length as a share of the picture's width: 615 pixels at 640, as structured-light cameras of this class have.
-const FOCAL: f64 = 0.961;
 
 /// A simulated inspection of one part, as a source of views.
 #[derive(Debug)]
@@ -63,14 +68,8 @@ impl VirtualCell {
             PartSpec::StarterMotor { cell } => scene::starter_motor(spec.part_seed.unwrap_or(spec.seed), *cell),
             PartSpec::Mesh { path, scale } => scene::imported(path, *scale, spec.seed)?,
         };
-        let intrinsics = draw_intrinsics(spec.seed, spec.size);
-        let smaller = (f64::from(spec.size.0) / intrinsics.fx).min(f64::from(spec.size.1) / intrinsics.fy);
-        let (low, high) = set.part_bounds;
-        let target = Target {
-            height: f64::from(0.5 * (low.z + high.z)),
-            radius: f64::from(0.5 * (high - low).length()),
-            half_view: (0.5 * smaller).atan(),
-        };
+        let camera = spec.domain.camera(spec.seed, spec.size, spec.noise);
+        let target = Target::around(set.part_bounds, &camera.intrinsics);
         let mut taxonomy_settings = set.settings;
         taxonomy_settings.splice(0..0, settings(spec));
         let info = SourceInfo {
@@ -89,12 +88,7 @@ impl VirtualCell {
             truth,
             scene: set.scene,
             station: Station::new(spec.seed, spec.errors),
-            camera: Camera {
-                intrinsics,
-                lighting: lighting::Lighting::draw(spec.seed),
-                sensor: spec.noise,
-                film: develop::Film::draw(spec.seed),
-            },
+            camera,
             target,
             next: 0,
             spec: spec.clone(),
@@ -139,24 +133,8 @@ impl Source for VirtualCell {
     }
 }
 
-/// A calibrated lens: focal length within 1 %, centre within 1 % of the picture; they differ from cell to cell.
-fn draw_intrinsics(seed: u64, (width, height): (u32, u32)) -> Intrinsics {
-    let mut s = Stream::new(seed, "lens");
-    let mut vary = |share: f32| 1.0 + f64::from(s.range(-share, share));
-    let (w, h) = (f64::from(width), f64::from(height));
-    let f = FOCAL * w * vary(0.01);
-    Intrinsics {
-        width,
-        height,
-        fx: f,
-        fy: f * vary(0.001),
-        cx: 0.5 * (w - 1.0) * vary(0.01),
-        cy: 0.5 * (h - 1.0) * vary(0.01),
-    }
-}
-
 fn settings(spec: &VirtualCellSpec) -> Vec<(String, String)> {
-    [
+    let mut settings = vec![
         ("seed", spec.seed.to_string()),
         ("views", spec.views.to_string()),
         ("size", format!("{}x{}", spec.size.0, spec.size.1)),
@@ -173,13 +151,16 @@ fn settings(spec: &VirtualCellSpec) -> Vec<(String, String)> {
             match spec.noise {
                 None => "none".to_owned(),
                 Some(n) if n == SensorModel::ZIVID => "zivid".to_owned(),
+                Some(n) if n == SensorModel::STEREO => "stereo".to_owned(),
                 Some(_) => "default".to_owned(),
             },
         ),
         ("sampling", format!("{:?}", spec.sampling).to_lowercase()),
-    ]
-    .map(|(key, value)| (key.to_owned(), value))
-    .to_vec()
+    ];
+    if spec.domain != Domain::Standard {
+        settings.push(("domain", format!("{:?}", spec.domain).to_lowercase()));
+    }
+    settings.into_iter().map(|(key, value)| (key.to_owned(), value)).collect()
 }
 
 #[cfg(test)]

@@ -2,6 +2,8 @@
 //!
 //! Geometry is in the table frame in metres; appearance is evaluated in the part's own frame in millimetres.
 
+use std::sync::Arc;
+
 use glam::{Affine3A, Mat3A, Vec2, Vec3};
 use image::RgbImage;
 use rayon::prelude::*;
@@ -63,16 +65,24 @@ pub(super) struct SurfacePoint {
     pub(super) defect: u16,
 }
 
+/// How the scene's surfaces look: what may change while the shape stays.
+#[derive(Clone, Debug)]
+pub(super) struct Dress {
+    /// What the tags' finishes name.
+    pub(super) finishes: Vec<Finish>,
+    /// What the tags' textures name.
+    pub(super) textures: Vec<RgbImage>,
+    pub(super) grime: Grime,
+    pub(super) defects: Defects,
+}
+
 /// The scene.
 #[derive(Debug)]
 pub(super) struct Scene {
-    pub(super) mesh: SceneMesh,
-    pub(super) rays: RayScene,
-    openness: Vec<f32>,
-    finishes: Vec<Finish>,
-    textures: Vec<RgbImage>,
-    grime: Grime,
-    defects: Defects,
+    pub(super) mesh: Arc<SceneMesh>,
+    pub(super) rays: Arc<RayScene>,
+    openness: Arc<Vec<f32>>,
+    dress: Dress,
     part_from_table: Affine3A,
     /// Turns directions of the part's frame into the table frame.
     turn: Mat3A,
@@ -80,25 +90,30 @@ pub(super) struct Scene {
 
 impl Scene {
     /// Prepares `mesh`; `table_from_part` takes the part's millimetres to the table frame's metres.
-    pub(super) fn new(
-        mesh: SceneMesh,
-        finishes: Vec<Finish>,
-        textures: Vec<RgbImage>,
-        grime: Grime,
-        defects: Defects,
-        table_from_part: Affine3A,
-    ) -> Self {
+    pub(super) fn new(mesh: SceneMesh, dress: Dress, table_from_part: Affine3A) -> Self {
         let rays = RayScene::new(&mesh.vertices, &mesh.triangles);
         let openness = openness(&mesh, &rays);
         let part_from_table = table_from_part.inverse();
         let turn = table_from_part.matrix3 * (1.0 / table_from_part.matrix3.x_axis.length());
-        Self { mesh, rays, openness, finishes, textures, grime, defects, part_from_table, turn }
+        let (mesh, rays, openness) = (Arc::new(mesh), Arc::new(rays), Arc::new(openness));
+        Self { mesh, rays, openness, dress, part_from_table, turn }
+    }
+
+    /// The same shapes in another dress.
+    pub(super) fn dressed(&self, dress: Dress) -> Self {
+        Self {
+            mesh: Arc::clone(&self.mesh),
+            rays: Arc::clone(&self.rays),
+            openness: Arc::clone(&self.openness),
+            dress,
+            ..*self
+        }
     }
 
     /// Component and defect class at a hit, without the appearance.
     pub(super) fn labels(&self, hit: &Hit, position: Vec3) -> (Tag, u16) {
         let tag = self.mesh.tags[hit.triangle as usize];
-        (tag, self.defects.class_at(self.part_from_table.transform_point3(position), tag.class))
+        (tag, self.dress.defects.class_at(self.part_from_table.transform_point3(position), tag.class))
     }
 
     /// Everything about the surface at a hit.
@@ -118,8 +133,8 @@ impl Scene {
         let openness = (0..3).map(|k| self.openness[ids[k] as usize] * weights[k]).sum::<f32>();
         let (tag, defect) = self.labels(hit, position);
         let p = self.part_from_table.transform_point3(position);
-        let mut appearance = self.finishes[tag.finish as usize].at(p);
-        if let Some(texture) = self.textures.get((tag.texture as usize).wrapping_sub(1)) {
+        let mut appearance = self.dress.finishes[tag.finish as usize].at(p);
+        if let Some(texture) = self.dress.textures.get((tag.texture as usize).wrapping_sub(1)) {
             let uv = (0..3).map(|k| self.mesh.uvs[i][k] * weights[k]).sum::<Vec2>();
             appearance.base *= texel(texture, uv);
         }
@@ -127,8 +142,8 @@ impl Scene {
             appearance.base *= (0..3).map(|k| tint[k] * weights[k]).sum::<Vec3>();
         }
         if tag.class != 0 {
-            self.grime.cover(&mut appearance, p, openness);
-            self.defects.paint(defect, &mut appearance, p);
+            self.dress.grime.cover(&mut appearance, p, openness);
+            self.dress.defects.paint(defect, &mut appearance, p);
         }
         let bumped = (normal + self.turn * appearance.bump).normalize_or(normal);
         // A bump must not turn a visible point away from the viewer.
@@ -152,7 +167,7 @@ impl Scene {
                     truth.vertices.push(v);
                     truth.labels.push(tag.class);
                     let p = self.part_from_table.transform_point3(Vec3::from_array(v));
-                    truth.defects.push(self.defects.class_at(p, tag.class));
+                    truth.defects.push(self.dress.defects.class_at(p, tag.class));
                 }
                 *slot
             }));

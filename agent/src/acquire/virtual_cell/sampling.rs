@@ -1,10 +1,12 @@
 //! Where to look from: P0's random sampling, or a regular turn that covers the part.
 
-use nalgebra::{Isometry3, Point3, UnitQuaternion};
+use glam::Vec3;
+use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
 
 use super::random::Stream;
 use super::spec::Sampling;
 use super::station::look_at;
+use crate::acquire::Intrinsics;
 
 /// A planned capture.
 #[derive(Clone, Debug, PartialEq)]
@@ -26,32 +28,50 @@ pub(super) struct Target {
     pub(super) half_view: f64,
 }
 
+impl Target {
+    /// The part between two corners (metres, table frame), seen by `k`.
+    pub(super) fn around((low, high): (Vec3, Vec3), k: &Intrinsics) -> Self {
+        let smaller = (f64::from(k.width) / k.fx).min(f64::from(k.height) / k.fy);
+        Self {
+            height: f64::from(0.5 * (low.z + high.z)),
+            radius: f64::from(0.5 * (high - low).length()),
+            half_view: (0.5 * smaller).atan(),
+        }
+    }
+
+    fn centre(&self) -> Point3<f64> {
+        Point3::new(0.0, 0.0, self.height)
+    }
+
+    fn on_sphere(&self, azimuth: f64, polar: f64, r: f64) -> Point3<f64> {
+        self.centre() + Vector3::new(polar.sin() * azimuth.cos(), polar.sin() * azimuth.sin(), polar.cos()) * r
+    }
+}
+
+/// P0's sampling: azimuth and polar angle 45 to 90 degrees, 400 to 600 mm (here `distance`, metres), the view turned by
+/// up to 10 degrees about each of its axes, the table anywhere.
+pub(super) fn random_viewpoint(s: &mut Stream, distance: (f32, f32), target: &Target) -> Viewpoint {
+    let mut within = |low: f32, high: f32| f64::from(s.range(low, high));
+    let (azimuth, polar) = (within(45.0, 90.0).to_radians(), within(45.0, 90.0).to_radians());
+    let eye = target.on_sphere(azimuth, polar, within(distance.0, distance.1));
+    let mut jitter = || within(-10.0, 10.0).to_radians();
+    let turn = UnitQuaternion::from_euler_angles(jitter(), jitter(), jitter());
+    let table_angle = within(0.0, 360.0).to_radians();
+    Viewpoint { tablebase_from_camera: look_at(eye, target.centre()) * turn, table_angle }
+}
+
 /// Viewpoint `index` of `count`.
 pub(super) fn viewpoint(sampling: Sampling, seed: u64, index: u32, count: u32, target: &Target) -> Viewpoint {
-    let centre = Point3::new(0.0, 0.0, target.height);
-    let on_sphere = |azimuth: f64, polar: f64, r: f64| {
-        centre + nalgebra::Vector3::new(polar.sin() * azimuth.cos(), polar.sin() * azimuth.sin(), polar.cos()) * r
-    };
     match sampling {
-        // P0: azimuth and polar angle 45 to 90 degrees, 400 to 600 mm, the view turned by up to 10 degrees about each
-        // of its axes, the table anywhere.
-        Sampling::Random => {
-            let mut s = Stream::new(seed, &format!("viewpoint {index}"));
-            let mut within = |low: f32, high: f32| f64::from(s.range(low, high));
-            let eye = on_sphere(within(45.0, 90.0).to_radians(), within(45.0, 90.0).to_radians(), within(0.4, 0.6));
-            let mut jitter = || within(-10.0, 10.0).to_radians();
-            let turn = UnitQuaternion::from_euler_angles(jitter(), jitter(), jitter());
-            let table_angle = within(0.0, 360.0).to_radians();
-            Viewpoint { tablebase_from_camera: look_at(eye, centre) * turn, table_angle }
-        }
+        Sampling::Random => random_viewpoint(&mut Stream::new(seed, &format!("viewpoint {index}")), (0.4, 0.6), target),
         // Every turn step at the next of three heights; the second half of many views fills the first one's gaps.
         Sampling::Turn => {
             const HEIGHTS: [f64; 3] = [68.0, 48.0, 86.0];
             let distance = (target.radius / target.half_view.sin() * 1.02).clamp(0.4, 0.6);
             let polar = HEIGHTS[index as usize % HEIGHTS.len()].to_radians();
-            let eye = on_sphere(67.5_f64.to_radians(), polar, distance);
+            let eye = target.on_sphere(67.5_f64.to_radians(), polar, distance);
             let table_angle = std::f64::consts::TAU * f64::from(index) / f64::from(count.max(1));
-            Viewpoint { tablebase_from_camera: look_at(eye, centre), table_angle }
+            Viewpoint { tablebase_from_camera: look_at(eye, target.centre()), table_angle }
         }
     }
 }

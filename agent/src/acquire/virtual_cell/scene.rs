@@ -9,7 +9,7 @@ use semascan_shared::model::Taxonomy;
 use super::defects::Defects;
 use super::dual_contour;
 use super::mesh_import::{self, Imported};
-use super::part::{Scene, SceneMesh, Tag};
+use super::part::{Dress, Scene, SceneMesh, Tag};
 use super::random::Stream;
 use super::starter_motor::{COMPONENTS, Component, DEFECTS, StarterMotor, fixture};
 use super::surface::{Finish, Grime};
@@ -31,33 +31,52 @@ pub(super) struct Stage {
     /// Corners of the part alone, metres.
     pub(super) part_bounds: (Vec3, Vec3),
     pub(super) settings: Vec<(String, String)>,
+    /// Takes the part's own millimetres to the table frame's metres.
+    pub(super) table_from_part: Affine3A,
 }
 
+/// Finishes of the station itself: table, chuck, jaws.
+pub(super) const STATION: usize = 3;
 /// Slots of finishes each component has.
 const SLOTS: u16 = 3;
 
-/// A starter motor of `seed` in its chuck.
+/// A starter motor of `seed` in its chuck, as the virtual cell shows it.
 pub(super) fn starter_motor(seed: u64, cell: f32) -> Stage {
     let motor = StarterMotor::new(seed, cell);
+    let mut s = Stream::new(seed, "finishes");
+    let dress = Dress {
+        finishes: motor_finishes(station_finishes(), || Finish::draw(&mut s)),
+        textures: Vec::new(),
+        grime: Grime::draw(&mut Stream::new(seed, "grime")),
+        defects: Defects::draw(&motor, seed),
+    };
+    dressed_motor(&motor, seed, dress)
+}
+
+/// The station's finishes and those of a motor, each drawn by `draw`: one distribution for all components.
+pub(super) fn motor_finishes(station: [Finish; STATION], mut draw: impl FnMut() -> Finish) -> Vec<Finish> {
+    let mut finishes = Vec::from(station);
+    for i in 0..COMPONENTS.len() {
+        let (body, fastener, detail) = (draw(), draw(), draw());
+        // Housing and solenoid carry plates, the others plastics and rubber.
+        finishes.extend([body, fastener, if i < 2 { detail.printed() } else { detail }]);
+    }
+    finishes
+}
+
+/// `motor` in its chuck; `seed` decides how it stands, `dress` (of [`motor_finishes`]) how it looks.
+pub(super) fn dressed_motor(motor: &StarterMotor, seed: u64, dress: Dress) -> Stage {
     let mut s = Stream::new(seed, "placement");
     let place = Vec3::new(s.range(-6.0, 6.0), s.range(-6.0, 6.0), fixture::CHUCK_HEIGHT) * 1e-3;
     let yaw = Mat3::from_rotation_z(s.range(0.0, std::f32::consts::TAU));
     let table_from_part = Affine3A::from_mat3_translation(yaw * 1e-3, place);
 
-    let mut finishes = station_finishes();
-    let first = finishes.len() as u16;
-    let mut s = Stream::new(seed, "finishes");
-    for i in 0..COMPONENTS.len() {
-        let (body, fastener, detail) = (Finish::draw(&mut s), Finish::draw(&mut s), Finish::draw(&mut s));
-        // Housing and solenoid carry plates, the others plastics and rubber.
-        finishes.extend([body, fastener, if i < 2 { detail.printed() } else { detail }]);
-    }
     let mut mesh = SceneMesh::default();
     for component in &motor.components {
         let tag = |slot: u8| match component.class {
             0 => Tag { finish: 1 + u16::from(slot.min(1)), in_truth: true, ..Tag::default() },
             class => {
-                let finish = first + (class - 1) * SLOTS + u16::from(slot).min(SLOTS - 1);
+                let finish = STATION as u16 + (class - 1) * SLOTS + u16::from(slot).min(SLOTS - 1);
                 Tag { class, instance: class, finish, texture: 0, in_truth: true }
             }
         };
@@ -65,17 +84,16 @@ pub(super) fn starter_motor(seed: u64, cell: f32) -> Stage {
     }
     let part = bounds(&mesh, |t| t.class != 0);
     add_turntable(&mut mesh);
-    let defects = Defects::draw(&motor, seed);
-    let grime = Grime::draw(&mut Stream::new(seed, "grime"));
     let floor = 1e-3 * fixture::CHUCK_HEIGHT + CLEARANCE;
     Stage {
-        scene: Scene::new(mesh, finishes, Vec::new(), grime, defects, table_from_part),
+        scene: Scene::new(mesh, dress, table_from_part),
         name: format!("starter motor {seed}"),
         taxonomy: Taxonomy::from_names(&COMPONENTS, &DEFECTS),
         turntable: turntable(),
         volume: volume(part, floor),
         part_bounds: part,
-        settings: vec![("motor".into(), motor.description)],
+        settings: vec![("motor".into(), motor.description.clone())],
+        table_from_part,
     }
 }
 
@@ -99,30 +117,31 @@ pub(super) fn imported(path: &Path, scale: f32, seed: u64) -> Result<Stage, Acqu
         *v = (Vec3::from_array(*v) + shift).to_array();
     }
     let part = (low + shift, high + shift);
-    let mut finishes = station_finishes();
-    let first = finishes.len() as u16;
+    let mut finishes = Vec::from(station_finishes());
     for tag in &mut mesh.tags {
-        tag.finish += first;
+        tag.finish += STATION as u16;
     }
     finishes.extend(colours.into_iter().map(|c| Finish::plain(c, 0.6)));
     add_turntable(&mut mesh);
     let table_from_part = Affine3A::from_mat3_translation(Mat3::IDENTITY * 1e-3, Vec3::ZERO);
     let stem = path.file_stem().map_or_else(|| "part".into(), |n| n.to_string_lossy().into_owned());
     let names = if names.len() == 1 { vec![stem.clone()] } else { names };
+    let dress = Dress { finishes, textures, grime: Grime::none(), defects: Defects::none() };
     Ok(Stage {
-        scene: Scene::new(mesh, finishes, textures, Grime::none(), Defects::none(), table_from_part),
+        scene: Scene::new(mesh, dress, table_from_part),
         name: stem,
         taxonomy: Taxonomy::from_names(&names, &DEFECTS.map(String::from)),
         turntable: turntable(),
         volume: volume(part, CLEARANCE),
         part_bounds: part,
         settings: vec![("scale".into(), scale.to_string()), ("mesh seed".into(), seed.to_string())],
+        table_from_part,
     })
 }
 
-/// Table (0), chuck body (1) and jaws (2).
-fn station_finishes() -> Vec<Finish> {
-    vec![
+/// Table (0), chuck body (1) and jaws (2) of the virtual cell.
+pub(super) fn station_finishes() -> [Finish; STATION] {
+    [
         Finish::station(Vec3::splat(0.055), 0.5, 0.52, 11),
         Finish::station(Vec3::splat(0.30), 1.0, 0.45, 12),
         Finish::station(Vec3::splat(0.16), 0.9, 0.46, 13),

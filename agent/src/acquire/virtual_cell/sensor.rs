@@ -26,6 +26,10 @@ pub struct SensorModel {
     pub brightest: f32,
     /// Share of measured pixels that are far off for no visible reason.
     pub outliers: f32,
+    /// Where smooth noise in [-1, 1] lies beyond this, a patch of the picture is lost for no visible reason; 1 = nowhere.
+    pub patches: f32,
+    /// Shares of the pixels at a depth step that are lost, and that are lost or land between the two surfaces.
+    pub edges: (f32, f32),
     /// Standard deviation of the colour image's noise at mid grey, of full scale.
     pub color: f32,
 }
@@ -41,6 +45,8 @@ pub(super) struct Beam {
     pub(super) draw: u32,
     /// The picture's smooth unit noise at the pixel.
     pub(super) ripple: f32,
+    /// Smooth noise in [-1, 1] that decides where patches are lost.
+    pub(super) patch: f32,
     /// The other depth that the pixel touches, if any.
     pub(super) behind: Option<f32>,
 }
@@ -54,6 +60,8 @@ impl SensorModel {
         darkest: 0.0035,
         brightest: 1.6,
         outliers: 2e-4,
+        patches: 1.0,
+        edges: (0.45, 0.53),
         color: 0.012,
     };
     /// A camera of the class P0 uses: quieter, with exposure bracketing for dark and bright surfaces.
@@ -64,13 +72,28 @@ impl SensorModel {
         darkest: 0.0015,
         brightest: 4.0,
         outliers: 5e-5,
+        patches: 1.0,
+        edges: (0.45, 0.53),
         color: 0.008,
+    };
+    /// A stereo camera of the consumer class that works on the scene's own texture: coarse steps, slow waves and half of
+    /// each edge smeared. Outside of everything that [`super::Randomisation::TRAINING`] draws.
+    pub const STEREO: Self = Self {
+        sigma: 4e-4,
+        ripple: 5e-4,
+        quantum: 5e-4,
+        darkest: 0.0002,
+        brightest: 8.0,
+        outliers: 3e-3,
+        patches: 1.0,
+        edges: (0.15, 0.65),
+        color: 0.045,
     };
 
     /// The depth that is recorded for what the pixel sees; 0 for a gap.
     pub(super) fn measure(&self, scene: &Scene, light: &ViewLighting, point: &SurfacePoint, ray: &Beam) -> f32 {
-        let Beam { eye, z, draw, ripple, behind } = *ray;
-        if light.in_projector_shadow(scene, point) {
+        let Beam { eye, z, draw, ripple, patch, behind } = *ray;
+        if patch > self.patches || light.in_projector_shadow(scene, point) {
             return 0.0;
         }
         let to_light = light.projector - point.position;
@@ -92,9 +115,9 @@ impl SensorModel {
         }
         if let Some(other) = behind {
             let fate = unit(hash2(draw, 3));
-            if fate < 0.45 {
+            if fate < self.edges.0 {
                 return 0.0;
-            } else if fate < 0.53 {
+            } else if fate < self.edges.1 {
                 return self.quantized(z + (other - z) * unit(hash2(draw, 4)));
             }
         }

@@ -2,11 +2,13 @@
 //!
 //! Keys (defaults in brackets): `seed` [7], `part-seed` [that seed] of the motor alone, `views` [12], `size` [640x480] up
 //! to 4096x4096, `errors` [default], `rough` (each view off by up to 1 degree and 3 mm) or `none` (robot and table),
-//! `noise` [default], `zivid` or `none` (sensor), `sampling` [turn] or `random` (P0's), `cell` [1.2] the motor's mesh size
-//! in millimetres; for `mesh` also `path` and `scale` [1] to metres. `%xx` stands for a byte.
+//! `noise` [the domain's], `default`, `zivid`, `stereo` or `none` (sensor), `sampling` [turn] or `random` (P0's), `domain`
+//! [standard] or `shifted`: a wide lens, other lights and a stereo camera's noise, none of which training data ever has;
+//! `cell` [1.2] the motor's mesh size in millimetres; for `mesh` also `path` and `scale` [1] to metres. `%xx` is a byte.
 
 use std::path::PathBuf;
 
+use super::domain::Domain;
 use super::sensor::SensorModel;
 use super::station::ErrorModel;
 use crate::acquire::{AcquireError, percent};
@@ -58,6 +60,8 @@ pub struct VirtualCellSpec {
     pub noise: Option<SensorModel>,
     /// Where views are taken from.
     pub sampling: Sampling,
+    /// Lens, light and development.
+    pub domain: Domain,
 }
 
 impl VirtualCellSpec {
@@ -65,6 +69,13 @@ impl VirtualCellSpec {
     pub const MAX_EDGE: u32 = 4096;
     /// Largest number of views.
     pub const MAX_VIEWS: u32 = 100_000;
+
+    /// Reads `WIDTHxHEIGHT`; `None` where it is not that, or an edge is not 16 to [`Self::MAX_EDGE`].
+    pub fn parse_size(value: &str) -> Option<(u32, u32)> {
+        let (w, h) = value.split_once('x')?;
+        let edge = |v: &str| number(v, 16, Self::MAX_EDGE);
+        Some((edge(w)?, edge(h)?))
+    }
 
     /// Reads a `virtual:` URI.
     ///
@@ -91,6 +102,7 @@ impl VirtualCellSpec {
             errors: ErrorModel::DEFAULT,
             noise: Some(SensorModel::DEFAULT),
             sampling: Sampling::Turn,
+            domain: Domain::Standard,
         };
         let (mut path, mut scale, mut cell) = (None, 1.0_f32, 1.2_f32);
         let mut seen: Vec<&str> = Vec::new();
@@ -108,16 +120,20 @@ impl VirtualCellSpec {
                     spec.part_seed = Some(value.parse().map_err(|_| bad("a number from 0 to 2^64-1"))?);
                 }
                 "views" => spec.views = number(&value, 1, Self::MAX_VIEWS).ok_or_else(|| bad("1 to 100000"))?,
-                "size" => spec.size = size(&value).ok_or_else(|| bad("WIDTHxHEIGHT, each 16 to 4096"))?,
+                "size" => spec.size = Self::parse_size(&value).ok_or_else(|| bad("WIDTHxHEIGHT, each 16 to 4096"))?,
                 "errors" => spec.errors = choice(&value, &ERRORS).ok_or_else(|| bad("default, rough or none"))?,
-                "noise" => spec.noise = choice(&value, &NOISES).ok_or_else(|| bad("default, zivid or none"))?,
+                "noise" => spec.noise = choice(&value, &NOISES).ok_or_else(|| bad("default, zivid, stereo or none"))?,
                 "sampling" => spec.sampling = choice(&value, &SAMPLINGS).ok_or_else(|| bad("turn or random"))?,
+                "domain" => spec.domain = choice(&value, &DOMAINS).ok_or_else(|| bad("standard or shifted"))?,
                 "cell" if !mesh => cell = length(&value, 0.5, 5.0).ok_or_else(|| bad("0.5 to 5 millimetres"))?,
                 "path" if mesh && !value.is_empty() => path = Some(PathBuf::from(&value)),
                 "path" if mesh => return Err(bad("a file")),
                 "scale" if mesh => scale = length(&value, 1e-6, 1e6).ok_or_else(|| bad("a positive number"))?,
                 _ => return Err(fail(format!("unknown key {key:?} for {kind}"))),
             }
+        }
+        if !seen.contains(&"noise") {
+            spec.noise = Some(spec.domain.sensor());
         }
         spec.part = if mesh {
             PartSpec::Mesh { path: path.ok_or_else(|| fail("key path is missing".into()))?, scale }
@@ -130,8 +146,13 @@ impl VirtualCellSpec {
 
 const ERRORS: [(&str, ErrorModel); 3] =
     [("default", ErrorModel::DEFAULT), ("rough", ErrorModel::ROUGH), ("none", ErrorModel::NONE)];
-const NOISES: [(&str, Option<SensorModel>); 3] =
-    [("default", Some(SensorModel::DEFAULT)), ("zivid", Some(SensorModel::ZIVID)), ("none", None)];
+const NOISES: [(&str, Option<SensorModel>); 4] = [
+    ("default", Some(SensorModel::DEFAULT)),
+    ("zivid", Some(SensorModel::ZIVID)),
+    ("stereo", Some(SensorModel::STEREO)),
+    ("none", None),
+];
+const DOMAINS: [(&str, Domain); 2] = [("standard", Domain::Standard), ("shifted", Domain::Shifted)];
 const SAMPLINGS: [(&str, Sampling); 2] = [("turn", Sampling::Turn), ("random", Sampling::Random)];
 
 fn choice<T: Copy>(value: &str, of: &[(&str, T)]) -> Option<T> {
@@ -144,12 +165,6 @@ fn number(value: &str, low: u32, high: u32) -> Option<u32> {
 
 fn length(value: &str, low: f32, high: f32) -> Option<f32> {
     value.parse().ok().filter(|n| (low..=high).contains(n))
-}
-
-fn size(value: &str) -> Option<(u32, u32)> {
-    let (w, h) = value.split_once('x')?;
-    let edge = |v: &str| number(v, 16, VirtualCellSpec::MAX_EDGE);
-    Some((edge(w)?, edge(h)?))
 }
 
 #[cfg(test)]
@@ -167,6 +182,10 @@ mod tests {
         assert_eq!((full.seed, full.views, full.size, full.errors), (9, 5, (1920, 1200), ErrorModel::NONE));
         assert_eq!((full.noise, full.sampling), (Some(SensorModel::ZIVID), Sampling::Random));
         assert_eq!(full.part, PartSpec::StarterMotor { cell: 2.0 });
+        let shifted = VirtualCellSpec::parse("virtual:starter-motor?domain=shifted").expect("another world");
+        assert_eq!((shifted.domain, shifted.noise), (Domain::Shifted, Some(SensorModel::STEREO)));
+        let quiet = VirtualCellSpec::parse("virtual:starter-motor?noise=zivid&domain=shifted").expect("its own noise");
+        assert_eq!(quiet.noise, Some(SensorModel::ZIVID));
         let mesh = VirtualCellSpec::parse("virtual:mesh?path=a%20b%26c.obj&scale=0.001").expect("a mesh");
         assert_eq!(mesh.part, PartSpec::Mesh { path: "a b&c.obj".into(), scale: 0.001 });
     }
@@ -182,6 +201,7 @@ mod tests {
             ("virtual:starter-motor?errors=some", "errors"),
             ("virtual:starter-motor?noise=loud", "noise"),
             ("virtual:starter-motor?sampling=all", "sampling"),
+            ("virtual:starter-motor?domain=moon", "domain"),
             ("virtual:starter-motor?path=x", "path"),
             ("virtual:starter-motor?seed=1&seed=2", "twice"),
             ("virtual:starter-motor?seed", "key=value"),

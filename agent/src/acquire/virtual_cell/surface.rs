@@ -94,6 +94,24 @@ impl Finish {
         }
     }
 
+    /// A finish from a wider distribution, likewise shared by all components: every second one any colour and any gloss.
+    pub(super) fn draw_widely(s: &mut Stream) -> Self {
+        let mut finish = Self::draw(s);
+        if s.chance(0.5) {
+            // Dark ones are as common as they are under a bonnet.
+            let value = s.range(-4.2, -0.25).exp();
+            let hue = Vec3::new(s.range(-1.0, 1.0), s.range(-1.0, 1.0), s.range(-1.0, 1.0));
+            let vivid = s.range(0.0, 0.7) * s.range(0.0, 1.0);
+            finish.base = (Vec3::splat(value) * (1.0 + vivid * hue)).clamp(Vec3::splat(0.004), Vec3::splat(0.85));
+            finish.metallic = if s.chance(0.4) { s.range(0.6, 1.0) } else { 0.0 };
+            finish.roughness = s.range(0.25, 0.8);
+            finish.grain = s.range(0.0, 0.35);
+            finish.turning = if s.chance(0.4) { s.range(0.0, 0.35) } else { 0.0 };
+        }
+        finish.mottling = s.range(0.05, 0.30);
+        finish
+    }
+
     /// The same finish with lines of print: a rating plate.
     pub(super) fn printed(mut self) -> Self {
         self.printed = true;
@@ -182,6 +200,17 @@ impl Grime {
             dirt: s.range(0.1, 0.85),
             oil: s.range(0.0, 0.9),
             dust: Vec3::new(0.115, 0.088, 0.062) * s.range(0.5, 1.3),
+            noise: Noise::new(s.word()),
+        }
+    }
+
+    /// Grime from a wider distribution: from clean to caked, the dust of any shade between sand, soot and cement.
+    pub(super) fn draw_widely(s: &mut Stream) -> Self {
+        let shade = Vec3::new(0.115, 0.088, 0.062).lerp(Vec3::splat(0.09), s.range(0.0, 1.0));
+        Self {
+            dirt: s.range(0.0, 1.0),
+            oil: s.range(0.0, 1.0),
+            dust: shade * s.range(-1.2, 1.0).exp(),
             noise: Noise::new(s.word()),
         }
     }

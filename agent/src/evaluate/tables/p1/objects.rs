@@ -1,7 +1,7 @@
 //! The thirteen objects: five toys, four scanned YCB objects, four starter motors.
 
 use super::toys::toys;
-use crate::acquire::virtual_cell::{ErrorModel, PartSpec, Sampling, SensorModel, VirtualCellSpec};
+use crate::acquire::virtual_cell::{Domain, ErrorModel, PartSpec, Sampling, SensorModel, VirtualCellSpec};
 use crate::acquire::{AcquireError, TrueMesh};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -116,6 +116,7 @@ impl TableObject {
             errors: setting.errors,
             noise: Some(setting.sensor),
             sampling: Sampling::Turn,
+            domain: Domain::Standard,
         }
     }
 }
