@@ -178,7 +178,10 @@ mod tests {
         for view in &views {
             let read = source.next_view().expect("as many views").expect("readable");
             assert_eq!(read.rgb, view.rgb);
-            assert_eq!(read.intrinsics, view.intrinsics);
+            // A number may lose its last bit on its way through JSON.
+            let (k, l) = (read.intrinsics, view.intrinsics);
+            assert_eq!((k.width, k.height), (l.width, l.height));
+            assert!([k.fx - l.fx, k.fy - l.fy, k.cx - l.cx, k.cy - l.cy].iter().all(|d| d.abs() < 1e-9));
             let off = read.depth.metres.iter().zip(&view.depth.metres).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
             assert!(off < 5.1e-5, "{off} m");
             assert_eq!(read.labels.map(|l| l.components), view.labels.as_ref().map(|l| l.components.clone()));

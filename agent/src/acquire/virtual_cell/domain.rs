@@ -19,7 +19,7 @@ use crate::acquire::Intrinsics;
 pub enum Domain {
     /// The virtual cell as it is.
     Standard,
-    /// A wide lens, a lamp of warm light low at each side and a strong cold ring about the lens, a stereo camera's noise.
+    /// A wide lens, a lamp of tungsten light low at each side and a strong ring about the lens, a stereo camera's noise.
     Shifted,
 }
 
@@ -75,7 +75,8 @@ fn draw_intrinsics(seed: u64, (width, height): (u32, u32), focal: f64) -> Intrin
 
 fn shifted_lighting(seed: u64) -> Lighting {
     let mut s = Stream::new(seed, "shifted lights");
-    let tungsten = Vec3::new(1.45, 1.0, 0.45);
+    // The camera is balanced for the ring: what it lights alone comes out neutral.
+    let (tungsten, warm_white) = (Vec3::new(1.45, 1.0, 0.45), Vec3::new(1.2, 1.0, 0.8));
     let mut low = |side: f32, power: f32| Lamp {
         position: Vec3::new(side * s.range(0.8, 1.0), s.range(0.1, 0.5), s.range(0.10, 0.18)),
         radius: 0.02,
@@ -85,17 +86,11 @@ fn shifted_lighting(seed: u64) -> Lighting {
     let lamps = vec![low(1.0, 1.3), low(-1.0, 0.8)];
     Lighting {
         lamps,
-        headlight: Vec3::new(0.85, 1.0, 1.2) * s.range(0.55, 0.75),
-        ceiling: Vec3::splat(0.10),
-        floor: Vec3::new(0.35, 0.36, 0.38),
+        headlight: warm_white * s.range(0.55, 0.75),
+        ceiling: warm_white * 0.10,
+        floor: warm_white * 0.36,
         tubes: 0.0,
-        backdrop: Backdrop {
-            colour: Vec3::new(0.75, 0.78, 0.80),
-            gradient: -0.3,
-            blotches: 0.25,
-            density: 3.0,
-            seed: s.word(),
-        },
+        backdrop: Backdrop { colour: warm_white * 0.65, gradient: -0.3, blotches: 0.25, density: 3.0, seed: s.word() },
     }
 }
 

@@ -164,4 +164,6 @@ fn settings(spec: &VirtualCellSpec) -> Vec<(String, String)> {
 }
 
 #[cfg(test)]
+mod colour_tests;
+#[cfg(test)]
 mod tests;

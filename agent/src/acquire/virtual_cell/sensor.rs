@@ -76,8 +76,8 @@ impl SensorModel {
         edges: (0.45, 0.53),
         color: 0.008,
     };
-    /// A stereo camera of the consumer class that works on the scene's own texture: coarse steps, slow waves and half of
-    /// each edge smeared. Outside of everything that [`super::Randomisation::TRAINING`] draws.
+    /// A stereo camera of the consumer class: coarse steps, slow waves, depth for dark and bright surfaces alike, and half
+    /// of each edge smeared. Outside of everything that [`super::Randomisation::TRAINING`] draws.
     pub const STEREO: Self = Self {
         sigma: 4e-4,
         ripple: 5e-4,
