@@ -138,7 +138,12 @@ impl SyntheticScene {
             index,
             cloud: OrganizedCloud::new(k, &depth, None),
             rgb: RgbImage::from_raw(k.width, k.height, rgb).expect("one colour a pixel"),
-            segmentation: Segmentation { components, defects: ClassField::Hard(vec![0; pixels]), instances: classes },
+            segmentation: Segmentation {
+                components,
+                defects: ClassField::Hard(vec![0; pixels]),
+                instances: classes,
+                network: None,
+            },
             table_from_camera: pose,
         }
     }

@@ -49,6 +49,7 @@ fn wall(shift: usize, cut: usize, ids: [u16; 2], classes: [u16; 2]) -> (Organize
         components: ClassField::Hard(pick(classes)),
         defects: ClassField::Hard(vec![0; 4800]),
         instances: pick(ids),
+        network: None,
     };
     (cloud, segmentation)
 }

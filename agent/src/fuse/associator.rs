@@ -134,7 +134,7 @@ mod tests {
         let components = ClassField::Hard(classes.collect());
         (
             OrganizedCloud::new(K, &depth, None),
-            Segmentation { components, defects: ClassField::Hard(vec![0; 120 * 80]), instances },
+            Segmentation { components, defects: ClassField::Hard(vec![0; 120 * 80]), instances, network: None },
         )
     }
 

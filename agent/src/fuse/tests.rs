@@ -27,6 +27,7 @@ fn view(index: u32, shift: f64) -> LabelledView {
             components: ClassField::Hard(labels),
             defects: ClassField::Hard(vec![0; pixels]),
             instances: vec![1; pixels],
+            network: None,
         },
         table_from_camera: Isometry3::new(Vector3::new(shift, 0.0, 0.0), Vector3::zeros()),
     }

@@ -66,6 +66,7 @@ mod tests {
                 components: soft,
                 defects: ClassField::Hard(vec![0, 3]),
                 instances: vec![0, 5],
+                network: None,
             },
             table_from_camera: Isometry3::translation(0.0, 0.0, 1.0),
         };

@@ -111,6 +111,7 @@ impl PackedView {
                     instances: read_u16(&plain[3], &measured, pixels)?,
                     components: self.fields[0].read(&plain[4], &measured, pixels)?,
                     defects: self.fields[1].read(&plain[5], &measured, pixels)?,
+                    network: None,
                 })
             },
         );
@@ -293,6 +294,7 @@ mod tests {
                 },
                 defects: ClassField::Hard((0..PIXELS).map(|i| u16::from(byte(i)) * 257).collect()),
                 instances: (0..PIXELS).map(|i| u16::from(byte(i * 3)) << 4).collect(),
+                network: None,
             },
             table_from_camera: Isometry3::identity(),
         }

@@ -176,6 +176,7 @@ mod tests {
             components: ClassField::Hard(labels.clone()),
             defects: ClassField::Hard(vec![0; labels.len()]),
             instances: labels,
+            network: None,
         }
     }
 
@@ -246,6 +247,7 @@ mod tests {
             components: ClassField::Hard(vec![0; 64]),
             defects: ClassField::Hard(vec![0; 64]),
             instances: vec![0; 64],
+            network: None,
         };
         assert_eq!(Degradation::network(4, 1).apply(&empty, 8, 0), empty);
         assert_eq!(Degradation::network(4, 1).apply(&empty, 0, 0), empty);

@@ -1,12 +1,13 @@
 //! Pixels -> class probabilities and uncertainty.
 //!
 //! A [`Segmenter`] is the seam that networks plug into; [`RecordedSegmenter`] passes on labels that came with the view
-//! (recorded masks, simulated truth). [`preparation`] frees pictures of noise and background first,
-//! [`GeometricSegmenter`] fits another's masks to the geometry, [`Degraded`] spoils
+//! (recorded masks, simulated truth), [`network::NetworkSegmenter`] asks trained networks. [`preparation`] frees pictures
+//! of noise and background first, [`GeometricSegmenter`] fits another's masks to the geometry, [`Degraded`] spoils
 //! them as networks do.
 
 mod degrade;
 pub mod geometric;
+pub mod network;
 pub mod preparation;
 mod recorded;
 
@@ -15,6 +16,7 @@ pub use geometric::GeometricSegmenter;
 pub use recorded::RecordedSegmenter;
 
 use crate::acquire::View;
+use std::sync::Arc;
 
 /// Class membership of every pixel, row-major.
 #[derive(Clone, Debug, PartialEq)]
@@ -130,6 +132,8 @@ pub struct Segmentation {
     pub defects: ClassField,
     /// Instance of each pixel; 0 = not separated.
     pub instances: Vec<u16>,
+    /// What networks said beyond labels, for overlays and the record; not kept with the view.
+    pub network: Option<Arc<network::ViewDetail>>,
 }
 
 /// Why a view could not be segmented.
@@ -152,6 +156,14 @@ pub enum SegmentError {
         found: usize,
         /// The number of pixels.
         expected: usize,
+    },
+    /// A network did not run.
+    #[error("view {view}: {reason}")]
+    Network {
+        /// The view.
+        view: u32,
+        /// Why.
+        reason: String,
     },
 }
 

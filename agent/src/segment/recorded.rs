@@ -22,6 +22,7 @@ impl Segmenter for RecordedSegmenter {
                 components: ClassField::Hard(zeros.clone()),
                 defects: ClassField::Hard(zeros.clone()),
                 instances: zeros,
+                network: None,
             });
         };
         let fields =
@@ -35,6 +36,7 @@ impl Segmenter for RecordedSegmenter {
             components: ClassField::Hard(labels.components.clone()),
             defects: ClassField::Hard(labels.defects.clone()),
             instances: labels.instances.clone(),
+            network: None,
         })
     }
 }

@@ -20,6 +20,7 @@ fn view(index: u32, pose: Isometry3<f64>, depth: impl Fn(usize, usize) -> f32) -
             components: ClassField::Hard(labels),
             defects: ClassField::Hard(vec![0; 160 * 120]),
             instances: vec![3; 160 * 120],
+            network: None,
         },
         table_from_camera: pose,
     }

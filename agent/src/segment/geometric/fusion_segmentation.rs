@@ -243,6 +243,7 @@ mod tests {
             components: ClassField::Hard(labels.to_vec()),
             defects: ClassField::Hard(vec![0; labels.len()]),
             instances: labels.to_vec(),
+            network: None,
         }
     }
 
@@ -292,6 +293,7 @@ mod tests {
             },
             defects: ClassField::Hard(vec![0; 4]),
             instances: vec![1, 1, 0, 0],
+            network: None,
         };
         let fused = fuse(&given, &PatchImage { patches: &[0, 0, 0, 1], fine: None }, &FusionConfig::PAPER);
         let ClassField::Soft { probabilities, sigma, .. } = &fused.components else { panic!("stays soft") };

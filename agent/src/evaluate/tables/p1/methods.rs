@@ -188,6 +188,7 @@ pub(super) fn hard(labels: &[u16]) -> Segmentation {
         components: ClassField::Hard(labels.to_vec()),
         defects: ClassField::Hard(vec![0; labels.len()]),
         instances: labels.to_vec(),
+        network: None,
     }
 }
 

@@ -1,0 +1,120 @@
+//! Where ONNX Runtime lies.
+//!
+//! In this order: where the configuration says, the environment variable `ORT_DYLIB_PATH`, beside the executable,
+//! `target/onnxruntime` (where `cargo xtask` puts it), the system's folders. The first two name a file and bind: if it
+//! does not load, that is an error and nothing else is tried.
+
+use std::path::{Path, PathBuf};
+
+/// Names the library's file.
+const VARIABLE: &str = "ORT_DYLIB_PATH";
+
+/// Folders of the system that package managers and vendors put it into.
+const SYSTEM: [&str; 6] = [
+    "/usr/local/lib",
+    "/usr/lib",
+    "/usr/lib/x86_64-linux-gnu",
+    "/usr/lib/aarch64-linux-gnu",
+    "/opt/onnxruntime/lib",
+    "/opt/homebrew/lib",
+];
+
+/// A library that may be ONNX Runtime.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Found {
+    /// The file.
+    pub path: PathBuf,
+    /// What named it.
+    pub from: &'static str,
+    /// Whether a person named it: it is then the only one.
+    pub binding: bool,
+}
+
+/// The libraries to try, best first, and the places that were looked in.
+pub fn candidates(configured: Option<&Path>) -> (Vec<Found>, Vec<PathBuf>) {
+    let variable = std::env::var_os(VARIABLE).filter(|v| !v.is_empty()).map(PathBuf::from);
+    let executable = std::env::current_exe().ok();
+    search(configured, variable.as_deref(), executable.as_deref())
+}
+
+fn search(configured: Option<&Path>, variable: Option<&Path>, executable: Option<&Path>) -> (Vec<Found>, Vec<PathBuf>) {
+    for (path, from) in [(configured, "the configuration"), (variable, VARIABLE)] {
+        if let Some(path) = path {
+            return (vec![Found { path: path.into(), from, binding: true }], vec![path.into()]);
+        }
+    }
+    let mut folders = Vec::new();
+    if let Some(beside) = executable.and_then(Path::parent) {
+        folders.push((beside.to_owned(), "the executable's folder"));
+        folders.push((beside.join("onnxruntime"), "the executable's folder"));
+        // target/debug/semascan and target/debug/deps/test both lie below target.
+        let target = beside.ancestors().take(3).skip(1).map(|t| t.join("onnxruntime"));
+        folders.extend(target.map(|t| (t, "cargo's target folder")));
+    }
+    folders.extend(SYSTEM.map(|f| (PathBuf::from(f), "the system")));
+    let found = folders
+        .iter()
+        .flat_map(|(folder, from)| in_folder(folder).map(|path| Found { path, from, binding: false }))
+        .collect();
+    (found, folders.into_iter().map(|(folder, _)| folder).collect())
+}
+
+/// The library in `folder`: the one with the highest version where there are several.
+fn in_folder(folder: &Path) -> Option<PathBuf> {
+    let is_library = |path: &PathBuf| {
+        let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        let rest = name.strip_prefix("libonnxruntime.").unwrap_or_default();
+        name == "onnxruntime.dll" || rest.starts_with("so") || rest.ends_with("dylib")
+    };
+    let files = std::fs::read_dir(folder).ok()?.filter_map(|entry| Some(entry.ok()?.path()));
+    files.filter(is_library).max_by_key(|path| version(path))
+}
+
+/// The numbers in a file's name, to be compared.
+fn version(path: &Path) -> Vec<u64> {
+    let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    name.split(|c: char| !c.is_ascii_digit()).filter_map(|digits| digits.parse().ok()).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn touch(folder: &Path, name: &str) -> PathBuf {
+        std::fs::create_dir_all(folder).expect("a folder");
+        std::fs::write(folder.join(name), b"").expect("a file");
+        folder.join(name)
+    }
+
+    #[test]
+    fn what_a_person_names_is_the_only_one() {
+        let (a, b) = (Path::new("/a.so"), Path::new("/b.so"));
+        let names = |found: Vec<Found>| found.into_iter().map(|f| (f.path, f.binding)).collect::<Vec<_>>();
+        assert_eq!(names(search(Some(a), Some(b), None).0), [(a.into(), true)]);
+        assert_eq!(names(search(None, Some(b), None).0), [(b.into(), true)]);
+    }
+
+    #[test]
+    fn cargo_s_target_folder_is_found_from_binaries_and_tests() {
+        let root = tempfile::tempdir().expect("a folder");
+        let library = touch(&root.path().join("target/onnxruntime"), "libonnxruntime.so.1.31.1");
+        for executable in ["target/debug/semascan", "target/debug/deps/test-1"] {
+            let (found, looked_in) = search(None, None, Some(&root.path().join(executable)));
+            assert_eq!(found.first().map(|f| (&f.path, f.binding)), Some((&library, false)), "{executable}");
+            assert!(looked_in.len() > 6);
+        }
+        let beside = touch(&root.path().join("target/debug"), "libonnxruntime.so");
+        let (found, _) = search(None, None, Some(&root.path().join("target/debug/semascan")));
+        assert_eq!(found.first().map(|f| &f.path), Some(&beside));
+    }
+
+    #[test]
+    fn the_newest_library_of_a_folder_counts_and_helpers_do_not() {
+        let root = tempfile::tempdir().expect("a folder");
+        touch(root.path(), "libonnxruntime_providers_shared.so");
+        assert_eq!(in_folder(root.path()), None);
+        touch(root.path(), "libonnxruntime.so.1.9.0");
+        let newest = touch(root.path(), "libonnxruntime.so.1.31.1");
+        assert_eq!(in_folder(root.path()), Some(newest));
+    }
+}

@@ -1,0 +1,240 @@
+//! ONNX Runtime, loaded when the first network is: linking it at build time would break every build on a machine that
+//! lacks it.
+//!
+//! A process has one ONNX Runtime environment, made from the first library that loads. Threads do not spin while they
+//! wait: spinning nearly doubles the processor time, which the other stages of the pipeline need.
+
+use super::locate::{Found, candidates};
+use super::{Engine, EngineDescription, EngineError, Network, Port, Provider, Tensor};
+use ort::environment::Environment;
+use ort::ep::{self, ExecutionProvider, ExecutionProviderDispatch};
+use ort::logging::LogLevel;
+use ort::session::Session;
+use ort::session::builder::{GraphOptimizationLevel, SessionBuilder};
+use ort::value::{DynValue, Outlet, TensorElementType, TensorRef, ValueType};
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// The library that was loaded and what was made of it.
+struct Loaded {
+    library: PathBuf,
+    environment: Environment,
+}
+
+/// Set once; the environment cannot be made a second time, so it is never let go.
+static LOADED: Mutex<Option<Loaded>> = Mutex::new(None);
+
+/// ONNX Runtime with a provider.
+#[derive(Clone, Debug)]
+pub struct OnnxRuntime {
+    environment: Environment,
+    library: PathBuf,
+    provider: Provider,
+}
+
+impl OnnxRuntime {
+    /// Loads the library: from `configured` if given, else from where it is found.
+    ///
+    /// # Errors
+    /// [`EngineError`]: not found, not loadable, or without the provider.
+    pub fn open(configured: Option<&Path>, provider: Provider) -> Result<Self, EngineError> {
+        let (found, looked_in) = candidates(configured);
+        let mut loaded = LOADED.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut last = EngineError::NotFound { looked_in };
+        if loaded.is_none() {
+            for candidate in found {
+                match load(&candidate) {
+                    Ok(environment) => {
+                        *loaded = Some(Loaded { library: candidate.path, environment });
+                        break;
+                    }
+                    Err(error) if candidate.binding => return Err(error),
+                    Err(error) => {
+                        tracing::warn!("{error}");
+                        last = error;
+                    }
+                }
+            }
+        }
+        let Some(Loaded { library, environment }) = &*loaded else { return Err(last) };
+        if let Some(other) = configured.filter(|path| !same_file(path, library)) {
+            let reason = format!("this process has loaded {} already", library.display());
+            return Err(EngineError::Library { path: other.into(), from: "the configuration", reason });
+        }
+        let runtime = Self { environment: environment.clone(), library: library.clone(), provider };
+        if provider != Provider::Cpu && !runtime.providers().contains(&provider) {
+            let there = runtime.providers().iter().map(|p| p.name()).collect::<Vec<_>>().join(", ");
+            let reason = format!("{} was built without it; it has {there}", runtime.library.display());
+            return Err(EngineError::Provider { provider, reason });
+        }
+        Ok(runtime)
+    }
+
+    /// The providers that the library was built with.
+    pub fn providers(&self) -> Vec<Provider> {
+        let is_there = |provider: &Provider| match provider {
+            Provider::Cpu => true,
+            Provider::Cuda => ep::CUDA::is_available().unwrap_or(false),
+            Provider::TensorRt => ep::TensorRT::is_available().unwrap_or(false),
+            Provider::OpenVino => ep::OpenVINO::is_available().unwrap_or(false),
+            Provider::CoreMl => ep::CoreML::is_available().unwrap_or(false),
+        };
+        Provider::ALL.into_iter().filter(is_there).collect()
+    }
+
+    fn dispatch(&self) -> Option<ExecutionProviderDispatch> {
+        let provider = match self.provider {
+            Provider::Cpu => return None,
+            Provider::Cuda => ep::CUDA::default().build(),
+            Provider::TensorRt => ep::TensorRT::default().build(),
+            Provider::OpenVino => ep::OpenVINO::default().build(),
+            Provider::CoreMl => ep::CoreML::default().build(),
+        };
+        Some(provider.error_on_failure())
+    }
+
+    fn session(&self, file: &Path, threads: usize) -> ort::Result<Session> {
+        let mut builder: SessionBuilder = Session::builder(&self.environment)?
+            .with_optimization_level(GraphOptimizationLevel::All)?
+            .with_intra_threads(threads.max(1))?
+            .with_intra_op_spinning(false)?;
+        if let Some(provider) = self.dispatch() {
+            builder = builder.with_execution_providers([provider])?;
+        }
+        builder.commit_from_file(file)
+    }
+}
+
+fn same_file(a: &Path, b: &Path) -> bool {
+    a == b || a.canonicalize().ok().zip(b.canonicalize().ok()).is_some_and(|(a, b)| a == b)
+}
+
+fn load(candidate: &Found) -> Result<Environment, EngineError> {
+    let fail = |reason: String| EngineError::Library { path: candidate.path.clone(), from: candidate.from, reason };
+    // A name that is no file would send the loader through the system's folders.
+    if !candidate.path.is_file() {
+        return Err(fail("there is no such file".into()));
+    }
+    let path = candidate.path.canonicalize().map_err(|e| fail(e.to_string()))?;
+    let builder = ort::init_from(path).map_err(|e| fail(e.to_string()))?;
+    let log = |level: LogLevel, _: &str, _: &str, place: &str, message: &str| match level {
+        LogLevel::Error | LogLevel::Fatal => tracing::warn!("onnxruntime: {message} ({place})"),
+        LogLevel::Warning => tracing::debug!("onnxruntime: {message} ({place})"),
+        _ => tracing::trace!("onnxruntime: {message} ({place})"),
+    };
+    let builder = builder.with_name("semascan").with_telemetry(false).with_logger(Arc::new(log));
+    builder.build().map_err(|e| fail(e.to_string()))
+}
+
+impl Engine for OnnxRuntime {
+    fn description(&self) -> EngineDescription {
+        EngineDescription {
+            name: "onnxruntime".into(),
+            version: version(ort::info()),
+            provider: self.provider,
+            library: Some(self.library.clone()),
+        }
+    }
+
+    fn load(&self, file: &Path, threads: usize) -> Result<Box<dyn Network>, EngineError> {
+        let session = self
+            .session(file, threads)
+            .map_err(|e| EngineError::Load { file: file.into(), reason: one_line(&e.to_string()) })?;
+        let ports = |outlets: &[Outlet]| outlets.iter().map(port).collect();
+        let (inputs, outputs) = (ports(session.inputs()), ports(session.outputs()));
+        Ok(Box::new(OrtNetwork { file: file.into(), session, inputs, outputs }))
+    }
+}
+
+/// The version in ONNX Runtime's description of its build: `git-branch=rel-1.31.1, ...`.
+fn version(info: &str) -> String {
+    let branch = info.split("git-branch=").nth(1).and_then(|rest| rest.split([',', ' ']).next()).unwrap_or("unknown");
+    branch.trim_start_matches("rel-").to_owned()
+}
+
+fn one_line(text: &str) -> String {
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+fn port(outlet: &Outlet) -> Port {
+    let shape = match outlet.dtype() {
+        ValueType::Tensor { shape, .. } => Some(shape.iter().map(|&d| usize::try_from(d).ok()).collect()),
+        _ => None,
+    };
+    Port { name: outlet.name().to_owned(), shape }
+}
+
+/// A network in ONNX Runtime.
+struct OrtNetwork {
+    file: PathBuf,
+    session: Session,
+    inputs: Vec<Port>,
+    outputs: Vec<Port>,
+}
+
+impl Network for OrtNetwork {
+    fn inputs(&self) -> &[Port] {
+        &self.inputs
+    }
+
+    fn outputs(&self) -> &[Port] {
+        &self.outputs
+    }
+
+    fn run(&mut self, input: &Tensor, wanted: &[&str]) -> Result<Vec<Tensor>, EngineError> {
+        let Self { file, session, inputs, .. } = self;
+        let fail = |reason: String| EngineError::Run { file: file.clone(), reason: one_line(&reason) };
+        let name = inputs.first().map(|p| p.name.clone()).unwrap_or_default();
+        let tensor = TensorRef::from_array_view((input.shape.clone(), input.data.as_slice()));
+        let tensor = tensor.map_err(|e| fail(e.to_string()))?;
+        let outputs = session.run(ort::inputs![name => tensor]).map_err(|e| fail(e.to_string()))?;
+        wanted
+            .iter()
+            .map(|&name| {
+                let value = outputs.get(name).ok_or_else(|| fail(format!("it has no output {name}")))?;
+                read(value).map_err(|reason| fail(format!("output {name}: {reason}")))
+            })
+            .collect()
+    }
+}
+
+/// A value as numbers.
+fn read(value: &DynValue) -> Result<Tensor, String> {
+    let ValueType::Tensor { ty, .. } = value.dtype() else { return Err("is no tensor".into()) };
+    let (shape, data) = match ty {
+        TensorElementType::Float32 => {
+            let (shape, data) = value.try_extract_tensor::<f32>().map_err(|e| e.to_string())?;
+            (shape, data.to_vec())
+        }
+        TensorElementType::Int64 => {
+            let (shape, data) = value.try_extract_tensor::<i64>().map_err(|e| e.to_string())?;
+            (shape, data.iter().map(|&v| v as f32).collect())
+        }
+        other => return Err(format!("holds {other:?}, neither f32 nor i64")),
+    };
+    let shape = shape.iter().map(|&d| usize::try_from(d).unwrap_or(0)).collect();
+    Ok(Tensor { shape, data })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_version_is_read_from_the_build_s_description() {
+        assert_eq!(version("ORT Build Info: git-branch=rel-1.31.1, git-commit-id=abc, build type=Release"), "1.31.1");
+        assert_eq!(version("something else"), "unknown");
+    }
+
+    #[test]
+    fn a_library_that_a_person_named_and_that_is_none_is_an_error() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let file = folder.path().join("libonnxruntime.so");
+        let candidate = Found { path: file.clone(), from: "the configuration", binding: true };
+        let error = load(&candidate).expect_err("nothing there").to_string();
+        assert!(error.contains("the configuration") && error.contains("no such file"), "{error}");
+        std::fs::write(&file, b"no library").expect("writes");
+        let error = load(&candidate).expect_err("no library").to_string();
+        assert!(error.contains("libonnxruntime.so"), "{error}");
+    }
+}

@@ -1,0 +1,359 @@
+//! How sure a prediction is (P0, section "Uncertainty estimation for segmentation results", after GUM Supplement 1).
+//!
+//! M = members x augmentations predictions of a pixel, p_mt,c. The prediction is their mean. The standard uncertainty of
+//! class c is `u_c^2 = sum (p_mt,c - mean_c)^2 / (M - ddof)`; it splits exactly into a data part, the scatter of a member
+//! over the augmentations, and a model part, the scatter of the members' means: sums of squares within and between, both
+//! over the same `M - ddof`. With ddof = 0 these are `E_m[Var_t]` and `Var_m[E_t]`. P0's sigma of a pixel is taken to be
+//! `sqrt(sum_c u_c^2)`; other readings can be chosen. Probabilities are bounded, so the 95 % interval is given by the
+//! quantiles of the M values, beside the expanded uncertainty `U = k u`.
+
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+/// What sigma of a pixel is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Statistic {
+    /// `sqrt(sum_c u_c^2)`.
+    #[default]
+    Norm,
+    /// u of the predicted class.
+    Predicted,
+    /// The largest u_c.
+    Largest,
+}
+
+/// How uncertainty is computed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct UncertaintySettings {
+    /// What sigma is.
+    pub statistic: Statistic,
+    /// Subtracted from the number of predictions: 1 for the variance of a sample, 0 for that of a population.
+    pub ddof: u32,
+    /// Coverage factor of the expanded uncertainty.
+    pub coverage: f32,
+    /// Pixels with a larger sigma are uncertain.
+    pub threshold: f32,
+}
+
+impl Default for UncertaintySettings {
+    fn default() -> Self {
+        Self { statistic: Statistic::Norm, ddof: 1, coverage: 2.0, threshold: 0.5 }
+    }
+}
+
+/// What the members said of each augmentation, carried back to the pixels of one window.
+#[derive(Clone, Debug, Default)]
+pub struct Predictions {
+    /// Classes.
+    pub classes: usize,
+    /// Pixels of the window.
+    pub pixels: usize,
+    /// Members of the ensemble.
+    pub members: usize,
+    /// Augmentations.
+    pub augmentations: usize,
+    /// Prediction `member * augmentations + augmentation`: class after class, `classes * pixels` values.
+    pub planes: Vec<Vec<f32>>,
+    /// For each augmentation which pixels it knows; all if absent.
+    pub valid: Vec<Option<Vec<bool>>>,
+}
+
+/// The prediction and its uncertainty.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Estimate {
+    /// Mean probabilities, class after class, `classes * pixels` values.
+    pub mean: Vec<f32>,
+    /// Standard uncertainty of each pixel.
+    pub sigma: Vec<f32>,
+    /// Its data part: `sigma^2 = data^2 + model^2`.
+    pub data: Vec<f32>,
+    /// Its model part.
+    pub model: Vec<f32>,
+    /// The picture in numbers.
+    pub figures: UncertaintyFigures,
+}
+
+/// A picture's uncertainty in numbers. Means are over the pixels whose predicted class is not none.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct UncertaintyFigures {
+    /// Pixels the networks looked at.
+    pub pixels: u64,
+    /// Those whose predicted class is not none.
+    pub foreground: u64,
+    /// Pixels of the foreground that are uncertain.
+    pub uncertain: u64,
+    /// Mean sigma.
+    pub sigma: f64,
+    /// Mean data part.
+    pub data: f64,
+    /// Mean model part.
+    pub model: f64,
+    /// Mean expanded uncertainty U = k u of the predicted class.
+    pub expanded: f64,
+    /// Mean 2.5 % quantile of the predicted class's probability.
+    pub quantile_low: f64,
+    /// Mean 97.5 % quantile.
+    pub quantile_high: f64,
+}
+
+/// Pixels that are worked on together, and summed together: the sums do not depend on the number of threads.
+const TOGETHER: usize = 4096;
+
+impl Predictions {
+    /// Mean and uncertainty of every pixel. A pixel that fewer than `ddof + 1` predictions know has no scatter: sigma 0.
+    pub fn estimate(&self, settings: &UncertaintySettings) -> Estimate {
+        let starts: Vec<usize> = (0..self.pixels).step_by(TOGETHER).collect();
+        let parts: Vec<Estimate> =
+            starts.into_par_iter().map(|start| self.part(start, TOGETHER.min(self.pixels - start), settings)).collect();
+        let mut whole = Estimate { mean: vec![0.0; self.classes * self.pixels], ..Estimate::default() };
+        let mut start = 0;
+        for part in parts {
+            let length = part.sigma.len();
+            for (c, values) in part.mean.chunks_exact(length.max(1)).enumerate() {
+                whole.mean[c * self.pixels + start..][..length].copy_from_slice(values);
+            }
+            start += length;
+            whole.sigma.extend(part.sigma);
+            whole.data.extend(part.data);
+            whole.model.extend(part.model);
+            whole.figures.add(&part.figures);
+        }
+        whole.figures.divide();
+        whole
+    }
+
+    /// Pixels `start .. start + length`; the figures are sums.
+    fn part(&self, start: usize, length: usize, settings: &UncertaintySettings) -> Estimate {
+        let (members, augmentations) = (self.members, self.augmentations);
+        let knows = |t: usize, x: usize| self.valid[t].as_ref().is_none_or(|v| v[start + x]);
+        // How many augmentations know each pixel; the same for every member.
+        let known: Vec<f32> = (0..length).map(|x| (0..augmentations).filter(|&t| knows(t, x)).count() as f32).collect();
+        let mut estimate = Estimate { mean: vec![0.0; self.classes * length], ..Estimate::default() };
+        // Variance within and between of each class.
+        let mut scatter = vec![[0.0_f32; 2]; self.classes * length];
+        let mut of_member = vec![0.0_f32; members * length];
+        for c in 0..self.classes {
+            let values = |m: usize, t: usize| &self.planes[m * augmentations + t][c * self.pixels + start..][..length];
+            let mean = &mut estimate.mean[c * length..(c + 1) * length];
+            for (m, sums) in of_member.chunks_exact_mut(length).enumerate() {
+                sums.fill(0.0);
+                for t in 0..augmentations {
+                    self.each(t, start, values(m, t), |x, p| sums[x] += p);
+                }
+                for x in 0..length {
+                    sums[x] /= known[x].max(1.0);
+                    mean[x] += sums[x] / members as f32;
+                }
+            }
+            let scatter = &mut scatter[c * length..(c + 1) * length];
+            for (m, own) in of_member.chunks_exact(length).enumerate() {
+                for t in 0..augmentations {
+                    self.each(t, start, values(m, t), |x, p| scatter[x][0] += (p - own[x]) * (p - own[x]));
+                }
+                for x in 0..length {
+                    scatter[x][1] += known[x] * (own[x] - mean[x]) * (own[x] - mean[x]);
+                }
+            }
+            for (x, [within, between]) in scatter.iter_mut().enumerate() {
+                let freedom = known[x] * members as f32 - settings.ddof as f32;
+                let scale = if freedom > 0.0 { 1.0 / freedom } else { 0.0 };
+                (*within, *between) = (*within * scale, *between * scale);
+            }
+        }
+        let mut sample = Vec::new();
+        for x in 0..length {
+            let class = |c: usize| estimate.mean[c * length + x];
+            let variance = |c: usize| scatter[c * length + x];
+            let predicted = (1..self.classes).fold(0, |best, c| if class(c) > class(best) { c } else { best });
+            let [within, between] = match settings.statistic {
+                Statistic::Norm => (0..self.classes).map(variance).fold([0.0; 2], |a, b| [a[0] + b[0], a[1] + b[1]]),
+                Statistic::Predicted => variance(predicted),
+                Statistic::Largest => {
+                    (0..self.classes).map(variance).fold([0.0; 2], |a, b| if b[0] + b[1] > a[0] + a[1] { b } else { a })
+                }
+            };
+            let sigma = (within + between).sqrt();
+            estimate.sigma.push(sigma);
+            estimate.data.push(within.sqrt());
+            estimate.model.push(between.sqrt());
+            estimate.figures.pixels += 1;
+            if predicted == 0 {
+                continue;
+            }
+            sample.clear();
+            let known = (0..augmentations).filter(|&t| knows(t, x));
+            let of_members = known.flat_map(|t| (0..members).map(move |m| m * augmentations + t));
+            sample.extend(of_members.map(|k| self.planes[k][predicted * self.pixels + start + x]));
+            let [low, high] = quantiles(&mut sample, [0.025, 0.975]);
+            let figures = &mut estimate.figures;
+            figures.foreground += 1;
+            figures.uncertain += u64::from(sigma > settings.threshold);
+            let [w, b] = variance(predicted);
+            let said = [sigma, within.sqrt(), between.sqrt(), settings.coverage * (w + b).sqrt(), low, high];
+            figures.means().into_iter().zip(said).for_each(|(sum, value)| *sum += f64::from(value));
+        }
+        estimate
+    }
+
+    /// Calls `take` for every pixel of a part that augmentation `t` knows.
+    fn each(&self, t: usize, start: usize, values: &[f32], mut take: impl FnMut(usize, f32)) {
+        match &self.valid[t] {
+            None => values.iter().enumerate().for_each(|(x, &p)| take(x, p)),
+            Some(valid) => {
+                let known = values.iter().zip(&valid[start..]).enumerate();
+                known.filter(|(_, (_, v))| **v).for_each(|(x, (&p, _))| take(x, p));
+            }
+        }
+    }
+}
+
+impl UncertaintyFigures {
+    fn means(&mut self) -> [&mut f64; 6] {
+        let Self { sigma, data, model, expanded, quantile_low, quantile_high, .. } = self;
+        [sigma, data, model, expanded, quantile_low, quantile_high]
+    }
+
+    fn add(&mut self, other: &Self) {
+        self.pixels += other.pixels;
+        self.foreground += other.foreground;
+        self.uncertain += other.uncertain;
+        let mut other = *other;
+        self.means().into_iter().zip(other.means()).for_each(|(sum, value)| *sum += *value);
+    }
+
+    /// Sums become means.
+    fn divide(&mut self) {
+        let n = self.foreground.max(1) as f64;
+        self.means().into_iter().for_each(|sum| *sum /= n);
+    }
+}
+
+/// Quantiles of a sample, linear between its values; zeros of none.
+fn quantiles<const N: usize>(sample: &mut [f32], shares: [f32; N]) -> [f32; N] {
+    sample.sort_unstable_by(f32::total_cmp);
+    let Some(last) = sample.len().checked_sub(1) else { return [0.0; N] };
+    shares.map(|share| {
+        let at = share * last as f32;
+        let below = at.floor() as usize;
+        let (a, b) = (sample[below.min(last)], sample[(below + 1).min(last)]);
+        a + (b - a) * (at - below as f32)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two members, two augmentations, two classes, two pixels; the second pixel is unknown to the second augmentation.
+    fn predictions() -> Predictions {
+        let of = |p: [f32; 2]| vec![1.0 - p[0], 1.0 - p[1], p[0], p[1]];
+        Predictions {
+            classes: 2,
+            pixels: 2,
+            members: 2,
+            augmentations: 2,
+            planes: vec![of([0.9, 0.2]), of([0.7, 0.9]), of([0.6, 0.4]), of([0.6, 0.0])],
+            valid: vec![None, Some(vec![true, false])],
+        }
+    }
+
+    #[test]
+    fn figures_are_those_computed_by_hand() {
+        let settings = UncertaintySettings { threshold: 0.15, ..UncertaintySettings::default() };
+        let e = predictions().estimate(&settings);
+        // Pixel 0, class 1: 0.9 0.7 | 0.6 0.6, mean 0.7, member means 0.8 and 0.6. Within: 4 * 0 + 2 * 0.01 = 0.02;
+        // between: 2 * 0.01 + 2 * 0.01 = 0.04; over M - 1 = 3. Both classes scatter alike.
+        let close = |a: f32, b: f32| assert!((a - b).abs() < 1e-6, "{a} is not {b}");
+        close(e.mean[2], 0.7);
+        close(e.sigma[0], (2.0 * 0.06 / 3.0_f32).sqrt());
+        close(e.data[0], (2.0 * 0.02 / 3.0_f32).sqrt());
+        close(e.model[0], (2.0 * 0.04 / 3.0_f32).sqrt());
+        // Pixel 1 is known by one augmentation: 0.2 and 0.4, mean 0.3, sum of squares 0.02 over M - 1 = 1.
+        close(e.mean[3], 0.3);
+        close(e.sigma[1], (2.0 * 0.02_f32).sqrt());
+        close(e.data[1], 0.0);
+        // The foreground is pixel 0: sorted 0.6 0.6 0.7 0.9, quantiles at 0.075 and 2.925 of 3 steps.
+        let f = e.figures;
+        assert_eq!((f.pixels, f.foreground, f.uncertain), (2, 1, 1));
+        let near = |a: f64, b: f64| assert!((a - b).abs() < 1e-6, "{a} is not {b}");
+        near(f.expanded, 2.0 * 0.02_f64.sqrt());
+        near(f.quantile_low, 0.6);
+        near(f.quantile_high, 0.7 + 0.925 * 0.2);
+        near(f.sigma * f.sigma, f.data * f.data + f.model * f.model);
+    }
+
+    #[test]
+    fn the_population_form_never_exceeds_a_half_and_splits_as_the_law_says() {
+        let mut p = predictions();
+        p.valid = vec![None, None];
+        let settings = UncertaintySettings { ddof: 0, statistic: Statistic::Predicted, ..Default::default() };
+        let e = p.estimate(&settings);
+        // Pixel 1: 0.2 0.9 | 0.4 0.0: E[Var] = (0.1225 + 0.04) / 2, Var[E] of 0.55 and 0.2.
+        assert!((e.data[1] - (0.1625_f32 / 2.0).sqrt()).abs() < 1e-6);
+        assert!((e.model[1] - 0.175).abs() < 1e-6);
+        let opposed = |p: f32| vec![p, 1.0 - p];
+        let e = Predictions {
+            classes: 2,
+            pixels: 1,
+            members: 2,
+            augmentations: 1,
+            planes: vec![opposed(0.0), opposed(1.0)],
+            valid: vec![None],
+        }
+        .estimate(&settings);
+        assert!((e.sigma[0] - 0.5).abs() < 1e-6);
+    }
+
+    #[test]
+    fn one_prediction_has_no_scatter() {
+        let one = Predictions {
+            classes: 2,
+            pixels: 1,
+            members: 1,
+            augmentations: 1,
+            planes: vec![vec![0.3, 0.7]],
+            valid: vec![None],
+        };
+        let e = one.estimate(&UncertaintySettings::default());
+        assert_eq!((e.sigma[0], e.mean[1]), (0.0, 0.7));
+    }
+
+    #[test]
+    fn the_statistic_is_the_one_that_was_chosen() {
+        let p = |a: [f32; 3]| a.to_vec();
+        let three = Predictions {
+            classes: 3,
+            pixels: 1,
+            members: 2,
+            augmentations: 1,
+            planes: vec![p([0.6, 0.3, 0.1]), p([0.5, 0.1, 0.4])],
+            valid: vec![None],
+        };
+        // u_c^2 over M - 1 = 1: 0.005, 0.02, 0.045; the predicted class is 0, the largest u is class 2's.
+        for (statistic, square) in
+            [(Statistic::Norm, 0.07_f32), (Statistic::Predicted, 0.005), (Statistic::Largest, 0.045)]
+        {
+            let e = three.estimate(&UncertaintySettings { statistic, ..Default::default() });
+            assert!((e.sigma[0] - square.sqrt()).abs() < 1e-6, "{statistic:?}: {}", e.sigma[0]);
+        }
+    }
+
+    #[test]
+    fn pieces_and_threads_do_not_show() {
+        let pixels = 3 * TOGETHER + 17;
+        let value = |k: usize, i: usize| ((i * 7919 + k * 104_729) % 1000) as f32 / 1000.0;
+        let planes = (0..6).map(|k| (0..2 * pixels).map(|i| value(k, i)).collect()).collect();
+        let many = Predictions { classes: 2, pixels, members: 3, augmentations: 2, planes, valid: vec![None, None] };
+        let settings = UncertaintySettings::default();
+        let on = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
+            pool.install(|| many.estimate(&settings))
+        };
+        let (one, four) = (on(1), on(4));
+        assert_eq!(one, four);
+        let i = pixels - 3;
+        let mean: f32 = (0..6).map(|k| value(k, i)).sum::<f32>() / 6.0;
+        assert!((one.mean[i] - mean).abs() < 1e-6);
+    }
+}
