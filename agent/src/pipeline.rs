@@ -11,6 +11,7 @@ mod fusion;
 use crate::acquire::{Source, View};
 use crate::fuse::{
     AssociationTest, FuseError, Integration, Misidentification, OutlierFilter, SemanticMap, TouchedChunk,
+    UncertaintyRule,
 };
 use crate::register::{JointRefinement, OrganizedCloud, Registrar, Registration};
 use crate::segment::{Segmentation, Segmenter};
@@ -104,6 +105,8 @@ pub struct PipelineConfig {
     pub filter: OutlierFilter,
     /// How objects of a view are found in the model; `None` where views number them alike already.
     pub association: Option<AssociationTest>,
+    /// When a pixel's label is too uncertain, and what becomes of the pixel.
+    pub uncertainty: UncertaintyRule,
     /// Least time between two captures, so that people can watch.
     pub pace: Duration,
 }

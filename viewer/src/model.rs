@@ -13,7 +13,7 @@ use semascan_shared::wire::{Inspection, Phase, Progress};
 use std::collections::BTreeMap;
 
 /// The marks that can hide a point.
-const HIDING: u16 = PointFlags::OUTLIER | PointFlags::BACKGROUND;
+const HIDING: u16 = PointFlags::LEFT_OUT;
 
 /// What an event did to the model; tells a renderer what to redraw.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -157,7 +157,7 @@ impl LiveModel {
             class.area += f64::from(surfel_area(p.normal, chunk.voxel));
             class.confidence_sum += f64::from(p.confidence);
             held.bounds.include(p.position.into());
-            if !p.flags.has(PointFlags::OUTLIER | PointFlags::BACKGROUND) {
+            if !p.flags.has(PointFlags::LEFT_OUT) {
                 held.foreground.include(p.position.into());
             }
             held.most_views = held.most_views.max(p.views);

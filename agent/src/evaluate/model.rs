@@ -94,7 +94,7 @@ impl Model {
     }
 
     fn cloud(path: &Path, piece: Piece) -> Self {
-        let marked = PointFlags::OUTLIER | PointFlags::BACKGROUND;
+        let marked = PointFlags::LEFT_OUT;
         let kept: Vec<usize> = (0..piece.positions.len())
             .filter(|&i| piece.positions[i].iter().all(|c| c.is_finite() && c.abs() < 1e9))
             .filter(|&i| piece.semantics.get(i).is_none_or(|s| !PointFlags(s.flags).has(marked)))

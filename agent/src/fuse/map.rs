@@ -12,10 +12,40 @@ use nalgebra::{Isometry3, Point3};
 use rayon::prelude::*;
 use semascan_shared::model::SemanticCloud;
 use semascan_shared::wire::chunk::{CHUNK_EDGE, VoxelChunk};
+use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, HashMap};
 
 /// Rows of a picture whose bricks are merged one after the other along the row.
 const TOGETHER: u32 = 16;
+
+/// What becomes of pixels whose component class is too uncertain.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Uncertain {
+    /// They add geometry, but no evidence for any class.
+    #[default]
+    Geometry,
+    /// They are dropped as P0 drops them: they move no voxel, and one that nothing else has seen is marked
+    /// [`UNCERTAIN`](semascan_shared::model::PointFlags::UNCERTAIN), so that completeness can still be told.
+    Drop,
+}
+
+/// When a pixel's label is too uncertain, and what becomes of the pixel.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct UncertaintyRule {
+    /// Largest sigma of a component label.
+    pub threshold: f32,
+    /// Largest sigma of a defect label; beyond it there is no evidence for any defect, and that is all.
+    pub defect_threshold: f32,
+    /// What becomes of pixels beyond `threshold`.
+    pub uncertain: Uncertain,
+}
+
+impl Default for UncertaintyRule {
+    fn default() -> Self {
+        Self { threshold: 0.5, defect_threshold: 0.5, uncertain: Uncertain::Geometry }
+    }
+}
 
 /// Settings of a map.
 #[derive(Clone, Debug)]
@@ -28,8 +58,8 @@ pub struct MapConfig {
     pub defects: usize,
     /// Most evidence that one view may add to a voxel.
     pub evidence_cap: f32,
-    /// Pixels with a larger sigma add geometry but no evidence.
-    pub sigma_threshold: f32,
+    /// When a pixel's label is too uncertain, and what becomes of the pixel.
+    pub uncertainty: UncertaintyRule,
     /// Measuring volume in the table frame (min and max corner); points outside are marked as background.
     pub volume: Option<(Point3<f64>, Point3<f64>)>,
     /// Bytes of kept views held in memory before they go to disk.
@@ -44,7 +74,7 @@ impl MapConfig {
             components,
             defects,
             evidence_cap: 1.0,
-            sigma_threshold: 0.5,
+            uncertainty: UncertaintyRule::default(),
             volume: None,
             keep_in_memory: 256 << 20,
         }
@@ -92,6 +122,10 @@ impl SemanticMap {
     pub fn new(config: MapConfig) -> Result<Self, FuseError> {
         if !(config.voxel.is_finite() && config.voxel > 0.0) {
             return Err(FuseError::Config { field: "voxel", reason: format!("{} is not a length", config.voxel) });
+        }
+        let rule = &config.uncertainty;
+        if ![rule.threshold, rule.defect_threshold].iter().all(|t| t.is_finite() && *t > 0.0) {
+            return Err(FuseError::Config { field: "uncertainty", reason: "a threshold is not positive".into() });
         }
         if config.components == 0 || config.defects == 0 {
             return Err(FuseError::Config { field: "classes", reason: "class 0 (none) must exist".into() });

@@ -6,7 +6,7 @@
 use super::LabelledView;
 use super::brick::{Brick, best_share};
 use super::keys::{BRICK_VOXELS, BrickKey};
-use super::map::MapConfig;
+use super::map::{MapConfig, Uncertain};
 use super::runs::{Placer, Ray, Run};
 use semascan_shared::model::PointFlags;
 
@@ -18,7 +18,8 @@ const GRAZING: f32 = 0.05;
 pub(super) const SYSTEMATIC: f32 = 3e-5;
 /// Deviation of a depth of which nothing is known.
 const UNKNOWN_SIGMA: f32 = 1e-3;
-/// What a flying pixel weighs beside one on a surface: enough for a place, too little to move one.
+/// What a flying pixel, or one that is dropped, weighs beside one on a surface: enough for a place, too little to move
+/// one.
 const FLYING: f32 = 1e-4;
 
 /// What one view says of one voxel.
@@ -27,6 +28,8 @@ struct Fresh {
     local: u16,
     /// Whether any pixel lay on a surface rather than between two.
     solid: bool,
+    /// Whether any pixel was not to be dropped for its uncertainty.
+    certain: bool,
     /// Weighted sums of 1, offset (3), normal (3), colour (3), sigma and defect sigma: one array, so that it is added
     /// to in a few wide steps.
     sums: [f32; 12],
@@ -100,6 +103,7 @@ pub(super) fn merge_brick(
         let best = (best_share(components).0, best_share(defects).0);
         if is_new {
             let mut flags = if fresh.solid { 0 } else { PointFlags::EDGE };
+            flags |= if fresh.certain { 0 } else { PointFlags::UNCERTAIN };
             if let Some((low, high)) = config.volume {
                 let p = voxel.position(key.voxel(fresh.local.into()), config.voxel);
                 let inside = (0..3).all(|a| f64::from(p[a]) >= low[a] && f64::from(p[a]) <= high[a]);
@@ -108,9 +112,9 @@ pub(super) fn merge_brick(
             voxel.flags = PointFlags(flags);
         } else {
             change.relabelled += u32::from(best != (voxel.label, voxel.defect));
-            if fresh.solid {
-                voxel.flags = PointFlags(voxel.flags.0 & !PointFlags::EDGE);
-            }
+            let solved = if fresh.solid { PointFlags::EDGE } else { 0 };
+            let settled = if fresh.certain { PointFlags::UNCERTAIN } else { 0 };
+            voxel.flags = PointFlags(voxel.flags.0 & !(solved | settled));
         }
         (voxel.label, voxel.defect) = best;
     }
@@ -123,7 +127,8 @@ impl Scratch {
     fn gather(&mut self, config: &MapConfig, view: &LabelledView, placer: &Placer, runs: &[Run]) {
         let classes = config.components + config.defects;
         let segmentation = &view.segmentation;
-        let trust = 1.0 / (config.sigma_threshold * config.sigma_threshold);
+        let rule = &config.uncertainty;
+        let drops = rule.uncertain == Uncertain::Drop;
         for run in runs {
             let (first, row) = placer.column_and_row(run.start);
             for step in 0..run.len {
@@ -139,33 +144,36 @@ impl Scratch {
                 let n = view.cloud.normals[i];
                 let flying = view.cloud.flying[i];
                 let weights = Weights::of(ray, n, view.cloud.sigma[i], flying);
-                let w = weights.geometry;
+                let (sigma, defect_sigma) = (segmentation.components.sigma(i), segmentation.defects.sigma(i));
+                let dropped = drops && sigma > rule.threshold;
+                let (w, label) =
+                    if dropped { (FLYING * weights.geometry, 0.0) } else { (weights.geometry, weights.label) };
                 let [nx, ny, nz] = placer.turned(n);
                 let [ox, oy, oz] = offset;
                 let rgb = view.rgb.as_raw().get(i * 3..i * 3 + 3).unwrap_or(&[0; 3]);
                 let [r, g, b] = [rgb[0], rgb[1], rgb[2]].map(f32::from);
-                let (sigma, defect_sigma) = (segmentation.components.sigma(i), segmentation.defects.sigma(i));
                 let fresh = &mut self.fresh[slot];
                 fresh.solid |= !flying;
+                fresh.certain |= !dropped;
                 let said = [1.0, ox, oy, oz, nx, ny, nz, r, g, b, sigma, defect_sigma];
                 for (sum, said) in fresh.sums.iter_mut().zip(said) {
                     *sum += w * said;
                 }
                 let instance = segmentation.instances[i];
                 if instance == fresh.instance {
-                    fresh.instance_lead += weights.label;
-                } else if instance != 0 && fresh.instance_lead >= weights.label {
-                    fresh.instance_lead -= weights.label;
+                    fresh.instance_lead += label;
+                } else if instance != 0 && fresh.instance_lead >= label {
+                    fresh.instance_lead -= label;
                 } else if instance != 0 {
                     fresh.instance = instance;
-                    fresh.instance_lead = weights.label - fresh.instance_lead;
+                    fresh.instance_lead = label - fresh.instance_lead;
                 }
                 // Evidence fades out towards the threshold, where it ends.
-                let certain = |sigma: f32| weights.label * (1.0 - sigma * sigma * trust).max(0.0);
+                let certain = |sigma: f32, threshold: f32| label * (1.0 - (sigma / threshold).powi(2)).max(0.0);
                 let evidence = &mut self.evidence[slot * classes..(slot + 1) * classes];
                 let (components, defects) = evidence.split_at_mut(config.components);
-                segmentation.components.add_evidence(i, certain(sigma), components);
-                segmentation.defects.add_evidence(i, certain(defect_sigma), defects);
+                segmentation.components.add_evidence(i, certain(sigma, rule.threshold), components);
+                segmentation.defects.add_evidence(i, certain(defect_sigma, rule.defect_threshold), defects);
             }
         }
     }

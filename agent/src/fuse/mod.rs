@@ -27,7 +27,7 @@ pub use associator::{AssociationTest, Associator};
 pub use error::FuseError;
 pub use filters::OutlierFilter;
 pub use kept_views::KeptViews;
-pub use map::{Integration, MapConfig, SemanticMap, TouchedChunk};
+pub use map::{Integration, MapConfig, SemanticMap, TouchedChunk, Uncertain, UncertaintyRule};
 
 use crate::register::OrganizedCloud;
 use crate::segment::Segmentation;

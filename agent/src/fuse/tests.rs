@@ -1,6 +1,6 @@
 //! What must hold of the map whatever it is fed.
 
-use super::{LabelledView, MapConfig, SemanticMap};
+use super::{LabelledView, MapConfig, SemanticMap, Uncertain, UncertaintyRule};
 use crate::acquire::{DepthImage, Intrinsics};
 use crate::register::OrganizedCloud;
 use crate::segment::{ClassField, Segmentation};
@@ -112,6 +112,47 @@ fn uncertain_pixels_give_geometry_without_evidence() {
     let mut map = map();
     map.integrate(&uncertain).expect("integrates");
     assert!(map.cloud().iter().all(|p| p.label == 0 && p.flags.has(PointFlags::UNLABELLED) && p.sigma > 0.7));
+}
+
+#[test]
+fn dropped_pixels_move_nothing_and_mark_what_they_alone_have_seen() {
+    let mut rule = UncertaintyRule { threshold: 0.4, uncertain: Uncertain::Drop, ..UncertaintyRule::default() };
+    let with = |rule: UncertaintyRule, sigma: u8| {
+        let mut config = map().config().clone();
+        config.uncertainty = rule;
+        let mut map = SemanticMap::new(config).expect("in range");
+        let mut first = view(0, 0.0);
+        let pixels = first.segmentation.instances.len();
+        let soft = |sigma: u8| ClassField::Soft {
+            classes: 3,
+            probabilities: (0..pixels).flat_map(|_| [0, 255, 0]).collect(),
+            sigma: vec![sigma; pixels],
+        };
+        first.segmentation.components = soft(0);
+        map.integrate(&first).expect("integrates");
+        // The same surface from a little aside, of which only a part was seen before.
+        let mut second = view(1, 0.004);
+        second.segmentation.components = soft(sigma);
+        map.integrate(&second).expect("integrates");
+        map.cloud()
+    };
+    let (kept, dropped) = (with(UncertaintyRule { uncertain: Uncertain::Geometry, ..rule }, 150), with(rule, 150));
+    let marked = dropped.iter().filter(|p| p.flags.has(PointFlags::UNCERTAIN)).count();
+    assert_eq!(kept.len(), dropped.len(), "completeness needs the points that are dropped");
+    assert!(kept.iter().all(|p| !p.flags.has(PointFlags::UNCERTAIN)));
+    assert!(marked > 20 && marked < dropped.len() / 2, "{marked} of {}", dropped.len());
+    let moved = |a: [f32; 3], b: [f32; 3]| (0..3).any(|i| (a[i] - b[i]).abs() > 1e-6);
+    let alone = with(rule, 0);
+    assert!(alone.iter().all(|p| !p.flags.has(PointFlags::UNCERTAIN)));
+    for (p, q) in dropped.iter().zip(kept.iter()) {
+        assert_eq!(p.flags.has(PointFlags::UNCERTAIN), p.confidence == 0.0);
+        assert_eq!(p.confidence, q.confidence, "neither way gives evidence");
+    }
+    assert!(dropped.iter().zip(kept.iter()).any(|(p, q)| moved(p.position, q.position)), "kept pixels move voxels");
+    rule.threshold = f32::NAN;
+    let mut config = map().config().clone();
+    config.uncertainty = rule;
+    assert!(SemanticMap::new(config).expect_err("no threshold").to_string().contains("uncertainty"));
 }
 
 #[test]

@@ -152,5 +152,6 @@ fn new_map(
     let taxonomy = &info.taxonomy;
     let mut settings = MapConfig::new(voxel, taxonomy.component_count(), taxonomy.defect_count());
     settings.volume = info.volume;
+    settings.uncertainty = config.uncertainty;
     Ok(Some(SemanticMap::new(settings)?))
 }

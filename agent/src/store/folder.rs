@@ -70,8 +70,7 @@ pub fn write_inspection(
     }
     write(&folder.join("scene.glb"), |out| {
         // The scene shows the part: what was marked as stray or as background stays in cloud.ply.
-        let filter =
-            ExportFilter { skip_flags: PointFlags::OUTLIER | PointFlags::BACKGROUND, ..ExportFilter::default() };
+        let filter = ExportFilter { skip_flags: PointFlags::LEFT_OUT, ..ExportFilter::default() };
         let voxel = record.voxel.unwrap_or(0.0) as f32;
         let options = GlbOptions { part: record.part.clone(), voxel };
         glb::write_points(out, &filter.apply(cloud), taxonomy, &options)

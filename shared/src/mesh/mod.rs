@@ -53,8 +53,7 @@ pub struct MeshOptions {
 
 impl Default for MeshOptions {
     fn default() -> Self {
-        let skip_flags = PointFlags::OUTLIER | PointFlags::BACKGROUND;
-        Self { pitch: 1.0, radius: 2.0, normal_gate: 0.5, skip_flags }
+        Self { pitch: 1.0, radius: 2.0, normal_gate: 0.5, skip_flags: PointFlags::LEFT_OUT }
     }
 }
 

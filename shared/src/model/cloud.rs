@@ -17,10 +17,14 @@ impl PointFlags {
     pub const EDGE: u16 = 1 << 4;
     /// A noisy double of a surface that is much better known: off it by no more than its own noise explains.
     pub const NOISE: u16 = 1 << 5;
+    /// Seen only by pixels whose class was too uncertain, where such pixels are dropped as P0 drops them.
+    pub const UNCERTAIN: u16 = 1 << 6;
     /// Vertices of a mesh only: what lies beyond was not observed.
     pub const BOUNDARY: u16 = 1 << 15;
     /// Any of the outlier marks.
     pub const OUTLIER: u16 = Self::RADIUS_OUTLIER | Self::STATISTICAL_OUTLIER | Self::EDGE | Self::NOISE;
+    /// The marks that keep a point out of meshes and scenes.
+    pub const LEFT_OUT: u16 = Self::OUTLIER | Self::BACKGROUND | Self::UNCERTAIN;
 
     /// Whether any of `bits` is set.
     pub fn has(self, bits: u16) -> bool {

@@ -89,7 +89,7 @@ impl ClassMask {
 /// Which marked points are left out of the picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct HiddenFlags {
-    /// Radius and statistical outliers.
+    /// Outliers, and points whose class was too uncertain to keep them.
     pub outliers: bool,
     /// What lies outside the measuring volume.
     pub background: bool,
@@ -105,7 +105,7 @@ impl HiddenFlags {
     /// The bits of `PointFlags` that hide a point.
     pub fn bits(self) -> u16 {
         use semascan_shared::model::PointFlags;
-        let outliers = if self.outliers { PointFlags::OUTLIER } else { 0 };
+        let outliers = if self.outliers { PointFlags::OUTLIER | PointFlags::UNCERTAIN } else { 0 };
         let background = if self.background { PointFlags::BACKGROUND } else { 0 };
         outliers | background
     }
