@@ -85,7 +85,7 @@ fn wrong_calls_end_with_2_and_failed_work_with_1() {
         &["inspect", "/no/such/folder", "--out", out],
         &["inspect", "ftp://cell", "--out", out],
         &["inspect", MOTOR, "--out", out, "--voxel", "-1"],
-        &["inspect", MOTOR, "--out", out, "--labels", "network"],
+        &["inspect", MOTOR, "--out", out, "--labels", "network", "--models", "no-such-model"],
         &["inspect", MOTOR],
         &["no-such-command"],
     ] {

@@ -1,9 +1,9 @@
 //! `cargo xtask demo`: from a fresh clone to a running inspection in the browser.
 
 use crate::process::line;
-use crate::report::heading;
-use crate::web;
+use crate::report::{heading, note};
 use crate::workspace::cargo;
+use crate::{onnx_runtime, web};
 use anyhow::Result;
 use clap::Args;
 use std::ffi::OsString;
@@ -34,6 +34,13 @@ pub(crate) fn run(options: &Options) -> Result<()> {
         agent.arg("--web-dir").arg(workspace.dist());
     }
     agent.args(&options.arguments);
+    match onnx_runtime::prepare(&workspace) {
+        Ok(library) => drop(agent.env(onnx_runtime::VARIABLE, library)),
+        // The demo does not stand or fall with it.
+        Err(error) => {
+            note(format!("without ONNX Runtime networks run in tract, three to four times slower: {error:#}"))
+        }
+    }
     become_command(&mut agent)
 }
 

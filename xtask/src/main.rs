@@ -10,6 +10,7 @@ mod budget;
 mod compress;
 mod demo;
 mod dist;
+mod onnx_runtime;
 mod packages;
 mod pcl;
 mod process;
@@ -42,6 +43,15 @@ enum Task {
     Web(web::Options),
     /// Run the benchmarks and print one table
     Bench(bench::Options),
+    /// Fetch ONNX Runtime, which runs the trained networks, into target/onnxruntime
+    Onnxruntime,
+}
+
+/// Fetches it and says where it lies.
+fn fetch_onnx_runtime() -> anyhow::Result<()> {
+    let library = onnx_runtime::prepare(&workspace::Workspace::find()?)?;
+    report::note(format!("ONNX Runtime: {}", library.display()));
+    Ok(())
 }
 
 fn main() -> ExitCode {
@@ -50,6 +60,7 @@ fn main() -> ExitCode {
         Task::Test(options) => test::run(&options),
         Task::Web(options) => web::run(&options).map(drop),
         Task::Bench(options) => bench::run(&options),
+        Task::Onnxruntime => fetch_onnx_runtime(),
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,

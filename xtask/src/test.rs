@@ -5,7 +5,7 @@ use crate::packages::NeedsYou;
 use crate::process::run as run_command;
 use crate::report::{Steps, note};
 use crate::workspace::{Workspace, cargo};
-use crate::{budget, web};
+use crate::{budget, onnx_runtime, web};
 use anyhow::{Context, Result};
 use clap::Args;
 use std::path::PathBuf;
@@ -33,6 +33,7 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     // What only a person can install is said at once, not after minutes of compiling.
     let browser = if options.no_browser { None } else { Some(Browser::prepare()?) };
     let workspace = Workspace::find()?;
+    let onnx_runtime = onnx_runtime::prepare(&workspace)?;
     let mut steps = Steps::default();
 
     let built = steps.run("web build", || web::run(&web::Options { dev: false }).map(drop))?;
@@ -47,6 +48,7 @@ pub(crate) fn run(options: &Options) -> Result<()> {
         steps.run("rust tests", || {
             let mut test = cargo();
             test.current_dir(&workspace.root).args(["test", "--workspace", "--no-fail-fast"]);
+            test.env(onnx_runtime::VARIABLE, &onnx_runtime);
             run_command(data.iter().fold(&mut test, |test, folder| test.env(DATA, folder)))
         })?;
     }

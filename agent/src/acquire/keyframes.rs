@@ -6,7 +6,7 @@
 //! this is the overlap test of keyframe-based mapping (R. Mur-Artal and J. Tardós, ORB-SLAM2, 2017) on depth. What is
 //! skipped is counted, and a view without a pose or that cannot be read is passed on: others judge that.
 
-use super::{AcquireError, DepthImage, Intrinsics, PoseEvidence, Source, SourceInfo, TrueMesh, View};
+use super::{AcquireError, DepthImage, Intrinsics, Source, SourceInfo, TrueMesh, View};
 use nalgebra::{Isometry3, Point3};
 use std::collections::VecDeque;
 
@@ -116,15 +116,6 @@ impl Keyframe {
     }
 }
 
-/// The camera's pose as its evidence has it.
-fn pose(view: &View) -> Option<Isometry3<f64>> {
-    match &view.pose {
-        PoseEvidence::Chain { chain, .. } => Some(chain.table_from_camera()),
-        PoseEvidence::World { table_from_camera, .. } => Some(*table_from_camera),
-        PoseEvidence::None => None,
-    }
-}
-
 impl Source for Keyframes {
     fn info(&self) -> &SourceInfo {
         &self.info
@@ -134,7 +125,7 @@ impl Source for Keyframes {
         loop {
             let next = self.source.next_view()?;
             self.seen += 1;
-            let pose = next.as_ref().ok().and_then(pose);
+            let pose = next.as_ref().ok().and_then(|view| view.pose.table_from_camera());
             let wanted = match (&next, &pose) {
                 (Ok(view), Some(pose)) => self.wanted(view, pose),
                 _ => true,
@@ -163,7 +154,7 @@ impl Source for Keyframes {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::acquire::covariance_of_prior;
+    use crate::acquire::{PoseEvidence, covariance_of_prior};
     use image::RgbImage;
     use nalgebra::Vector3;
     use semascan_shared::model::Taxonomy;

@@ -15,6 +15,7 @@ mod percent;
 pub mod training_set;
 mod view;
 pub mod virtual_cell;
+mod with_taxonomy;
 
 pub use error::AcquireError;
 pub use keyframes::{KeyframeRule, Keyframes};
@@ -23,6 +24,7 @@ pub use view::{
     Chain, DepthImage, Intrinsics, PoseEvidence, RecordedLabels, SourceInfo, Turntable, View, ViewTruth,
     covariance_of_prior,
 };
+pub use with_taxonomy::WithTaxonomy;
 
 use semascan_shared::model::Taxonomy;
 

@@ -118,6 +118,17 @@ pub enum PoseEvidence {
     None,
 }
 
+impl PoseEvidence {
+    /// The camera's pose as the evidence has it; `None` if there is none.
+    pub fn table_from_camera(&self) -> Option<Isometry3<f64>> {
+        match self {
+            Self::Chain { chain, .. } => Some(chain.table_from_camera()),
+            Self::World { table_from_camera, .. } => Some(*table_from_camera),
+            Self::None => None,
+        }
+    }
+}
+
 /// Diagonal pose covariance from standard deviations of rotation (radians) and translation (metres), camera frame.
 pub fn covariance_of_prior(sigma_rotation: f64, sigma_translation: f64) -> Matrix6<f64> {
     let (r, t) = (sigma_rotation * sigma_rotation, sigma_translation * sigma_translation);

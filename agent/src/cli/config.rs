@@ -1,5 +1,6 @@
 //! `cell.toml`: what a cell's agent is started with. Arguments on the command line win over it.
 
+use super::network::NetworkSection;
 use anyhow::{Context, Result};
 use serde::Deserialize;
 use std::net::SocketAddr;
@@ -13,6 +14,8 @@ pub(crate) struct CellConfig {
     pub(crate) serve: ServeSection,
     /// What is inspected.
     pub(crate) source: SourceSection,
+    /// What labels it, with `--labels network`.
+    pub(crate) network: NetworkSection,
 }
 
 #[derive(Clone, Debug, Default, Deserialize, PartialEq)]
@@ -60,5 +63,19 @@ mod tests {
         let config: CellConfig = toml::from_str(text).expect("valid");
         assert_eq!(config.source.voxel_mm, Some(1.5));
         assert_eq!(config.serve.allow_hosts, ["cell"]);
+    }
+
+    #[test]
+    fn the_networks_section_is_read_and_checked() {
+        let text = "[network]\nmodels = [\"ud-net-edge\"]\nprovider = \"tensorrt\"\nengine = \"onnxruntime\"\nthreads = 2\n\
+                    augmentations = [\"identity\", \"flip\", \"warp\"]\nstatistic = \"predicted\"\nuncertain = \"drop\"\n\
+                    region = \"whole\"\nthreshold = 0.3";
+        toml::from_str::<CellConfig>(text).expect("valid");
+        for (wrong, word) in
+            [("provider = \"gpu\"", "gpu"), ("regions = 1", "regions"), ("uncertain = \"keep\"", "keep")]
+        {
+            let error = toml::from_str::<CellConfig>(&format!("[network]\n{wrong}")).expect_err(word).to_string();
+            assert!(error.contains(word), "{error}");
+        }
     }
 }

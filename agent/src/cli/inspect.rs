@@ -2,7 +2,7 @@
 
 use super::report;
 use super::run::{InspectionArgs, run, unique_id};
-use super::{Failure, serve};
+use super::{Failure, config, serve};
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use semascan_agent::fuse::{SemanticMap, TouchedChunk};
@@ -20,6 +20,9 @@ pub(crate) struct InspectArgs {
     /// Folder to write the inspection into
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
+    /// Configuration of the cell
+    #[arg(long, value_name = "TOML")]
+    config: Option<PathBuf>,
     #[command(flatten)]
     inspection: InspectionArgs,
     /// Also write each view as a semantic cloud of its own: DIR/views/000000.ply
@@ -34,8 +37,9 @@ pub(crate) struct InspectArgs {
 }
 
 impl InspectArgs {
-    pub(crate) fn run(self) -> Result<(), Failure> {
+    pub(crate) fn run(mut self) -> Result<(), Failure> {
         serve::use_threads(self.threads)?;
+        self.inspection.configure(&config::read(self.config.as_deref()).map_err(Failure::Call)?);
         let mut source = self.inspection.open(&self.source)?;
         let bar = Bar::new(source.info().view_count);
         let stop = AtomicBool::new(false);

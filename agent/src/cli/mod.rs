@@ -1,9 +1,12 @@
 //! Commands, their arguments and exit codes.
 
 mod config;
+mod doctor;
 mod evaluate;
 mod export;
 mod inspect;
+mod models;
+mod network;
 mod report;
 mod run;
 mod serve;
@@ -12,6 +15,7 @@ mod tables;
 
 use clap::{Parser, Subcommand};
 use semascan_agent::acquire::AcquireError;
+use semascan_agent::segment::network::SelectError;
 
 /// Semantic 3D inspection of used parts.
 #[derive(Debug, Parser)]
@@ -33,6 +37,10 @@ enum Command {
     Evaluate(evaluate::EvaluateArgs),
     /// Write the model of an inspection as a mesh or a cloud in other formats
     Export(export::ExportArgs),
+    /// List the trained networks that are installed
+    Models(models::ModelsArgs),
+    /// Say whether everything that inspections need is there
+    Doctor(doctor::DoctorArgs),
     /// Rerun a paper's tables on the virtual cell, its figures beside ours
     Tables(tables::TablesArgs),
     /// Write labelled training data from the virtual cell, in BOP layout
@@ -62,6 +70,7 @@ impl<E: Into<anyhow::Error>> From<E> for Failure {
         let error = error.into();
         match error.downcast_ref() {
             Some(AcquireError::Uri { .. }) => Self::Call(error),
+            _ if matches!(error.downcast_ref(), Some(SelectError::Unknown { .. } | SelectError::None { .. })) => Self::Call(error),
             _ => Self::Work(error),
         }
     }
@@ -76,6 +85,8 @@ impl Cli {
             Command::Inspect(args) => args.run(),
             Command::Evaluate(args) => args.run(),
             Command::Export(args) => args.run(),
+            Command::Models(args) => args.run(),
+            Command::Doctor(args) => args.run(),
             Command::Tables(args) => args.run(),
             Command::Synth(args) => args.run(),
         }

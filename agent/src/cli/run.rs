@@ -1,16 +1,18 @@
 //! One inspection, as every command runs it.
 
 use super::Failure;
+use super::config::CellConfig;
+use super::network::NetworkArgs;
 use anyhow::{Context, anyhow};
 use clap::{Args, ValueEnum};
 use semascan_agent::acquire::bop::CameraMask;
-use semascan_agent::acquire::{KeyframeRule, Keyframes, Source, open};
+use semascan_agent::acquire::{KeyframeRule, Keyframes, Source, SourceInfo, WithTaxonomy, open};
 use semascan_agent::fuse::{AssociationTest, SemanticMap};
 use semascan_agent::pipeline::{self, InspectionSink, PipelineConfig, Stage, StageStatus, ViewOutcome};
 use semascan_agent::register::{IcpConfig, IcpRegistrar, JointRefinement, KinematicRegistrar, Registrar, Selection};
 use semascan_agent::segment::geometric::PatchMethod;
 use semascan_agent::segment::{GeometricSegmenter, RecordedSegmenter, Segmenter};
-use semascan_agent::store::{InspectionRecord, Recorder, write_inspection, write_view_clouds};
+use semascan_agent::store::{InspectionRecord, Recorder, SegmentationRecord, write_inspection, write_view_clouds};
 use semascan_shared::model::SemanticCloud;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
@@ -71,6 +73,8 @@ pub(crate) struct InspectionArgs {
     /// Pixels that show the robot: a PNG (nonzero = ignore), `auto` to find them, or `none`
     #[arg(long, value_name = "PNG", default_value = "auto")]
     pub(crate) camera_mask: String,
+    #[command(flatten)]
+    pub(crate) network: NetworkArgs,
     /// How views get their poses
     #[arg(long, value_enum, default_value = "auto")]
     pub(crate) registration: Registration,
@@ -92,6 +96,15 @@ pub(crate) struct InspectionArgs {
 }
 
 impl InspectionArgs {
+    /// Takes what `cell.toml` says where the command line says nothing.
+    pub(crate) fn configure(&mut self, config: &CellConfig) {
+        self.voxel = self.voxel.or(config.source.voxel_mm);
+        if let (Some(mask), "auto") = (&config.source.camera_mask, self.camera_mask.as_str()) {
+            self.camera_mask.clone_from(mask);
+        }
+        self.network.section = config.network.clone();
+    }
+
     /// Opens `uri` with the camera mask that was asked for; its keyframes only, if they were.
     pub(crate) fn open(&self, uri: &str) -> Result<Box<dyn Source>, Failure> {
         let mask = match self.camera_mask.as_str() {
@@ -99,7 +112,11 @@ impl InspectionArgs {
             "none" => CameraMask::None,
             file => CameraMask::File(PathBuf::from(file)),
         };
-        let source = open(uri, &mask)?;
+        let mut source = open(uri, &mask)?;
+        if self.labels == Labels::Network {
+            let taxonomy = self.network.taxonomy(&source.info().taxonomy, source.truth().is_some())?;
+            source = Box::new(WithTaxonomy::new(source, taxonomy));
+        }
         Ok(if self.keyframes { Box::new(Keyframes::new(source, KeyframeRule::default())) } else { source })
     }
 
@@ -117,7 +134,7 @@ impl InspectionArgs {
             Association::Overlap => Some(AssociationTest::Overlap(Default::default())),
             Association::GravityCentre => Some(AssociationTest::GravityCentre(Default::default())),
         };
-        Ok(PipelineConfig { voxel, pace, association, ..PipelineConfig::default() })
+        Ok(PipelineConfig { voxel, pace, association, uncertainty: self.network.rule(), ..PipelineConfig::default() })
     }
 
     fn registrar(&self, source: &dyn Source) -> Box<dyn Registrar> {
@@ -130,20 +147,25 @@ impl InspectionArgs {
         Box::new(IcpRegistrar::new(IcpConfig::default(), selection))
     }
 
-    fn segmenter(&self) -> Result<Box<dyn Segmenter>, Failure> {
-        let required = match self.labels {
-            Labels::Source => true,
-            Labels::None => false,
+    /// What labels the views of a source like `info`, and where that is networks, what the record says of them.
+    fn segmenter(&self, info: &SourceInfo) -> Result<(Box<dyn Segmenter>, Option<SegmentationRecord>), Failure> {
+        let recorded = |required| Box::new(RecordedSegmenter { required }) as Box<dyn Segmenter>;
+        let (masks, record) = match self.labels {
+            Labels::Source => (recorded(true), None),
+            Labels::None => (recorded(false), None),
             Labels::Network => {
-                return Err(Failure::Call(anyhow!("--labels network: no networks are installed; use source or none")));
+                let networks = self.network.segmenter(info)?;
+                let uncertain = self.network.rule().uncertain;
+                let record = SegmentationRecord { network: networks.report().clone(), uncertain };
+                (Box::new(networks) as Box<dyn Segmenter>, Some(record))
             }
         };
-        let recorded = RecordedSegmenter { required };
-        Ok(match self.masks {
-            Masks::AsIs => Box::new(recorded),
-            Masks::Slic => Box::new(GeometricSegmenter::new(recorded, PatchMethod::SLIC)),
-            Masks::Lcccp => Box::new(GeometricSegmenter::new(recorded, PatchMethod::LCCCP)),
-        })
+        let fitted: Box<dyn Segmenter> = match self.masks {
+            Masks::AsIs => masks,
+            Masks::Slic => Box::new(GeometricSegmenter::new(masks, PatchMethod::SLIC)),
+            Masks::Lcccp => Box::new(GeometricSegmenter::new(masks, PatchMethod::LCCCP)),
+        };
+        Ok((fitted, record))
     }
 }
 
@@ -164,7 +186,7 @@ pub(crate) fn run(
     stop: &AtomicBool,
 ) -> Result<Done, Failure> {
     let config = args.pipeline()?;
-    let mut segmenter = args.segmenter()?;
+    let (mut segmenter, segmentation) = args.segmenter(source.info())?;
     let mut registrar = args.registrar(source);
     let recorder = Recorder::default();
     let sink = Both(watcher, &recorder);
@@ -175,7 +197,8 @@ pub(crate) fn run(
     }
     let labels = args.labels.to_possible_value().map_or_else(String::new, |v| v.get_name().to_owned());
     let cloud = inspected.map.as_ref().map(SemanticMap::cloud).unwrap_or_default();
-    let record = recorder.finish(id, source, &labels, inspected.map.as_mut(), &cloud, &config.filter);
+    let mut record = recorder.finish(id, source, &labels, inspected.map.as_mut(), &cloud, &config.filter);
+    record.segmentation = segmentation;
     Ok(Done { record, cloud, map: inspected.map })
 }
 

@@ -79,6 +79,7 @@ impl DemoArgs {
         use_threads(self.reach.threads)?;
         let inspection = InspectionArgs {
             labels: super::run::Labels::Source,
+            network: super::network::NetworkArgs::default(),
             camera_mask: "auto".into(),
             registration: super::run::Registration::Auto,
             masks: super::run::Masks::AsIs,
@@ -97,10 +98,7 @@ impl ServeArgs {
         use_threads(self.reach.threads)?;
         let config = config::read(self.config.as_deref()).map_err(Failure::Call)?;
         let mut inspection = self.inspection;
-        inspection.voxel = inspection.voxel.or(config.source.voxel_mm);
-        if let (Some(mask), "auto") = (&config.source.camera_mask, inspection.camera_mask.as_str()) {
-            inspection.camera_mask.clone_from(mask);
-        }
+        inspection.configure(&config);
         let uri = self.source.or_else(|| config.source.uri.clone());
         let job = match uri {
             Some(uri) => Some((inspection.open(&uri)?, inspection, self.out)),

@@ -167,6 +167,12 @@ pub enum SegmentError {
     },
 }
 
+impl<S: Segmenter + ?Sized> Segmenter for Box<S> {
+    fn segment(&mut self, view: &View) -> Result<Segmentation, SegmentError> {
+        self.as_mut().segment(view)
+    }
+}
+
 /// Labels every pixel of a view.
 pub trait Segmenter: Send {
     /// Class probabilities of `view`'s pixels.

@@ -16,3 +16,4 @@ pub use guard::AccessRule;
 pub use live::{LiveModel, StreamTotals};
 pub use server::{ServeError, Server, ServerConfig};
 pub use sink::LiveSink;
+pub use web::has_embedded_viewer;

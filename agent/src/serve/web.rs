@@ -65,6 +65,11 @@ impl WebFiles {
     }
 }
 
+/// Whether this binary holds the viewer.
+pub fn has_embedded_viewer() -> bool {
+    Embedded::iter().any(|name| name.starts_with("index.html"))
+}
+
 /// Encodings that the client accepts, best first: (file suffix, header value); the plain file always comes last.
 fn accepted(headers: &HeaderMap) -> Vec<(&'static str, Option<&'static str>)> {
     let accept = headers.get(header::ACCEPT_ENCODING).and_then(|v| v.to_str().ok()).unwrap_or("");

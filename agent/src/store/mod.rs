@@ -3,6 +3,7 @@
 mod folder;
 mod record;
 mod recorder;
+mod segmentation_record;
 
 pub use folder::{StoreError, write as write_file, write_inspection, write_view_clouds};
 pub use record::{
@@ -10,3 +11,4 @@ pub use record::{
     StageTime, TruthRecord, ViewRecord,
 };
 pub use recorder::Recorder;
+pub use segmentation_record::{SegmentationRecord, ViewSegmentationRecord};

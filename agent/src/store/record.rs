@@ -1,5 +1,6 @@
 //! `inspection.json`: what was inspected, how each view went, what was found, and how true it is where truth is known.
 
+use super::segmentation_record::{SegmentationRecord, ViewSegmentationRecord};
 use crate::fuse::Misidentification;
 use crate::inspect::ClassSummary;
 use crate::register::{IcpReport, JointRefinement, Method};
@@ -24,6 +25,9 @@ pub struct InspectionRecord {
     pub source: String,
     /// Where the labels came from: `source`, `network` or `none`.
     pub labels: String,
+    /// The networks that labelled the views; absent where the labels came from elsewhere.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub segmentation: Option<SegmentationRecord>,
     /// Seeds and settings of the source that make the run repeatable.
     pub settings: Vec<(String, String)>,
     /// Voxel edge; `null` if no view could be used.
@@ -78,6 +82,9 @@ pub struct ViewRecord {
     /// How the pose was come by.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub registration: Option<RegistrationRecord>,
+    /// What the networks said of it, in numbers.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub segmentation: Option<ViewSegmentationRecord>,
     /// Objects in it that are not what their labels say.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub misidentified: Vec<MisidentificationRecord>,

@@ -57,6 +57,7 @@ impl InspectionSink for Recorder {
             prior: registration.map(|r| PoseRecord::from(&r.prior)),
             covariance: registration.map(|r| rows(&r.covariance)),
             registration: registration.map(|r| (&r.method).into()),
+            segmentation: outcome.segmentation.as_ref().and_then(|s| s.network.as_deref()).map(Into::into),
             misidentified: outcome.misidentified.iter().map(Into::into).collect(),
             points_added: outcome.result.as_ref().map_or(0, |i| i.points_added),
             timings: outcome
@@ -135,6 +136,7 @@ impl Recorder {
             part: info.part.clone(),
             source: info.uri.clone(),
             labels: labels.into(),
+            segmentation: None,
             settings: info.settings.clone(),
             voxel,
             points: cloud.len() as u64,

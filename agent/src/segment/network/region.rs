@@ -4,7 +4,7 @@
 //! depth lies in the volume are the part. Networks look at the rectangle around these and a margin, a third of the
 //! picture. Where the volume or the pose is unknown, they look at everything.
 
-use crate::acquire::{Intrinsics, PoseEvidence, View};
+use crate::acquire::{Intrinsics, View};
 use nalgebra::{Isometry3, Point3};
 
 /// A rectangle of pixels, within the picture.
@@ -46,11 +46,7 @@ impl Window {
         let k = &view.intrinsics;
         let whole = Some(Self::whole(k.width, k.height));
         let Some((low, high)) = volume else { return whole };
-        let table_from_camera = match &view.pose {
-            PoseEvidence::Chain { chain, .. } => chain.table_from_camera(),
-            PoseEvidence::World { table_from_camera, .. } => *table_from_camera,
-            PoseEvidence::None => return whole,
-        };
+        let Some(table_from_camera) = view.pose.table_from_camera() else { return whole };
         let Some([left, top, right, bottom]) = bounds(k, &table_from_camera, low, high) else { return whole };
         let clip = |c: f64, end: u32| c.clamp(0.0, f64::from(end)) as u32;
         let (left, right) = (clip(left.floor(), k.width), clip(right.ceil() + 1.0, k.width));
@@ -134,8 +130,8 @@ fn bounds(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::acquire::Source;
     use crate::acquire::virtual_cell::{VirtualCell, VirtualCellSpec};
+    use crate::acquire::{PoseEvidence, Source};
 
     fn cell() -> VirtualCell {
         let spec = VirtualCellSpec::parse("virtual:starter-motor?seed=3&views=4&cell=3").expect("a valid URI");

@@ -6,7 +6,7 @@ use super::engine::{EngineDescription, EngineError, Tensor};
 use super::ensemble;
 use super::manifest::Task;
 use super::model::Model;
-use super::objects::from_centres;
+use super::objects::{from_centres, from_detections};
 use super::preprocess::Frame;
 use super::region::{Volume, Window};
 use super::taxonomy::numbers;
@@ -224,9 +224,14 @@ fn separate(labeller: &mut Labeller, view: &View, window: Window, labels: &[u16]
         .into_iter()
         .map(|label| labeller.numbers.iter().position(|n| *n == label).unwrap_or(0) as u16)
         .collect();
+    let detects = manifest.output.boxes.is_some();
     let outputs = labeller.model.outputs(&input)?;
-    let objects = from_centres(&outputs, classes, &own, frame.size)
-        .map_err(|e| EngineError::Run { file, reason: e.to_string() })?;
+    let objects = if detects {
+        from_detections(&outputs, classes, frame.size).map(|(_, objects)| objects)
+    } else {
+        from_centres(&outputs, classes, &own, frame.size)
+    };
+    let objects = objects.map_err(|e| EngineError::Run { file, reason: e.to_string() })?;
     Ok(spread(picture.0, labels.len(), window, &frame.restore_labels(&objects.instances)))
 }
 

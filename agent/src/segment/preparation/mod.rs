@@ -94,7 +94,7 @@ mod tests {
         fn segment(&mut self, view: &View) -> Result<Segmentation, SegmentError> {
             let n = view.depth.metres.len();
             let soft = ClassField::Soft { classes: 2, probabilities: [0, 255].repeat(n), sigma: vec![90; n] };
-            Ok(Segmentation { components: soft.clone(), defects: soft, instances: vec![4; n] })
+            Ok(Segmentation { components: soft.clone(), defects: soft, instances: vec![4; n], network: None })
         }
     }
 

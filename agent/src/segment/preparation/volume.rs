@@ -3,7 +3,7 @@
 //! Where P2 looks for the target's outline in the picture, a cell has a calibrated table, and a depth that says for every
 //! pixel whether the robot's pose puts it on the part. A pixel without depth is background if its whole ray misses.
 
-use crate::acquire::{PoseEvidence, View};
+use crate::acquire::View;
 use nalgebra::{Isometry3, Point3, Vector3};
 
 /// How far outside the volume a point may lie and still count as inside, metres: the error of a kinematic pose.
@@ -12,11 +12,7 @@ const SLACK: f64 = 0.004;
 /// True for pixels that show nothing within the box from `low` to `high` (table frame, metres), row-major; `None` where
 /// the camera's pose is not known.
 pub fn background(view: &View, low: &Point3<f64>, high: &Point3<f64>) -> Option<Vec<bool>> {
-    let pose = match &view.pose {
-        PoseEvidence::Chain { chain, .. } => chain.table_from_camera(),
-        PoseEvidence::World { table_from_camera, .. } => *table_from_camera,
-        PoseEvidence::None => return None,
-    };
+    let pose = view.pose.table_from_camera()?;
     let slack = Vector3::repeat(SLACK);
     let (low, high) = (low - slack, high + slack);
     let outside = |i: usize| {

@@ -230,7 +230,7 @@ fn an_instance_network_separates_objects_of_one_class() {
     let components = model("semantic", &NAMES, &[classifier(2.0)], |_| {});
     // Red cells are centres; offsets are zero, so a pixel belongs to the nearest centre.
     let mut heat = vec![0.0; 3 * 3 * 16];
-    heat[(3 + 0) * 16..(3 + 1) * 16].fill(1.0 / 16.0);
+    heat[3 * 16..4 * 16].fill(1.0 / 16.0);
     let network = onnx::Graph::new("image", &onnx::picture(3))
         .floats("heat", &[3, 3, 4, 4], &heat)
         .floats("zero", &[2, 3, 4, 4], &[0.0; 96])
