@@ -70,7 +70,9 @@ impl<E: Into<anyhow::Error>> From<E> for Failure {
         let error = error.into();
         match error.downcast_ref() {
             Some(AcquireError::Uri { .. }) => Self::Call(error),
-            _ if matches!(error.downcast_ref(), Some(SelectError::Unknown { .. } | SelectError::None { .. })) => Self::Call(error),
+            _ if matches!(error.downcast_ref(), Some(SelectError::Unknown { .. } | SelectError::None { .. })) => {
+                Self::Call(error)
+            }
             _ => Self::Work(error),
         }
     }

@@ -1,6 +1,7 @@
 //! What an inspection found, for people, on stderr.
 
-use semascan_agent::store::{InspectionRecord, TruthRecord};
+use semascan_agent::segment::network::UncertaintyFigures;
+use semascan_agent::store::{InspectionRecord, SegmentationRecord, TruthRecord, ViewRecord};
 use std::io::{self, Write};
 use std::path::Path;
 
@@ -19,6 +20,9 @@ pub(crate) fn print(record: &InspectionRecord, folder: &Path) -> io::Result<()> 
     for (key, value) in &record.settings {
         writeln!(out, "  {key} = {value}")?;
     }
+    if let Some(segmentation) = &record.segmentation {
+        print_networks(&mut out, segmentation, &record.views)?;
+    }
     writeln!(out, "{:<28} {:>9} {:>12} {:>11}", "component", "points", "area mm2", "confidence")?;
     for c in record.components.iter().chain(&record.defects) {
         writeln!(out, "{:<28} {:>9} {:>12.1} {:>11.3}", c.name, c.points, c.area * 1e6, c.confidence)?;
@@ -27,6 +31,53 @@ pub(crate) fn print(record: &InspectionRecord, folder: &Path) -> io::Result<()> 
         print_truth(&mut out, truth)?;
     }
     writeln!(out, "written to {}", folder.display())
+}
+
+/// What labelled the views, how its uncertainty was computed and used, and how large it was.
+fn print_networks(out: &mut impl Write, record: &SegmentationRecord, views: &[ViewRecord]) -> io::Result<()> {
+    let network = &record.network;
+    let models = network.models.iter().map(|m| format!("{} {} ({} nets)", m.name, m.version, m.networks.len()));
+    let models = models.collect::<Vec<_>>().join(", ");
+    let engine = &network.engine;
+    writeln!(out, "labels by {models} in {} {} on {}", engine.name, engine.version, engine.provider.name())?;
+    let augmentations = network.augmentations.iter().map(|a| format!("{a:?}").to_lowercase()).collect::<Vec<_>>();
+    writeln!(
+        out,
+        "  augmentations {} (seed {}), sigma = {} over M - {}, threshold {} (defects {}), k = {}, uncertain: {}",
+        augmentations.join(" "),
+        network.seed,
+        format!("{:?}", network.statistic).to_lowercase(),
+        network.ddof,
+        network.threshold,
+        network.defect_threshold,
+        network.coverage,
+        format!("{:?}", record.uncertain).to_lowercase(),
+    )?;
+    let said = || views.iter().filter_map(|v| v.segmentation.as_ref());
+    let tasks = [
+        ("components", said().map(|s| s.components).collect::<Vec<_>>()),
+        ("defects", said().filter_map(|s| s.defects).collect()),
+    ];
+    for (task, figures) in tasks.iter().filter(|(_, figures)| !figures.is_empty()) {
+        let pixels: u64 = figures.iter().map(|f| f.foreground).sum();
+        let uncertain: u64 = figures.iter().map(|f| f.uncertain).sum();
+        // Means over the pixels of all views.
+        let mean = |of: fn(&UncertaintyFigures) -> f64| {
+            figures.iter().map(|f| of(f) * f.foreground as f64).sum::<f64>() / pixels.max(1) as f64
+        };
+        writeln!(
+            out,
+            "  {task}: sigma {:.4} (data {:.4}, model {:.4}), U {:.4}, 95 % of p in {:.3} .. {:.3}, uncertain {:.2} %",
+            mean(|f| f.sigma),
+            mean(|f| f.data),
+            mean(|f| f.model),
+            mean(|f| f.expanded),
+            mean(|f| f.quantile_low),
+            mean(|f| f.quantile_high),
+            100.0 * uncertain as f64 / pixels.max(1) as f64,
+        )?;
+    }
+    Ok(())
 }
 
 fn print_truth(out: &mut impl Write, truth: &TruthRecord) -> io::Result<()> {

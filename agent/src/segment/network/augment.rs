@@ -7,6 +7,7 @@ use super::preprocess::bilinear;
 use rand::{Rng, RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
 
 /// Largest turn of a warp, radians: 6 degrees.
 const TURN: f32 = 0.105;
@@ -60,9 +61,9 @@ pub enum Drawn {
 
 /// A prediction carried back.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Undone {
+pub struct Undone<'a> {
     /// Planes of the picture's size.
-    pub planes: Vec<f32>,
+    pub planes: Cow<'a, [f32]>,
     /// Which pixels are known; all if absent.
     pub valid: Option<Vec<bool>>,
 }
@@ -127,10 +128,10 @@ impl Drawn {
     }
 
     /// What was predicted on the changed input, at the pixels of the picture. `planes` are any number of planes of `size`.
-    pub fn undo(&self, planes: &[f32], size: (usize, usize)) -> Undone {
+    pub fn undo<'a>(&self, planes: &'a [f32], size: (usize, usize)) -> Undone<'a> {
         match *self {
-            Self::Identity | Self::Light { .. } => Undone { planes: planes.to_vec(), valid: None },
-            Self::Flip => Undone { planes: flipped(planes, size.0), valid: None },
+            Self::Identity | Self::Light { .. } => Undone { planes: planes.into(), valid: None },
+            Self::Flip => Undone { planes: flipped(planes, size.0).into(), valid: None },
             Self::Warp { turn: (c, s) } => {
                 let square = c * c + s * s;
                 let back = (c / square, -s / square);
@@ -139,8 +140,9 @@ impl Drawn {
                     let (u, v) = at((i % size.0) as f32, (i / size.0) as f32);
                     u >= 0.0 && v >= 0.0 && u <= (size.0 - 1) as f32 && v <= (size.1 - 1) as f32
                 };
-                let planes = planes.chunks_exact((size.0 * size.1).max(1)).flat_map(|p| warped(p, size, at)).collect();
-                Undone { planes, valid: Some((0..size.0 * size.1).map(known).collect()) }
+                let plane = (size.0 * size.1).max(1);
+                let planes: Vec<f32> = planes.chunks_exact(plane).flat_map(|p| warped(p, size, at)).collect();
+                Undone { planes: planes.into(), valid: Some((0..size.0 * size.1).map(known).collect()) }
             }
         }
     }
@@ -219,7 +221,8 @@ mod tests {
         {
             for seed in 0..5 {
                 let drawn = kind.draw(seed);
-                let back = drawn.undo(&drawn.apply(&tensor, &input(), SIZE), SIZE);
+                let changed = drawn.apply(&tensor, &input(), SIZE);
+                let back = drawn.undo(&changed, SIZE);
                 let known = |i: usize| back.valid.as_ref().is_none_or(|v| v[i % n]);
                 let masked = (0..n).filter(|&i| !known(i)).count();
                 assert!(masked < n / 4, "{kind:?} masks {masked}");
@@ -250,7 +253,8 @@ mod tests {
     fn a_pixel_that_left_the_picture_is_masked() {
         // Twice as large: a quarter of the picture is seen, the rest is unknown.
         let drawn = Drawn::Warp { turn: (0.5, 0.0) };
-        let undone = drawn.undo(&vec![1.0; SIZE.0 * SIZE.1], SIZE);
+        let ones = vec![1.0; SIZE.0 * SIZE.1];
+        let undone = drawn.undo(&ones, SIZE);
         let valid = undone.valid.expect("geometry");
         assert!(!valid[0] && valid[30 * SIZE.0 + 40]);
         let share = valid.iter().filter(|v| **v).count() as f32 / valid.len() as f32;

@@ -62,10 +62,8 @@ pub fn search_path() -> Vec<PathBuf> {
         folders.push(beside.join("models"));
     }
     folders.push(PathBuf::from("agent/models"));
-    if let Some(beside) = executable.as_deref().and_then(Path::parent) {
-        // target/debug/semascan and target/debug/deps/test.
-        folders.extend(beside.ancestors().skip(2).take(2).map(|root| root.join("agent/models")));
-    }
+    let target = executable.iter().flat_map(|e| e.ancestors()).find(|a| a.file_name().is_some_and(|n| n == "target"));
+    folders.extend(target.and_then(Path::parent).map(|root| root.join("agent/models")));
     folders
 }
 

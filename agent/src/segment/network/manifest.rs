@@ -196,7 +196,7 @@ pub enum Activation {
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Output {
-    /// Class probabilities, `[N, K, H, W]`.
+    /// Class probabilities, `[N, K, H, W]`; instance networks may have them too.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tensor: Option<String>,
     /// What is still to be applied to `tensor` or `centres`.
@@ -208,7 +208,8 @@ pub struct Output {
     /// Instances by centres: how likely an object of a class is centred here, `[N, K, H/4, W/4]`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub centres: Option<String>,
-    /// Instances by centres: from a pixel to its object's centre, x then y, in pixels of the input, `[N, 2, H/4, W/4]`.
+    /// Instances by centres: from the middle of a cell of 4 x 4 pixels to its object's centre, x then y, in pixels of the
+    /// input, `[N, 2, H/4, W/4]`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub offsets: Option<String>,
     /// Instances by detection (Mask R-CNN): `[D, 4]`, x0 y0 x1 y1 in pixels of the input.
@@ -226,11 +227,16 @@ pub struct Output {
 }
 
 impl Output {
-    /// The outputs that are used, as (field, name in the graph).
+    /// The outputs that are used, as (field, name in the graph): those of pixels first.
     pub fn names(&self) -> Vec<(&'static str, &str)> {
+        let pixels = [("output.tensor", &self.tensor), ("output.contribution", &self.contribution)];
+        let named = pixels.into_iter().filter_map(|(field, name)| Some((field, name.as_deref()?)));
+        named.chain(self.object_names()).collect()
+    }
+
+    /// The outputs that objects come from: centres and offsets, or boxes, labels, scores and masks.
+    pub fn object_names(&self) -> Vec<(&'static str, &str)> {
         let all = [
-            ("output.tensor", &self.tensor),
-            ("output.contribution", &self.contribution),
             ("output.centres", &self.centres),
             ("output.offsets", &self.offsets),
             ("output.boxes", &self.boxes),

@@ -223,12 +223,13 @@ impl Model {
         Ok(answer)
     }
 
-    /// The raw outputs of an instance network for one picture, in the order of [`super::manifest::Output::names`].
+    /// The raw outputs of an instance network for one picture, in the order of
+    /// [`super::manifest::Output::object_names`].
     ///
     /// # Errors
     /// [`EngineError`] if it does not run.
     pub fn outputs(&mut self, picture: &Tensor) -> Result<Vec<Tensor>, EngineError> {
-        let wanted = self.manifest.output.names();
+        let wanted = self.manifest.output.object_names();
         let wanted: Vec<&str> = wanted.iter().map(|(_, name)| *name).collect();
         let Some(network) = self.networks.first_mut() else { return Ok(Vec::new()) };
         // Torchvision's detectors take one picture without a batch.
@@ -242,7 +243,12 @@ impl Model {
 
     /// Whether it gives classes to pixels of its own account.
     pub fn labels_pixels(&self) -> bool {
-        self.manifest.task != Task::Instance || self.manifest.output.boxes.is_some()
+        self.manifest.output.tensor.is_some() || self.manifest.output.boxes.is_some()
+    }
+
+    /// Whether it separates objects.
+    pub fn separates_objects(&self) -> bool {
+        self.manifest.task == Task::Instance
     }
 }
 

@@ -117,13 +117,19 @@ pub(super) fn from_centres(
     for (i, &label) in labels.iter().enumerate().filter(|(_, label)| **label != 0) {
         let (x, y) = (i % size.0, i / size.0);
         let cell = (y / STRIDE).min(cells.1 - 1) * cells.0 + (x / STRIDE).min(cells.0 - 1);
-        let at = (x as f32 + offsets.data[cell], y as f32 + offsets.data[plane + cell]);
+        let from = (middle(x / STRIDE), middle(y / STRIDE));
+        let at = (from.0 + offsets.data[cell], from.1 + offsets.data[plane + cell]);
         let distance = |c: &Peak| (c.at.0 - at.0).powi(2) + (c.at.1 - at.1).powi(2);
         let own = centres.iter().enumerate().filter(|(_, c)| c.class == usize::from(label));
         let nearest = own.min_by(|a, b| distance(a.1).total_cmp(&distance(b.1)));
         instances[i] = nearest.map_or(0, |(k, _)| k as u16 + 1);
     }
     Ok(Objects { instances, count: centres.len() as u16 })
+}
+
+/// Middle of the cell numbered `c`, in pixels.
+fn middle(c: usize) -> f32 {
+    (c * STRIDE) as f32 + (STRIDE as f32 - 1.0) / 2.0
 }
 
 /// A centre, in pixels.
@@ -145,7 +151,6 @@ fn peaks(heat: &[f32], classes: usize, cells: (usize, usize)) -> Vec<Peak> {
                 .flat_map(|y| columns.clone().map(move |x| y * cells.0 + x));
             // Of equal heights the first counts.
             if around.all(|j| heat[j] < height || heat[j] == height && j >= i) {
-                let middle = |c: usize| (c * STRIDE) as f32 + (STRIDE as f32 - 1.0) / 2.0;
                 found.push((height, Peak { class, at: (middle(x), middle(y)) }));
             }
         }
@@ -192,9 +197,9 @@ mod tests {
         heat[columns * rows + columns + 12] = 0.8;
         heat[columns * rows + columns + 13] = 0.7;
         let target = |cell: usize| if cell % columns < 8 { 13.5 } else { 49.5 };
-        let dx = |cell: usize| target(cell) - (cell % columns * 4) as f32;
+        let dx = |cell: usize| target(cell) - middle(cell % columns);
         let mut offsets: Vec<f32> = (0..columns * rows).map(dx).collect();
-        offsets.extend((0..columns * rows).map(|cell| 5.5 - (cell / columns * 4) as f32));
+        offsets.extend((0..columns * rows).map(|cell| 5.5 - middle(cell / columns)));
         let outputs = [tensor(&[1, 2, 4, 16], heat), tensor(&[1, 2, 4, 16], offsets)];
         let mut labels = vec![1; 64 * 16];
         labels[0] = 0;

@@ -107,7 +107,7 @@ impl NetworkSegmenter {
                 return Err(SetupError::Models(both));
             }
         }
-        // A detector labels pixels too.
+        // An instance network may label pixels too.
         if components.is_none() && instances.as_ref().is_some_and(Model::labels_pixels) {
             components = instances.take();
         }
@@ -197,7 +197,8 @@ impl Segmenter for NetworkSegmenter {
         };
 
         let labels: Vec<u16> = (0..expected).map(|i| components.best(i)).collect();
-        let instances = match (&mut self.instances, window, instances) {
+        let own = Some(&mut self.components).filter(|labeller| labeller.model.separates_objects());
+        let instances = match (self.instances.as_mut().or(own), window, instances) {
             (_, _, Some(found)) => found,
             (Some(labeller), Some(window), None) => separate(labeller, view, window, &labels).map_err(failed)?,
             // Nothing separates objects of one class: the class is the object.

@@ -58,6 +58,29 @@ pub trait Engine: Debug + Send + Sync {
     fn load(&self, file: &Path, threads: usize) -> Result<Box<dyn Network>, EngineError>;
 }
 
+/// Runs the pictures of a batch one after the other and joins their outputs.
+fn one_by_one(
+    batch: &Tensor,
+    mut run: impl FnMut(&Tensor) -> Result<Vec<Tensor>, EngineError>,
+) -> Result<Vec<Tensor>, EngineError> {
+    let (&[count, ref rest @ ..], 4) = (batch.shape.as_slice(), batch.shape.len()) else { return run(batch) };
+    let mut joined: Vec<Tensor> = Vec::new();
+    for picture in batch.data.chunks_exact((batch.data.len() / count.max(1)).max(1)) {
+        let outputs = run(&Tensor { shape: [&[1], rest].concat(), data: picture.to_vec() })?;
+        if joined.is_empty() {
+            joined = outputs;
+            continue;
+        }
+        for (all, output) in joined.iter_mut().zip(outputs) {
+            all.data.extend(output.data);
+            if let Some(n) = all.shape.first_mut() {
+                *n += 1;
+            }
+        }
+    }
+    Ok(joined)
+}
+
 /// What an engine is, for people and records.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct EngineDescription {

@@ -5,7 +5,7 @@
 //! wait: spinning nearly doubles the processor time, which the other stages of the pipeline need.
 
 use super::locate::{Found, candidates};
-use super::{Engine, EngineDescription, EngineError, Network, Port, Provider, Tensor};
+use super::{Engine, EngineDescription, EngineError, Network, Port, Provider, Tensor, one_by_one};
 use ort::environment::Environment;
 use ort::ep::{self, ExecutionProvider, ExecutionProviderDispatch};
 use ort::logging::LogLevel;
@@ -130,7 +130,7 @@ impl Engine for OnnxRuntime {
     fn description(&self) -> EngineDescription {
         EngineDescription {
             name: "onnxruntime".into(),
-            version: version(ort::info()),
+            version: version(ort::info(), &self.library),
             provider: self.provider,
             library: Some(self.library.clone()),
         }
@@ -146,10 +146,17 @@ impl Engine for OnnxRuntime {
     }
 }
 
-/// The version in ONNX Runtime's description of its build: `git-branch=rel-1.31.1, ...`.
-fn version(info: &str) -> String {
-    let branch = info.split("git-branch=").nth(1).and_then(|rest| rest.split([',', ' ']).next()).unwrap_or("unknown");
-    branch.trim_start_matches("rel-").to_owned()
+/// The version: of the release branch in ONNX Runtime's description of its build, else in the library's file name, else the
+/// commit. (The C interface tells it as well, but not without unsafe code.)
+fn version(info: &str, library: &Path) -> String {
+    let entry = |key: &str| info.split(key).nth(1).and_then(|rest| rest.split([',', ' ']).next());
+    if let Some(release) = entry("git-branch=rel-") {
+        return release.to_owned();
+    }
+    let file = library.canonicalize().unwrap_or_else(|_| library.to_owned());
+    let name = file.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let numbers: Vec<&str> = name.split('.').filter(|part| part.parse::<u32>().is_ok()).collect();
+    if numbers.len() > 1 { numbers.join(".") } else { entry("git-commit-id=").unwrap_or("unknown").to_owned() }
 }
 
 fn one_line(text: &str) -> String {
@@ -182,6 +189,18 @@ impl Network for OrtNetwork {
     }
 
     fn run(&mut self, input: &Tensor, wanted: &[&str]) -> Result<Vec<Tensor>, EngineError> {
+        let batch = self.inputs.first().and_then(|p| p.shape.as_ref()).and_then(|s| *s.first()?);
+        let single = input.shape.len() == 4 && batch == Some(1);
+        if single {
+            one_by_one(input, |picture| self.run_batch(picture, wanted))
+        } else {
+            self.run_batch(input, wanted)
+        }
+    }
+}
+
+impl OrtNetwork {
+    fn run_batch(&mut self, input: &Tensor, wanted: &[&str]) -> Result<Vec<Tensor>, EngineError> {
         let Self { file, session, inputs, .. } = self;
         let fail = |reason: String| EngineError::Run { file: file.clone(), reason: one_line(&reason) };
         let name = inputs.first().map(|p| p.name.clone()).unwrap_or_default();
@@ -221,9 +240,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_version_is_read_from_the_build_s_description() {
-        assert_eq!(version("ORT Build Info: git-branch=rel-1.31.1, git-commit-id=abc, build type=Release"), "1.31.1");
-        assert_eq!(version("something else"), "unknown");
+    fn the_version_is_that_of_the_release_or_of_the_file() {
+        let info = |branch: &str| format!("ORT Build Info: git-branch={branch}, git-commit-id=abc, build type=Release");
+        let (bare, numbered) = (Path::new("/x/libonnxruntime.so"), Path::new("/x/libonnxruntime.so.1.31.1"));
+        assert_eq!(version(&info("rel-1.24.0"), numbered), "1.24.0");
+        assert_eq!(version(&info("HEAD"), numbered), "1.31.1");
+        assert_eq!(version(&info("HEAD"), Path::new("/x/libonnxruntime.1.31.1.dylib")), "1.31.1");
+        assert_eq!(version(&info("HEAD"), bare), "abc");
+        assert_eq!(version("", bare), "unknown");
     }
 
     #[test]

@@ -3,7 +3,7 @@
 //! It wants every dimension fixed: a plan is made for each size of picture that comes and the last few are kept. What it
 //! cannot plan (Mask R-CNN, whose sizes depend on what it finds) it refuses by the file's name.
 
-use super::{Engine, EngineDescription, EngineError, Network, Port, Provider, Tensor};
+use super::{Engine, EngineDescription, EngineError, Network, Port, Provider, Tensor, one_by_one};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -150,26 +150,12 @@ impl Network for TractNetwork {
             })
             .collect::<Result<_, _>>()?;
         // One picture after the other, so that one plan serves every size of batch.
-        let (batch, single) = match input.shape.as_slice() {
-            [n, rest @ ..] if input.shape.len() == 4 => (*n, [&[1], rest].concat()),
-            shape => (1, shape.to_vec()),
-        };
-        let mut joined: Vec<Tensor> = Vec::new();
-        for picture in input.data.chunks((input.data.len() / batch.max(1)).max(1)) {
-            let outputs = self.run_one(&single, picture).map_err(fail)?;
-            for (k, &i) in indices.iter().enumerate() {
-                let output = outputs.get(i).ok_or_else(|| fail(format!("output {} did not come", wanted[k])))?;
-                match joined.get_mut(k) {
-                    None => joined.push(output.clone()),
-                    Some(all) => {
-                        all.data.extend(&output.data);
-                        if let Some(n) = all.shape.first_mut() {
-                            *n += 1;
-                        }
-                    }
-                }
-            }
-        }
-        Ok(joined)
+        one_by_one(input, |picture| {
+            let outputs = self.run_one(&picture.shape, &picture.data).map_err(fail)?;
+            let pick = |(&i, name): (&usize, &&str)| {
+                outputs.get(i).cloned().ok_or_else(|| fail(format!("output {name} did not come")))
+            };
+            indices.iter().zip(wanted).map(pick).collect()
+        })
     }
 }

@@ -72,7 +72,7 @@ fn every_fault_names_its_field() {
         ("tensor = \"probabilities\"", "", "output.tensor"),
         ("tensor = \"probabilities\"", "tensor = \"p\"\ncontribution = \"c\"", "output.contribution"),
         ("tensor = \"probabilities\"", "tensor = \"p\"\nmasks = \"m\"", "output.masks"),
-        ("task = \"semantic\"", "task = \"instance\"", "output.tensor"),
+        ("task = \"semantic\"", "task = \"instance\"", "output.centres"),
         ("name = \"none\"", "name = \"background\"", "classes[0].name"),
         ("name = \"housing\"", "name = \"none\"", "classes[1].name"),
         ("#3b82c4", "blue", "classes[1].colour"),
@@ -100,6 +100,7 @@ fn objects_come_by_centres_or_by_detection() {
         Manifest::parse(&text.replace("tensor = \"probabilities\"", output)).map_err(|(field, _)| field)
     };
     assert!(with("centres = \"c\"\noffsets = \"o\"").is_ok());
+    assert!(with("tensor = \"p\"\ncentres = \"c\"\noffsets = \"o\"").is_ok(), "it may label pixels as well");
     assert!(with("boxes = \"b\"\nlabels = \"l\"\nscores = \"s\"\nmasks = \"m\"").is_ok());
     assert_eq!(with("centres = \"c\""), Err("output.offsets".into()));
     assert_eq!(with("boxes = \"b\"\nlabels = \"l\"\nmasks = \"m\""), Err("output.scores".into()));

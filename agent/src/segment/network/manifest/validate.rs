@@ -175,9 +175,6 @@ impl Output {
                 None => Ok(()),
             };
         }
-        if self.tensor.is_some() {
-            return fault("output.tensor", "belongs to networks that label pixels, not to instance");
-        }
         let used = |set: &[(&str, &Option<String>)]| set.iter().any(|(_, name)| name.is_some());
         let set: &[_] = match (used(&by_centres), used(&by_detection)) {
             (true, false) => &by_centres,

@@ -231,20 +231,33 @@ fn an_instance_network_separates_objects_of_one_class() {
     // Red cells are centres; offsets are zero, so a pixel belongs to the nearest centre.
     let mut heat = vec![0.0; 3 * 3 * 16];
     heat[3 * 16..4 * 16].fill(1.0 / 16.0);
-    let network = onnx::Graph::new("image", &onnx::picture(3))
-        .floats("heat", &[3, 3, 4, 4], &heat)
-        .floats("zero", &[2, 3, 4, 4], &[0.0; 96])
-        .node("Conv", &["image", "heat"], "centres", &[("strides", &[4, 4])])
-        .node("Conv", &["image", "zero"], "offsets", &[("strides", &[4, 4])])
-        .output("centres", &onnx::picture(3))
-        .output("offsets", &onnx::picture(2))
-        .bytes();
-    let instances = model("instance", &NAMES, &[network], |m| m.input.multiple = 4);
+    let network = || {
+        onnx::Graph::new("image", &onnx::picture(3))
+            .floats("heat", &[3, 3, 4, 4], &heat)
+            .floats("zero", &[2, 3, 4, 4], &[0.0; 96])
+            .node("Conv", &["image", "heat"], "centres", &[("strides", &[4, 4])])
+            .node("Conv", &["image", "zero"], "offsets", &[("strides", &[4, 4])])
+            .output("centres", &onnx::picture(3))
+            .output("offsets", &onnx::picture(2))
+            // The same network as a classifier, for pictures one by one.
+            .floats("weights", &[3, 3, 1, 1], &WEIGHTS.concat())
+            .floats("bias", &[3], &[0.0, -2.0, -2.0])
+            .node("Conv", &["image", "weights", "bias"], "scores", &[])
+            .node("Softmax", &["scores"], "probabilities", &[("axis", &[1])])
+            .output("probabilities", &onnx::picture(3))
+            .bytes()
+    };
+    let alone = model("instance", &NAMES, &[network()], |m| {
+        m.input.multiple = 4;
+        m.output.tensor = Some("probabilities".into());
+    });
+    let instances = model("instance", &NAMES, &[network()], |m| m.input.multiple = 4);
     // Two bright red spots, each a cell, on a dimmer red ground.
     let spot = |u: u32, v: u32| (8..12).contains(&v) && ((8..12).contains(&u) || (48..52).contains(&u));
     let picture = view(62, 30, |u, v| [if spot(u, v) { 255 } else { 128 }, 0, 0]);
     let config = asked(&[Augmentation::Identity]);
-    for mut segmenter in segmenters(&[&components, &instances], &info(None), &config) {
+    let together = segmenters(&[&components, &instances], &info(None), &config);
+    for mut segmenter in together.into_iter().chain(segmenters(&[&alone], &info(None), &config)) {
         let said = segmenter.segment(&picture).expect("runs");
         assert_eq!(said.components.best(0), 3);
         let (left, right) = (said.instances[9 * 62 + 9], said.instances[9 * 62 + 50]);
@@ -271,6 +284,25 @@ fn detector() -> Vec<u8> {
         .output("scores", &[Err("d")])
         .output("masks", &[Err("d"), Ok(1), Err("h"), Err("w")])
         .bytes()
+}
+
+#[test]
+fn a_network_of_one_picture_at_a_time_is_asked_about_several() {
+    let network = onnx::Graph::new("image", &[Ok(1), Ok(3), Err("h"), Err("w")])
+        .floats("weights", &[3, 3, 1, 1], &WEIGHTS.concat())
+        .node("Conv", &["image", "weights"], "scores", &[])
+        .node("Softmax", &["scores"], "probabilities", &[("axis", &[1])])
+        .output("probabilities", &onnx::picture(3))
+        .bytes();
+    let folder = model("semantic", &NAMES, &[network], |_| {});
+    let picture = view(40, 30, colour);
+    for mut segmenter in segmenters(&[&folder], &info(None), &asked(&[Augmentation::Identity, Augmentation::Flip])) {
+        let said = segmenter.segment(&picture).expect("runs");
+        let (_, p, sigma) = soft(&said.components);
+        let [none, ..] = closed_form(colour(7, 3), 0.0);
+        assert!((f32::from(p[(3 * 40 + 7) * 4]) - 255.0 * none).abs() <= 0.51);
+        assert!(sigma.iter().all(|s| *s == 0), "flipping changes nothing");
+    }
 }
 
 #[test]
