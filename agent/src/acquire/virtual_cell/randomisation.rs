@@ -55,9 +55,9 @@ pub struct Randomisation {
     pub blur: Range,
     /// Fall of light towards the corners.
     pub vignette: Range,
-    /// See [`Film`].
+    /// Exponent of the light before the tone curve.
     pub contrast: Range,
-    /// See [`Film`].
+    /// 1 = as it is, 0 = grey.
     pub saturation: Range,
     /// Colour noise at mid grey; logarithmic.
     pub grain: Range,
