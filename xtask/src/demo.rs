@@ -38,7 +38,7 @@ pub(crate) fn run(options: &Options) -> Result<()> {
         Ok(library) => drop(agent.env(onnx_runtime::VARIABLE, library)),
         // The demo does not stand or fall with it.
         Err(error) => {
-            note(format!("without ONNX Runtime networks run in tract, three to four times slower: {error:#}"))
+            note(format!("without ONNX Runtime networks run in tract, several times slower: {error:#}"))
         }
     }
     become_command(&mut agent)

@@ -82,7 +82,7 @@ fn runtime(library: Option<&std::path::Path>, provider: Provider) -> Finding {
             Finding { what, health: Health::Ok, text, details }
         }
         Err(error @ EngineError::NotFound { .. }) => {
-            let text = format!("{error}; networks run in tract, three to four times slower");
+            let text = format!("{error}; networks run in tract, several times slower");
             Finding { what, health: Health::Warning, text, details: Value::Null }
         }
         Err(error) => Finding { what, health: Health::Failed, text: error.to_string(), details: Value::Null },

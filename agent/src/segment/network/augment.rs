@@ -36,7 +36,7 @@ pub enum Augmentation {
 
 /// A change with its numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Drawn {
+pub(super) enum Drawn {
     /// None.
     Identity,
     /// Left and right exchanged.
@@ -59,18 +59,9 @@ pub enum Drawn {
     },
 }
 
-/// A prediction carried back.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Undone<'a> {
-    /// Planes of the picture's size.
-    pub planes: Cow<'a, [f32]>,
-    /// Which pixels are known; all if absent.
-    pub valid: Option<Vec<bool>>,
-}
-
 impl Augmentation {
     /// Draws the numbers; the same seed gives the same.
-    pub fn draw(self, seed: u64) -> Drawn {
+    pub(super) fn draw(self, seed: u64) -> Drawn {
         let mut random = Pcg64Mcg::seed_from_u64(seed);
         let mut within = |limit: f32| limit * (2.0 * random.random::<f32>() - 1.0);
         match self {
@@ -92,7 +83,7 @@ impl Augmentation {
 
 impl Drawn {
     /// The changed input: `tensor` holds the channels of `input`, each of `size` (columns, rows).
-    pub fn apply(&self, tensor: &[f32], input: &Input, size: (usize, usize)) -> Vec<f32> {
+    pub(super) fn apply(&self, tensor: &[f32], input: &Input, size: (usize, usize)) -> Vec<f32> {
         let plane = (size.0 * size.1).max(1);
         let channels = || input.channels.iter().zip(tensor.chunks_exact(plane));
         match *self {
@@ -128,29 +119,43 @@ impl Drawn {
     }
 
     /// What was predicted on the changed input, at the pixels of the picture. `planes` are any number of planes of `size`.
-    pub fn undo<'a>(&self, planes: &'a [f32], size: (usize, usize)) -> Undone<'a> {
-        match *self {
-            Self::Identity | Self::Light { .. } => Undone { planes: planes.into(), valid: None },
-            Self::Flip => Undone { planes: flipped(planes, size.0).into(), valid: None },
-            Self::Warp { turn: (c, s) } => {
-                let square = c * c + s * s;
-                let back = (c / square, -s / square);
-                let at = |x: f32, y: f32| rotated((x, y), back, size);
-                let known = |i: usize| {
-                    let (u, v) = at((i % size.0) as f32, (i / size.0) as f32);
-                    u >= 0.0 && v >= 0.0 && u <= (size.0 - 1) as f32 && v <= (size.1 - 1) as f32
-                };
+    pub(super) fn undo<'a>(&self, planes: &'a [f32], size: (usize, usize)) -> Cow<'a, [f32]> {
+        match self {
+            Self::Identity | Self::Light { .. } => planes.into(),
+            Self::Flip => flipped(planes, size.0).into(),
+            Self::Warp { turn } => {
+                let back = inverse(*turn);
                 let plane = (size.0 * size.1).max(1);
-                let planes: Vec<f32> = planes.chunks_exact(plane).flat_map(|p| warped(p, size, at)).collect();
-                Undone { planes: planes.into(), valid: Some((0..size.0 * size.1).map(known).collect()) }
+                let undone =
+                    planes.chunks_exact(plane).flat_map(|p| warped(p, size, |x, y| rotated((x, y), back, size)));
+                undone.collect()
             }
         }
     }
+
+    /// Which pixels of a picture of `size` the changed one shows; all if absent.
+    pub(super) fn known(&self, size: (usize, usize)) -> Option<Vec<bool>> {
+        let Self::Warp { turn } = self else { return None };
+        let back = inverse(*turn);
+        let known = |i: usize| {
+            let (u, v) = rotated(((i % size.0) as f32, (i / size.0) as f32), back, size);
+            u >= 0.0 && v >= 0.0 && u <= (size.0 - 1) as f32 && v <= (size.1 - 1) as f32
+        };
+        Some((0..size.0 * size.1).map(known).collect())
+    }
+}
+
+/// The turn that takes another back.
+fn inverse((c, s): (f32, f32)) -> (f32, f32) {
+    let square = c * c + s * s;
+    (c / square, -s / square)
 }
 
 /// Rows of `width` values, each turned round.
 fn flipped(planes: &[f32], width: usize) -> Vec<f32> {
-    planes.chunks(width.max(1)).flat_map(|row| row.iter().rev().copied()).collect()
+    let mut flipped = planes.to_vec();
+    flipped.chunks_exact_mut(width.max(1)).for_each(<[f32]>::reverse);
+    flipped
 }
 
 /// `turn` applied about the middle of a picture of `size`.
@@ -222,14 +227,14 @@ mod tests {
             for seed in 0..5 {
                 let drawn = kind.draw(seed);
                 let changed = drawn.apply(&tensor, &input(), SIZE);
-                let back = drawn.undo(&changed, SIZE);
-                let known = |i: usize| back.valid.as_ref().is_none_or(|v| v[i % n]);
+                let (back, valid) = (drawn.undo(&changed, SIZE), drawn.known(SIZE));
+                let known = |i: usize| valid.as_ref().is_none_or(|v| v[i % n]);
                 let masked = (0..n).filter(|&i| !known(i)).count();
                 assert!(masked < n / 4, "{kind:?} masks {masked}");
                 // A zoom out masks the rim; the middle is always known.
                 assert!(known(n / 2 + SIZE.0 / 2));
                 for i in (0..n).filter(|&i| known(i)) {
-                    let error = (back.planes[i] - tensor[i]).abs();
+                    let error = (back[i] - tensor[i]).abs();
                     // What the changed picture cut off at its rim and repeated does not come back.
                     let rim = i % SIZE.0 < 8 || i % SIZE.0 >= 72 || i / SIZE.0 < 8 || i / SIZE.0 >= 52;
                     assert!(rim || error <= tolerance, "{kind:?} seed {seed} pixel {i}: {error}");
@@ -253,9 +258,7 @@ mod tests {
     fn a_pixel_that_left_the_picture_is_masked() {
         // Twice as large: a quarter of the picture is seen, the rest is unknown.
         let drawn = Drawn::Warp { turn: (0.5, 0.0) };
-        let ones = vec![1.0; SIZE.0 * SIZE.1];
-        let undone = drawn.undo(&ones, SIZE);
-        let valid = undone.valid.expect("geometry");
+        let valid = drawn.known(SIZE).expect("geometry");
         assert!(!valid[0] && valid[30 * SIZE.0 + 40]);
         let share = valid.iter().filter(|v| **v).count() as f32 / valid.len() as f32;
         assert!((share - 0.25).abs() < 0.02, "{share}");

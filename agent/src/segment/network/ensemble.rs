@@ -6,6 +6,7 @@ use super::model::Model;
 use super::preprocess::Frame;
 use super::uncertainty::Predictions;
 use crate::acquire::View;
+use rayon::prelude::*;
 
 /// What an ensemble says of a window of a view.
 #[derive(Clone, Debug, Default)]
@@ -18,7 +19,7 @@ pub(super) struct Said {
     pub(super) instances: Option<Vec<u16>>,
 }
 
-/// Asks all networks of `model` about `view` under each of `augmentations`.
+/// Asks all networks of `model` about `view` under each of `augmentations`, of which the first changes nothing.
 ///
 /// # Errors
 /// [`EngineError`] if one does not run.
@@ -30,42 +31,31 @@ pub(super) fn ask(model: &mut Model, view: &View, frame: &Frame, augmentations: 
     let shape = vec![augmentations.len(), input.channels.len(), height, width];
     let answers = model.ask(&Tensor { shape, data: batch })?;
     let classes = model.manifest().classes.len();
-    let pixels = frame.window.pixels();
     let size = width * height;
-    let mut said = Said {
-        predictions: Predictions {
-            classes,
-            pixels,
-            members: answers.len(),
-            augmentations: augmentations.len(),
-            planes: Vec::with_capacity(answers.len() * augmentations.len()),
-            valid: vec![None; augmentations.len()],
-        },
-        contribution: None,
-        instances: answers.first().and_then(|a| a.objects.as_ref()).map(|o| frame.restore_labels(&o.instances)),
+    // A prediction belongs to a member, then to an augmentation.
+    let jobs: Vec<(&[f32], &Drawn)> = answers
+        .iter()
+        .flat_map(|answer| answer.probabilities.data.chunks_exact((classes * size).max(1)).zip(augmentations))
+        .collect();
+    let planes = jobs.par_iter().map(|(picture, drawn)| frame.restore(&drawn.undo(picture, frame.size))).collect();
+    let known = |drawn: &Drawn| {
+        let known: Vec<f32> = drawn.known(frame.size)?.into_iter().map(|k| f32::from(u8::from(k))).collect();
+        Some(frame.restore(&known).into_iter().map(|k| k == 1.0).collect())
     };
-    let restore = |planes: &[f32]| planes.chunks_exact(size.max(1)).flat_map(|p| frame.restore(p)).collect::<Vec<_>>();
-    let mut contributions = 0.0;
-    for answer in &answers {
-        let pictures = answer.probabilities.data.chunks_exact((classes * size).max(1));
-        for (t, (drawn, picture)) in augmentations.iter().zip(pictures).enumerate() {
-            let undone = drawn.undo(picture, frame.size);
-            said.predictions.planes.push(restore(&undone.planes));
-            if let (Some(valid), None) = (undone.valid, &said.predictions.valid[t]) {
-                let known = restore(&valid.iter().map(|v| f32::from(u8::from(*v))).collect::<Vec<_>>());
-                said.predictions.valid[t] = Some(known.into_iter().map(|v| v == 1.0).collect());
-            }
-        }
-        // The picture as it is shows best what each stream contributes.
-        let share = answer.contribution.as_ref().and_then(|c| c.data.get(..size));
-        if let (Some(share), Some(Drawn::Identity)) = (share, augmentations.first()) {
-            let sum = said.contribution.get_or_insert_with(|| vec![0.0; pixels]);
-            sum.iter_mut().zip(frame.restore(share)).for_each(|(sum, s)| *sum += s);
-            contributions += 1.0;
-        }
-    }
-    if let Some(share) = &mut said.contribution {
-        share.iter_mut().for_each(|s| *s = (*s / contributions).clamp(0.0, 1.0));
-    }
-    Ok(said)
+    let predictions = Predictions {
+        classes,
+        pixels: frame.window.pixels(),
+        members: answers.len(),
+        augmentations: augmentations.len(),
+        planes,
+        valid: augmentations.iter().map(known).collect(),
+    };
+    // The picture as it is shows best what each stream contributes.
+    let shares: Vec<&[f32]> = answers.iter().filter_map(|a| a.contribution.as_ref()?.data.get(..size)).collect();
+    let contribution = (!shares.is_empty()).then(|| {
+        let mean = |i: usize| shares.iter().map(|s| s[i]).sum::<f32>() / shares.len() as f32;
+        frame.restore(&(0..size).map(mean).collect::<Vec<_>>())
+    });
+    let instances = answers.first().and_then(|a| a.objects.as_ref()).map(|o| frame.restore_labels(&o.instances));
+    Ok(Said { predictions, contribution, instances })
 }

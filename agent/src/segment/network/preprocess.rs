@@ -95,28 +95,29 @@ impl Frame {
         }
     }
 
-    /// The window's pixels of a plane of the output, row-major.
-    pub(super) fn restore(&self, plane: &[f32]) -> Vec<f32> {
+    /// The window's pixels of planes of the output, plane after plane, row-major.
+    pub(super) fn restore(&self, planes: &[f32]) -> Vec<f32> {
         let (width, height) = self.size;
-        let mut window = Vec::with_capacity(self.window.pixels());
-        let (right, down) = (self.window.left - self.seen.left, self.window.top - self.seen.top);
+        let count = planes.len() / (width * height).max(1);
+        let mut window = Vec::with_capacity(count * self.window.pixels());
+        let (right, down) = ((self.window.left - self.seen.left) as usize, (self.window.top - self.seen.top) as usize);
         let (sx, sy) = self.scale();
-        for v in 0..self.window.height {
-            if !self.stretched {
-                let start = (down + v) as usize * width + right as usize;
-                window.extend(plane.iter().skip(start).take(self.window.width as usize));
-                continue;
-            }
-            for u in 0..self.window.width {
-                let (x, y) = ((u as f32 + 0.5) / sx - 0.5, (v as f32 + 0.5) / sy - 0.5);
-                window.push(bilinear(width, height, x, y, |x, y| plane[y * width + x]));
+        for plane in planes.chunks_exact((width * height).max(1)) {
+            for v in 0..self.window.height as usize {
+                if !self.stretched {
+                    let start = (down + v) * width + right;
+                    window.extend_from_slice(&plane[start..start + self.window.width as usize]);
+                    continue;
+                }
+                for u in 0..self.window.width {
+                    let (x, y) = ((u as f32 + 0.5) / sx - 0.5, (v as f32 + 0.5) / sy - 0.5);
+                    window.push(bilinear(width, height, x, y, |x, y| plane[y * width + x]));
+                }
             }
         }
         window
     }
-}
 
-impl Frame {
     /// The window's pixels of labels that lie on the input.
     pub(super) fn restore_labels(&self, labels: &[u16]) -> Vec<u16> {
         let at = |u: u32, v: u32| {

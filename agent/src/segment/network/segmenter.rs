@@ -169,7 +169,9 @@ impl Segmenter for NetworkSegmenter {
             let estimate = said.predictions.estimate(&self.config.uncertainty);
             canvas.paint(window, &estimate, &labeller.numbers);
             detail.components = estimate.figures;
-            let bytes = |share: Vec<f32>| share.into_iter().map(|s| (s * 255.0).round() as u8).collect::<Vec<u8>>();
+            let bytes = |share: Vec<f32>| {
+                share.into_iter().map(|s| (s.clamp(0.0, 1.0) * 255.0).round() as u8).collect::<Vec<u8>>()
+            };
             detail.contribution = said.contribution.map(|share| spread(picture.0, expected, window, &bytes(share)));
             instances = said.instances.map(|i| spread(picture.0, expected, window, &i));
         }

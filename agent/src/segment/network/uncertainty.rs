@@ -130,53 +130,54 @@ impl Predictions {
         // How many augmentations know each pixel; the same for every member.
         let known: Vec<f32> = (0..length).map(|x| (0..augmentations).filter(|&t| knows(t, x)).count() as f32).collect();
         let mut estimate = Estimate { mean: vec![0.0; self.classes * length], ..Estimate::default() };
-        // Variance within and between of each class.
-        let mut scatter = vec![[0.0_f32; 2]; self.classes * length];
+        // Variances of each class, within the members and between them.
+        let (mut within, mut between) = (vec![0.0_f32; self.classes * length], vec![0.0_f32; self.classes * length]);
+        let weight: Vec<f32> = known.iter().map(|n| 1.0 / n.max(1.0)).collect();
+        let freedom = |n: f32| n * members as f32 - settings.ddof as f32;
+        let scale: Vec<f32> = known.iter().map(|&n| if freedom(n) > 0.0 { 1.0 / freedom(n) } else { 0.0 }).collect();
         let mut of_member = vec![0.0_f32; members * length];
         for c in 0..self.classes {
             let values = |m: usize, t: usize| &self.planes[m * augmentations + t][c * self.pixels + start..][..length];
-            let mean = &mut estimate.mean[c * length..(c + 1) * length];
-            for (m, sums) in of_member.chunks_exact_mut(length).enumerate() {
-                sums.fill(0.0);
+            let class = c * length..(c + 1) * length;
+            let mean = &mut estimate.mean[class.clone()];
+            for (m, own) in of_member.chunks_exact_mut(length).enumerate() {
+                own.fill(0.0);
                 for t in 0..augmentations {
-                    self.each(t, start, values(m, t), |x, p| sums[x] += p);
+                    let known = own.iter_mut().zip(values(m, t));
+                    self.known(t, start, known, |(sum, p)| *sum += p);
                 }
-                for x in 0..length {
-                    sums[x] /= known[x].max(1.0);
-                    mean[x] += sums[x] / members as f32;
-                }
+                own.iter_mut().zip(&weight).for_each(|(sum, w)| *sum *= w);
+                mean.iter_mut().zip(&*own).for_each(|(mean, own)| *mean += own / members as f32);
             }
-            let scatter = &mut scatter[c * length..(c + 1) * length];
+            let (within, between) = (&mut within[class.clone()], &mut between[class]);
             for (m, own) in of_member.chunks_exact(length).enumerate() {
                 for t in 0..augmentations {
-                    self.each(t, start, values(m, t), |x, p| scatter[x][0] += (p - own[x]) * (p - own[x]));
+                    let known = within.iter_mut().zip(own).zip(values(m, t));
+                    self.known(t, start, known, |((sum, own), p)| *sum += (p - own) * (p - own));
                 }
-                for x in 0..length {
-                    scatter[x][1] += known[x] * (own[x] - mean[x]) * (own[x] - mean[x]);
-                }
+                let shift = between.iter_mut().zip(own).zip(&*mean).zip(&known);
+                shift.for_each(|(((sum, own), mean), n)| *sum += n * (own - mean) * (own - mean));
             }
-            for (x, [within, between]) in scatter.iter_mut().enumerate() {
-                let freedom = known[x] * members as f32 - settings.ddof as f32;
-                let scale = if freedom > 0.0 { 1.0 / freedom } else { 0.0 };
-                (*within, *between) = (*within * scale, *between * scale);
+            for parts in [within, between] {
+                parts.iter_mut().zip(&scale).for_each(|(sum, scale)| *sum *= scale);
             }
         }
         let mut sample = Vec::new();
         for x in 0..length {
             let class = |c: usize| estimate.mean[c * length + x];
-            let variance = |c: usize| scatter[c * length + x];
+            let variance = |c: usize| [within[c * length + x], between[c * length + x]];
             let predicted = (1..self.classes).fold(0, |best, c| if class(c) > class(best) { c } else { best });
-            let [within, between] = match settings.statistic {
+            let [w, b] = match settings.statistic {
                 Statistic::Norm => (0..self.classes).map(variance).fold([0.0; 2], |a, b| [a[0] + b[0], a[1] + b[1]]),
                 Statistic::Predicted => variance(predicted),
                 Statistic::Largest => {
                     (0..self.classes).map(variance).fold([0.0; 2], |a, b| if b[0] + b[1] > a[0] + a[1] { b } else { a })
                 }
             };
-            let sigma = (within + between).sqrt();
+            let sigma = (w + b).sqrt();
             estimate.sigma.push(sigma);
-            estimate.data.push(within.sqrt());
-            estimate.model.push(between.sqrt());
+            estimate.data.push(w.sqrt());
+            estimate.model.push(b.sqrt());
             estimate.figures.pixels += 1;
             if predicted == 0 {
                 continue;
@@ -189,21 +190,18 @@ impl Predictions {
             let figures = &mut estimate.figures;
             figures.foreground += 1;
             figures.uncertain += u64::from(sigma > settings.threshold);
-            let [w, b] = variance(predicted);
-            let said = [sigma, within.sqrt(), between.sqrt(), settings.coverage * (w + b).sqrt(), low, high];
+            let expanded = settings.coverage * variance(predicted).iter().sum::<f32>().sqrt();
+            let said = [sigma, w.sqrt(), b.sqrt(), expanded, low, high];
             figures.means().into_iter().zip(said).for_each(|(sum, value)| *sum += f64::from(value));
         }
         estimate
     }
 
-    /// Calls `take` for every pixel of a part that augmentation `t` knows.
-    fn each(&self, t: usize, start: usize, values: &[f32], mut take: impl FnMut(usize, f32)) {
+    /// Calls `take` for those of a part's pixels that augmentation `t` knows.
+    fn known<I>(&self, t: usize, start: usize, pixels: impl Iterator<Item = I>, mut take: impl FnMut(I)) {
         match &self.valid[t] {
-            None => values.iter().enumerate().for_each(|(x, &p)| take(x, p)),
-            Some(valid) => {
-                let known = values.iter().zip(&valid[start..]).enumerate();
-                known.filter(|(_, (_, v))| **v).for_each(|(x, (&p, _))| take(x, p));
-            }
+            None => pixels.for_each(take),
+            Some(valid) => pixels.zip(&valid[start..]).filter(|(_, known)| **known).for_each(|(pixel, _)| take(pixel)),
         }
     }
 }

@@ -206,7 +206,7 @@ pub fn open(choice: EngineChoice, library: Option<&Path>, provider: Provider) ->
             Ok(runtime) => Ok(Box::new(runtime)),
             Err(error @ EngineError::NotFound { .. }) => {
                 let engine = tract()?;
-                tracing::warn!("{error}; networks run in tract, three to four times slower");
+                tracing::warn!("{error}; networks run in tract, several times slower");
                 Ok(engine)
             }
             Err(error) => Err(error),
