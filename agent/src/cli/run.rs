@@ -11,6 +11,8 @@ use semascan_agent::fuse::{AssociationTest, SemanticMap};
 use semascan_agent::pipeline::{self, InspectionSink, PipelineConfig, Stage, StageStatus, ViewOutcome};
 use semascan_agent::register::{IcpConfig, IcpRegistrar, JointRefinement, KinematicRegistrar, Registrar, Selection};
 use semascan_agent::segment::geometric::PatchMethod;
+use semascan_agent::segment::preparation::contour::Snake;
+use semascan_agent::segment::preparation::{Background, Preparation, Prepared};
 use semascan_agent::segment::{GeometricSegmenter, RecordedSegmenter, Segmenter};
 use semascan_agent::store::{InspectionRecord, Recorder, SegmentationRecord, write_inspection, write_view_clouds};
 use semascan_shared::model::SemanticCloud;
@@ -38,6 +40,18 @@ pub(crate) enum Masks {
     Slic,
     /// To convex patches of one colour
     Lcccp,
+}
+
+/// How the background of a picture is found.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub(crate) enum BackgroundArg {
+    /// It is not looked for
+    #[default]
+    Keep,
+    /// Outside an active contour around the edges (P2)
+    Contour,
+    /// Outside the cell's measuring volume
+    Volume,
 }
 
 /// How objects of a view are found among those of the model.
@@ -75,6 +89,12 @@ pub(crate) struct InspectionArgs {
     pub(crate) camera_mask: String,
     #[command(flatten)]
     pub(crate) network: NetworkArgs,
+    /// Filter the pictures' noise, of the type and level that they have (P2)
+    #[arg(long)]
+    pub(crate) denoise: bool,
+    /// What is known not to be the part, and is not labelled
+    #[arg(long, value_enum, default_value = "keep")]
+    pub(crate) background: BackgroundArg,
     /// How views get their poses
     #[arg(long, value_enum, default_value = "auto")]
     pub(crate) registration: Registration,
@@ -147,6 +167,21 @@ impl InspectionArgs {
         Box::new(IcpRegistrar::new(IcpConfig::default(), selection))
     }
 
+    /// What is done to the views of a source like `info` before they are labelled.
+    fn preparation(&self, info: &SourceInfo) -> Result<Preparation, Failure> {
+        let background = match self.background {
+            BackgroundArg::Keep => Background::Kept,
+            BackgroundArg::Contour => Background::Contour(Snake::default()),
+            BackgroundArg::Volume => {
+                let (low, high) = info.volume.ok_or_else(|| {
+                    Failure::Call(anyhow!("--background volume: {} knows no measuring volume; use contour", info.uri))
+                })?;
+                Background::Volume(low, high)
+            }
+        };
+        Ok(Preparation { denoise: self.denoise, background })
+    }
+
     /// What labels the views of a source like `info`, and where that is networks, what the record says of them.
     fn segmenter(&self, info: &SourceInfo) -> Result<(Box<dyn Segmenter>, Option<SegmentationRecord>), Failure> {
         let recorded = |required| Box::new(RecordedSegmenter { required }) as Box<dyn Segmenter>;
@@ -160,6 +195,9 @@ impl InspectionArgs {
                 (Box::new(networks) as Box<dyn Segmenter>, Some(record))
             }
         };
+        let preparation = self.preparation(info)?;
+        let masks: Box<dyn Segmenter> =
+            if preparation == Preparation::default() { masks } else { Box::new(Prepared::new(masks, preparation)) };
         let fitted: Box<dyn Segmenter> = match self.masks {
             Masks::AsIs => masks,
             Masks::Slic => Box::new(GeometricSegmenter::new(masks, PatchMethod::SLIC)),

@@ -86,6 +86,8 @@ impl DemoArgs {
             association: super::run::Association::None,
             voxel: self.voxel,
             keyframes: false,
+            denoise: false,
+            background: super::run::BackgroundArg::Keep,
             pace: self.pace,
         };
         let source = inspection.open(&self.source)?;

@@ -1,6 +1,6 @@
 //! What happens in an inspection, as messages of the control lane.
 
-use super::thumbnail::{overlay, sigma_overlay, thumbnail};
+use super::thumbnail::{contribution_overlay, overlay, sigma_overlay, thumbnail};
 use crate::acquire::Intrinsics;
 use crate::pipeline::{Stage, StageStatus, ViewOutcome};
 use nalgebra::Isometry3;
@@ -57,7 +57,7 @@ pub(super) fn view_report(outcome: &ViewOutcome, taxonomy: &Taxonomy) -> ViewRep
         intrinsics: view.map(|v| intrinsics(&v.intrinsics)),
         thumbnail_jpeg: view.map(|v| thumbnail(&v.rgb)).unwrap_or_default(),
         sigma_png: labels.map(|(v, s)| sigma_overlay(v, s)).unwrap_or_default(),
-        contribution_png: Vec::new(),
+        contribution_png: labels.map(|(v, s)| contribution_overlay(v, s)).unwrap_or_default(),
         overlay_png: labels.map(|(v, s)| overlay(v, s, taxonomy)).unwrap_or_default(),
         timings: outcome.timings.iter().map(timing).collect(),
         points_added: outcome.result.as_ref().map_or(0, |i| i.points_added),

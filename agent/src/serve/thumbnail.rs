@@ -50,6 +50,18 @@ pub(super) fn sigma_overlay(view: &View, segmentation: &Segmentation) -> Vec<u8>
     })
 }
 
+/// Where a two-stream network went by colour (warm) and where by depth (cool), P2's contribution map; empty without one.
+pub(super) fn contribution_overlay(view: &View, segmentation: &Segmentation) -> Vec<u8> {
+    let Some(detail) = &segmentation.network else { return Vec::new() };
+    let Some((shares, window)) = detail.contribution.as_ref().zip(detail.window) else { return Vec::new() };
+    picture(view, |i| {
+        let inside = window.holds(i as u32 % view.rgb.width(), i as u32 / view.rgb.width());
+        let share = f32::from(*shares.get(i).filter(|_| inside)?) / 255.0;
+        let mix = |depth: f32, colour: f32| (depth + (colour - depth) * share) as u8;
+        Some([mix(40.0, 250.0), mix(130.0, 160.0), mix(230.0, 40.0), ALPHA])
+    })
+}
+
 /// A small PNG of `color` (red, green, blue, opacity) by pixel of the view; empty if no pixel has one.
 fn picture(view: &View, color: impl Fn(usize) -> Option<[u8; 4]>) -> Vec<u8> {
     let (width, height) = view.rgb.dimensions();

@@ -34,6 +34,12 @@ impl Window {
         Self { left: 0, top: 0, width, height }
     }
 
+    /// Whether the pixel at (column, row) lies in it.
+    pub fn holds(&self, column: u32, row: u32) -> bool {
+        let (x, y) = (column.wrapping_sub(self.left), row.wrapping_sub(self.top));
+        x < self.width && y < self.height
+    }
+
     /// Number of pixels.
     pub fn pixels(&self) -> usize {
         self.width as usize * self.height as usize
