@@ -1,11 +1,12 @@
 //! From a source's URI or path to the source.
 
 use super::bop::{BopSource, CameraMask};
+use super::pcd::PcdSource;
 use super::virtual_cell::{VirtualCell, VirtualCellSpec};
 use super::{AcquireError, Source};
 use std::path::Path;
 
-/// Opens what `uri` names: `virtual:...` or a BOP scene folder.
+/// Opens what `uri` names: `virtual:...`, a BOP scene folder, or organized clouds in a PCD file or a folder of them.
 ///
 /// # Errors
 /// [`AcquireError`] if the source is unknown or cannot be opened.
@@ -24,5 +25,8 @@ pub fn open(uri: &str, mask: &CameraMask) -> Result<Box<dyn Source>, AcquireErro
     if BopSource::is_scene(path) {
         return Ok(Box::new(BopSource::open(path, mask)?));
     }
-    Err(refuse("not a BOP scene folder (no scene_camera.json in it)"))
+    if PcdSource::is_source(path) {
+        return Ok(Box::new(PcdSource::open(path)?));
+    }
+    Err(refuse("neither a BOP scene folder (no scene_camera.json in it) nor PCD files"))
 }

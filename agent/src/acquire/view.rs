@@ -32,6 +32,12 @@ impl Intrinsics {
         (p.z > 0.0).then(|| (self.fx * p.x / p.z + self.cx, self.fy * p.y / p.z + self.cy))
     }
 
+    /// Row-major index of the pixel that the image point `(u, v)` lies in; `None` outside of the picture.
+    pub fn pixel(&self, u: f64, v: f64) -> Option<usize> {
+        let inside = |c: f64, size: u32| (c >= -0.5 && c < f64::from(size) - 0.5).then_some((c + 0.5) as usize);
+        Some(inside(v, self.height)? * self.width as usize + inside(u, self.width)?)
+    }
+
     /// The same camera with pixels `1 / factor` as wide; the picture covers at least what it covered.
     pub fn scaled(&self, factor: f64) -> Self {
         let size = |n: u32| ((f64::from(n) * factor).ceil() as u32).max(1);

@@ -15,7 +15,7 @@ use std::sync::atomic::AtomicBool;
 /// Arguments of `semascan inspect`.
 #[derive(Debug, Args)]
 pub(crate) struct InspectArgs {
-    /// What to inspect: `virtual:starter-motor?seed=7&views=5`, or a BOP scene folder
+    /// What to inspect: `virtual:starter-motor?seed=7&views=5`, a BOP scene folder, or a folder of PCD files
     source: String,
     /// Folder to write the inspection into
     #[arg(long, value_name = "DIR")]

@@ -5,6 +5,9 @@
 
 mod header;
 mod lzf;
+mod source;
+
+pub use source::PcdSource;
 
 use super::AcquireError;
 use header::{Field, Header, Kind, Storage};
