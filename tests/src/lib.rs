@@ -4,3 +4,4 @@ pub mod client;
 pub mod data;
 pub mod scene;
 pub mod served;
+pub mod unposed;

@@ -94,6 +94,12 @@ impl Voxel {
         })
     }
 
+    /// Mean normal; zero where unknown.
+    pub(super) fn unit_normal(&self) -> [f32; 3] {
+        let length = self.normal.iter().map(|n| n * n).sum::<f32>().sqrt();
+        if length > 1e-6 { self.normal.map(|n| n / length) } else { [0.0; 3] }
+    }
+
     /// Casts a vote for `instance`; 0 is no instance and no vote.
     pub(super) fn vote(&mut self, instance: u16, weight: f32) {
         if instance == 0 || weight <= 0.0 {
@@ -113,11 +119,10 @@ impl Voxel {
     pub(super) fn point(&self, lowest: [i32; 3], edge: f64, evidence: &[f32], components: usize) -> SemanticPoint {
         let (label, confidence) = best_share(&evidence[..components]);
         let (defect, defect_confidence) = best_share(&evidence[components..]);
-        let length = self.normal.iter().map(|n| n * n).sum::<f32>().sqrt();
         let unlabelled = if confidence > 0.0 { 0 } else { PointFlags::UNLABELLED };
         SemanticPoint {
             position: self.position(lowest, edge),
-            normal: if length > 1e-6 { self.normal.map(|n| n / length) } else { [0.0; 3] },
+            normal: self.unit_normal(),
             color: self.color.map(|c| (c / self.weight).round().clamp(0.0, 255.0) as u8),
             label,
             confidence,

@@ -8,9 +8,10 @@ use super::keys::{BrickKey, brick_of};
 use super::merge::{Change, Scratch, merge_brick};
 use super::runs::{Placer, Run, sorted_runs};
 use super::{FuseError, KeptViews, LabelledView};
+use crate::register::OrientedPoints;
 use nalgebra::{Isometry3, Point3};
 use rayon::prelude::*;
-use semascan_shared::model::SemanticCloud;
+use semascan_shared::model::{PointFlags, SemanticCloud};
 use semascan_shared::wire::chunk::{CHUNK_EDGE, VoxelChunk};
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, HashMap};
@@ -277,6 +278,22 @@ impl SemanticMap {
             }
         }
         cloud
+    }
+
+    /// Points of the component classes that `wanted` agrees to, in address order. Outliers are left out.
+    pub(super) fn oriented_points(&self, wanted: &dyn Fn(u16) -> bool) -> OrientedPoints {
+        let mut out = OrientedPoints::default();
+        for (key, brick) in self.sorted_bricks() {
+            for (local, slot) in brick.occupied() {
+                let voxel = &brick.voxels[slot];
+                if voxel.flags.has(PointFlags::OUTLIER) || !wanted(voxel.label) {
+                    continue;
+                }
+                out.points.push(voxel.position(key.voxel(local), self.config.voxel));
+                out.normals.push(voxel.unit_normal());
+            }
+        }
+        out
     }
 
     /// Coordinates of all occupied chunks, in order.

@@ -14,7 +14,7 @@ use super::brick::Voxel;
 use super::keys::{BRICK_EDGE, BrickKey};
 use super::map::SemanticMap;
 use crate::acquire::Intrinsics;
-use crate::register::{ModelSurface, ModelView};
+use crate::register::{ModelSurface, ModelView, OrientedPoints};
 use nalgebra::{Isometry3, Matrix3, Point3, Vector3};
 use rayon::prelude::*;
 use semascan_shared::model::PointFlags;
@@ -66,6 +66,10 @@ impl ModelSurface for SemanticMap {
 
     fn spacing(&self) -> f64 {
         self.config().voxel
+    }
+
+    fn points(&self, wanted: &dyn Fn(u16) -> bool) -> OrientedPoints {
+        self.oriented_points(wanted)
     }
 }
 

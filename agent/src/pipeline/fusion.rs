@@ -4,7 +4,7 @@
 use super::{InFlight, InspectionSink, PipelineConfig, PipelineError, Stage, Surface, ViewOutcome, staged};
 use crate::acquire::{SourceInfo, View};
 use crate::fuse::{Associator, FuseError, Integration, LabelledView, MapConfig, SemanticMap, TouchedChunk, voxel_for};
-use crate::register::{Arrival, ModelSurface, OrganizedCloud, Registrar, Registration};
+use crate::register::{Arrival, Method, ModelSurface, OrganizedCloud, Registrar, Registration};
 use image::RgbImage;
 use std::time::Duration;
 
@@ -59,7 +59,8 @@ impl<'a> Fusion<'a> {
                             segmentation: surface.segmentation,
                             table_from_camera: posed.table_from_camera,
                         };
-                        let integrated = self.integrate(&labelled, &mut timings)?;
+                        let in_table = posed.method != Method::CameraIsFrame;
+                        let integrated = self.integrate(&labelled, in_table, &mut timings)?;
                         view.rgb = labelled.rgb;
                         registration = Some(posed);
                         segmentation = Some(labelled.segmentation);
@@ -104,10 +105,11 @@ impl<'a> Fusion<'a> {
     fn integrate(
         &mut self,
         view: &LabelledView,
+        in_table: bool,
         timings: &mut Vec<(Stage, Duration)>,
     ) -> Result<Result<Integration, String>, PipelineError> {
         if self.map.is_none() {
-            self.map = new_map(self.info, self.config, &view.cloud)?;
+            self.map = new_map(self.info, self.config, &view.cloud, in_table)?;
         }
         Ok(match &mut self.map {
             Some(map) => staged(self.sink, timings, view.index, Stage::Fuse, || map.integrate(view)),
@@ -142,16 +144,18 @@ impl<'a> Fusion<'a> {
     }
 }
 
-/// A map for views like the first one; `None` if that has no depth.
+/// A map for views like the first one; `None` if that has no depth. The measuring volume is known in the source's table
+/// frame only: where the model stands in another (`in_table` is false), nothing counts as background.
 fn new_map(
     info: &SourceInfo,
     config: &PipelineConfig,
     cloud: &OrganizedCloud,
+    in_table: bool,
 ) -> Result<Option<SemanticMap>, PipelineError> {
     let Some(voxel) = config.voxel.or_else(|| voxel_for(cloud)) else { return Ok(None) };
     let taxonomy = &info.taxonomy;
     let mut settings = MapConfig::new(voxel, taxonomy.component_count(), taxonomy.defect_count());
-    settings.volume = info.volume;
+    settings.volume = info.volume.filter(|_| in_table);
     settings.uncertainty = config.uncertainty;
     Ok(Some(SemanticMap::new(settings)?))
 }

@@ -121,6 +121,20 @@ pub fn register_globally(
     target: &CloudInput<'_>,
     config: &GlobalConfig,
 ) -> Result<GlobalMatch, GlobalError> {
+    let mut found = propose(source, target, config)?;
+    Ok(found.swap_remove(0))
+}
+
+/// All poses of `source` in `target` that are good enough and differ, the one with the largest overlap first; at least
+/// one. The same seed gives the same answer on any number of threads.
+///
+/// # Errors
+/// As of [`register_globally`].
+pub fn propose(
+    source: &CloudInput<'_>,
+    target: &CloudInput<'_>,
+    config: &GlobalConfig,
+) -> Result<Vec<GlobalMatch>, GlobalError> {
     let (s, t) = grids(source, target, config.voxel)?;
     let oriented = s.oriented && t.oriented;
     let mut rng = Pcg64::seed_from_u64(config.seed);
@@ -130,22 +144,31 @@ pub fn register_globally(
     let found = motions(&candidates, tolerance, DRAWS, JUDGED, &mut rng);
     let mut judged: Vec<Judged> = found.iter().filter_map(|h| judge(&s, &t, h)).collect();
     judged.sort_by(|a, b| b.overlap.total_cmp(&a.overlap));
-    let Some(Judged { overlap, open, support, fit }) = judged.first().cloned() else {
+    let mut different: Vec<Judged> = Vec::new();
+    for j in judged {
+        if different.iter().all(|d| apart(&d.fit.target_from_source, &j.fit.target_from_source, &s)) {
+            different.push(j);
+        }
+    }
+    let Some(best) = different.first() else {
         return Err(GlobalError::NoMatch { overlap: 0.0, support: 0, open: 6 });
     };
-    if overlap < config.min_overlap || support < config.min_support || open > config.max_open {
-        return Err(GlobalError::NoMatch { overlap, support, open });
+    let good =
+        |j: &Judged| j.overlap >= config.min_overlap && j.support >= config.min_support && j.open <= config.max_open;
+    if !good(best) {
+        return Err(GlobalError::NoMatch { overlap: best.overlap, support: best.support, open: best.open });
     }
-    let other = judged.iter().find(|j| apart(&j.fit.target_from_source, &fit.target_from_source, &s));
-    Ok(GlobalMatch {
-        target_from_source: fit.target_from_source,
-        overlap,
-        runner_up: other.map_or(0.0, |o| o.overlap),
-        support,
-        open,
-        rmse: fit.rmse,
+    let found = |(i, j): (usize, &Judged)| GlobalMatch {
+        target_from_source: j.fit.target_from_source,
+        overlap: j.overlap,
+        // In order: the best of the others is the first, or of the first the second.
+        runner_up: different.get(usize::from(i == 0)).map_or(0.0, |o| o.overlap),
+        support: j.support,
+        open: j.open,
+        rmse: j.fit.rmse,
         voxel: s.voxel,
-    })
+    };
+    Ok(different.iter().enumerate().filter(|(_, j)| good(j)).map(found).collect())
 }
 
 /// Whether two poses of the cloud differ by more than two voxels, on average over it.

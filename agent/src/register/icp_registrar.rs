@@ -1,12 +1,14 @@
 //! Registration of a whole inspection: each view against the model so far, all of them again at the end.
 
+use super::global::GlobalConfig;
 use super::joint_refinement::{JointConfig, refine};
 use super::kinematics::{Prior, prior};
-use super::projective_icp::align;
+use super::lost_prior::{Proposal, Relocalised, camera_as_frame, find};
+use super::projective_icp::{Aligned, align};
 use super::twist::adjoint;
 use super::{
-    Arrival, IcpConfig, JointRefinement, Method, ModelView, RefinedView, RegisterError, Registrar, Registration,
-    SourcePoints,
+    Arrival, IcpConfig, JointRefinement, Method, ModelView, NotAligned, RefinedView, RegisterError, Registrar,
+    Registration, SourcePoints,
 };
 use nalgebra::{Isometry3, Matrix6};
 
@@ -31,19 +33,57 @@ const KEPT_POINTS: usize = 12_000;
 const FEWEST: usize = 500;
 
 /// Aligns views with the model (`projective_icp`) and, at the end, with each other (`joint_refinement`).
+///
+/// Where nothing is known of the first view, the frame of its camera becomes the table frame. What the kinematics say of
+/// later views is then about another frame, and these are found in the model as if nothing were known of them either.
 #[derive(Debug)]
 pub struct IcpRegistrar {
     config: IcpConfig,
     selection: Selection,
-    pending: Option<RefinedView>,
+    global: GlobalConfig,
+    pending: Option<Pending>,
     /// In order; the first one says where the model stands.
     views: Vec<RefinedView>,
+    /// Whether the table frame is that of the first view's camera.
+    camera_is_frame: bool,
+}
+
+/// A view that may yet become part of the model.
+#[derive(Debug)]
+struct Pending {
+    view: RefinedView,
+    camera_is_frame: bool,
+}
+
+/// What is known of a view's pose before it is aligned.
+struct Known {
+    /// In the table frame.
+    prior: Prior,
+    /// Covariance of the pose relative to the model, camera frame.
+    spread: Matrix6<f64>,
+    how: How,
+}
+
+/// How a prior was come by.
+enum How {
+    /// From the kinematics.
+    Kinematic,
+    /// Nothing is known, and it is the first view.
+    First,
+    /// It was found in the model.
+    Found(Proposal),
 }
 
 impl IcpRegistrar {
     /// Registers on the pixels of `selection`.
     pub fn new(config: IcpConfig, selection: Selection) -> Self {
-        Self { config, selection, pending: None, views: Vec::new() }
+        let (pending, views) = (None, Vec::new());
+        Self { config, selection, global: GlobalConfig::default(), pending, views, camera_is_frame: false }
+    }
+
+    /// With other settings for views without a prior, the seed among them.
+    pub fn with_global(self, global: GlobalConfig) -> Self {
+        Self { global, ..self }
     }
 
     /// How far the whole model may be off where the first view put it, seen from a camera at `table_from_camera`: the
@@ -55,64 +95,128 @@ impl IcpRegistrar {
         })
     }
 
-    /// Row-major: whether a pixel takes part.
-    fn wanted(&self, arrival: &Arrival<'_>) -> Vec<bool> {
-        let components = &arrival.segmentation.components;
-        let n = arrival.cloud.depth.len();
-        let usable = |i: usize| arrival.cloud.depth[i] > 0.0;
-        let mut wanted: Vec<bool> = match self.selection {
-            Selection::Everything => (0..n).map(usable).collect(),
-            Selection::Object => (0..n).map(|i| usable(i) && components.best(i) != 0).collect(),
-            Selection::Class(class) => (0..n).map(|i| usable(i) && components.best(i) == class).collect(),
-        };
-        if self.selection == Selection::Object && wanted.iter().filter(|w| **w).count() < FEWEST {
-            wanted = (0..n).map(usable).collect();
-        }
-        wanted
+    /// The selection that suits the view: all of it, where it has hardly any labels.
+    fn selection_for(&self, arrival: &Arrival<'_>) -> Selection {
+        let labelled = || (0..arrival.cloud.depth.len()).filter(|&i| takes_part(Selection::Object, arrival, i));
+        let few = self.selection == Selection::Object && labelled().take(FEWEST).count() < FEWEST;
+        if few { Selection::Everything } else { self.selection }
     }
+
+    /// What is known of the view's pose before it is aligned.
+    fn known(
+        &self,
+        arrival: &Arrival<'_>,
+        source: &SourcePoints,
+        selection: Selection,
+    ) -> Result<Known, RegisterError> {
+        match prior(arrival.view) {
+            Ok(prior) if !self.camera_is_frame => {
+                let spread = prior.covariance + self.model_covariance(&prior.table_from_camera);
+                Ok(Known { prior, spread, how: How::Kinematic })
+            }
+            Ok(_) | Err(RegisterError::NoEvidence) => {
+                let Some(model) = arrival.model else {
+                    let prior = camera_as_frame();
+                    return Ok(Known { prior, spread: prior.covariance, how: How::First });
+                };
+                let (mut prior, found) = find(source, arrival, model, selection, &self.global)?;
+                // It was found in the model, wherever that stands.
+                let spread = prior.covariance;
+                prior.covariance += self.model_covariance(&prior.table_from_camera);
+                Ok(Known { prior, spread, how: How::Found(found) })
+            }
+            Err(error) => Err(error),
+        }
+    }
+}
+
+impl Selection {
+    /// Whether points of `class` take part.
+    pub(super) fn wants(self, class: u16) -> bool {
+        match self {
+            Self::Everything => true,
+            Self::Object => class != 0,
+            Self::Class(wanted) => class == wanted,
+        }
+    }
+}
+
+/// Whether pixel `i` (row-major) of a view takes part in its registration.
+fn takes_part(selection: Selection, arrival: &Arrival<'_>, i: usize) -> bool {
+    arrival.cloud.depth[i] > 0.0
+        && (selection == Selection::Everything || selection.wants(arrival.segmentation.components.best(i)))
 }
 
 impl Registrar for IcpRegistrar {
     fn register(&mut self, arrival: &Arrival<'_>) -> Result<Registration, RegisterError> {
-        let Prior { table_from_camera: kinematic, covariance } = prior(arrival.view)?;
-        let wanted = self.wanted(arrival);
+        let selection = self.selection_for(arrival);
+        let wanted: Vec<bool> = (0..arrival.cloud.depth.len()).map(|i| takes_part(selection, arrival, i)).collect();
         let label = |i: usize| arrival.segmentation.components.best(i);
         let stride = |most: usize| {
             let count = wanted.iter().filter(|w| **w).count();
             (count as f64 / most as f64).sqrt().ceil().max(1.0) as usize
         };
         let source = SourcePoints::select(arrival.cloud, stride(POINTS), label, |i| wanted[i]);
-        let mut registration =
-            Registration { table_from_camera: kinematic, prior: kinematic, covariance, method: Method::Kinematic };
-        if let Some(model) = arrival.model {
-            let camera = &arrival.view.intrinsics;
-            let spread = covariance + self.model_covariance(&kinematic);
-            match align(&source, camera, model, &kinematic, &spread, &self.config) {
-                Ok(aligned) => {
-                    registration.table_from_camera = aligned.table_from_camera;
-                    registration.covariance = aligned.covariance;
-                    registration.method = Method::Icp(Box::new(aligned.report));
-                }
-                Err(reason) => registration.method = Method::KeptPrior(reason),
-            }
-        }
+        let Known { prior, spread, how } = self.known(arrival, &source, selection)?;
+        let camera = &arrival.view.intrinsics;
+        let start = &prior.table_from_camera;
+        let aligned = arrival.model.map(|model| align(&source, camera, model, start, &spread, &self.config));
+        let registration = concluded(&prior, how, aligned, self.global.seed)?;
         let coarse = (arrival.cloud.intrinsics.width as usize).div_ceil(KEPT_COLUMNS);
         let pose = registration.table_from_camera;
-        self.pending = Some(RefinedView {
-            surface: ModelView::of(arrival.cloud, pose, coarse, label, |i| wanted[i]),
-            points: source.thinned(source.len().div_ceil(KEPT_POINTS)),
-            prior: kinematic,
-            covariance,
+        self.pending = Some(Pending {
+            view: RefinedView {
+                surface: ModelView::of(arrival.cloud, pose, coarse, label, |i| wanted[i]),
+                points: source.thinned(source.len().div_ceil(KEPT_POINTS)),
+                prior: prior.table_from_camera,
+                covariance: prior.covariance,
+            },
+            camera_is_frame: registration.method == Method::CameraIsFrame,
         });
         Ok(registration)
     }
 
     fn accepted(&mut self) {
-        self.views.extend(self.pending.take());
+        if let Some(Pending { view, camera_is_frame }) = self.pending.take() {
+            self.views.push(view);
+            self.camera_is_frame |= camera_is_frame;
+        }
     }
 
     fn refine(&mut self) -> Option<JointRefinement> {
         let IcpConfig { weakest, same_label, .. } = self.config;
         refine(&self.views, &JointConfig { weakest, same_label })
     }
+}
+
+/// The pose of a view, from what was known before and how the alignment from there went.
+fn concluded(
+    prior: &Prior,
+    how: How,
+    aligned: Option<Result<Aligned, NotAligned>>,
+    seed: u64,
+) -> Result<Registration, RegisterError> {
+    let Prior { mut table_from_camera, mut covariance } = *prior;
+    let icp = aligned.map(|aligned| {
+        aligned.map(|aligned| {
+            (table_from_camera, covariance) = (aligned.table_from_camera, aligned.covariance);
+            aligned.report
+        })
+    });
+    let kinematic = matches!(how, How::Kinematic).then_some(prior.table_from_camera);
+    let relocalised = |Proposal { found, seen, confirmed }, icp| {
+        let contradicted = seen.contradiction();
+        Method::Relocalised(Box::new(Relocalised { found, seed, confirmed, contradicted, icp }))
+    };
+    let method = match (how, icp) {
+        (How::Kinematic, None) => Method::Kinematic,
+        (How::Kinematic, Some(Ok(report))) => Method::Icp(Box::new(report)),
+        (How::Kinematic, Some(Err(reason))) => Method::KeptPrior(reason),
+        (How::First, _) => Method::CameraIsFrame,
+        (How::Found(found), Some(Ok(report))) => relocalised(found, Some(report)),
+        // A pose that cannot be made better is as good as one that was.
+        (How::Found(found), None | Some(Err(NotAligned::Worse { .. }))) => relocalised(found, None),
+        (How::Found(_), Some(Err(reason))) => return Err(RegisterError::NotConfirmed(reason)),
+    };
+    Ok(Registration { table_from_camera, prior: kinematic, covariance, method })
 }

@@ -54,7 +54,7 @@ pub struct KinematicRegistrar;
 impl Registrar for KinematicRegistrar {
     fn register(&mut self, arrival: &Arrival<'_>) -> Result<Registration, RegisterError> {
         let Prior { table_from_camera, covariance } = prior(arrival.view)?;
-        Ok(Registration { table_from_camera, prior: table_from_camera, covariance, method: Method::Kinematic })
+        Ok(Registration { table_from_camera, prior: Some(table_from_camera), covariance, method: Method::Kinematic })
     }
 }
 

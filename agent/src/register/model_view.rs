@@ -13,6 +13,17 @@ pub trait ModelSurface {
     fn view(&self, intrinsics: &Intrinsics, table_from_camera: &Isometry3<f64>) -> ModelView;
     /// Distance between neighbouring points, metres.
     fn spacing(&self) -> f64;
+    /// Its points whose component class `wanted` agrees to, whoever can see them.
+    fn points(&self, wanted: &dyn Fn(u16) -> bool) -> OrientedPoints;
+}
+
+/// Points of a surface with normals to its outside, table frame.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct OrientedPoints {
+    /// Metres.
+    pub points: Vec<[f32; 3]>,
+    /// Unit normals; zero where unknown.
+    pub normals: Vec<[f32; 3]>,
 }
 
 /// The nearest model surface in each pixel of a pinhole camera, row-major.

@@ -3,7 +3,7 @@
 use super::segmentation_record::{SegmentationRecord, ViewSegmentationRecord};
 use crate::fuse::Misidentification;
 use crate::inspect::ClassSummary;
-use crate::register::{IcpReport, JointRefinement, Method};
+use crate::register::{IcpReport, JointRefinement, Method, Relocalised};
 use nalgebra::{Isometry3, Matrix6};
 use serde::{Deserialize, Serialize};
 
@@ -97,7 +97,8 @@ pub struct ViewRecord {
 /// How a view's pose was come by. Lengths in metres.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RegistrationRecord {
-    /// `kinematic`, `icp`, or `kept prior` where alignment would have been no better.
+    /// `kinematic`, `icp`, or `kept prior` where alignment would have been no better; where nothing was known of the pose,
+    /// `camera is frame` of the first view, whose camera the table frame is, and `relocalised` of those found in the model.
     pub method: String,
     /// Why the kinematic pose was kept.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -105,6 +106,32 @@ pub struct RegistrationRecord {
     /// How the alignment went.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub icp: Option<IcpRecord>,
+    /// How it was found in the model.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub global: Option<GlobalRecord>,
+}
+
+/// A registration with the model from nothing. Lengths in metres.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct GlobalRecord {
+    /// Of everything random in it.
+    pub seed: u64,
+    /// Edge of the grid.
+    pub voxel: f64,
+    /// Share of the smaller of view and model that lies on the other.
+    pub overlap: f64,
+    /// The same of the next best pose.
+    pub runner_up: f64,
+    /// Pairs of features that follow the motion.
+    pub support: usize,
+    /// Directions that the common surface hardly holds.
+    pub open: usize,
+    /// Root mean square distance of the planes on the grid.
+    pub rmse: f64,
+    /// Share of what the model shows from there that the view confirms.
+    pub confirmed: f64,
+    /// Share of what the view can speak of that it contradicts.
+    pub contradicted: f64,
 }
 
 /// An object of a view that is not what its label says (P1 section 3.3).
@@ -253,12 +280,34 @@ impl From<&Isometry3<f64>> for PoseRecord {
 
 impl From<&Method> for RegistrationRecord {
     fn from(method: &Method) -> Self {
+        let named = |name: &str| Self { method: name.into(), reason: None, icp: None, global: None };
         match method {
-            Method::Kinematic => Self { method: "kinematic".into(), reason: None, icp: None },
-            Method::KeptPrior(reason) => {
-                Self { method: "kept prior".into(), reason: Some(reason.to_string()), icp: None }
-            }
-            Method::Icp(report) => Self { method: "icp".into(), reason: None, icp: Some((&**report).into()) },
+            Method::Kinematic => named("kinematic"),
+            Method::KeptPrior(reason) => Self { reason: Some(reason.to_string()), ..named("kept prior") },
+            Method::Icp(report) => Self { icp: Some((&**report).into()), ..named("icp") },
+            Method::CameraIsFrame => named("camera is frame"),
+            Method::Relocalised(relocalised) => Self {
+                icp: relocalised.icp.as_ref().map(Into::into),
+                global: Some((&**relocalised).into()),
+                ..named("relocalised")
+            },
+        }
+    }
+}
+
+impl From<&Relocalised> for GlobalRecord {
+    fn from(r: &Relocalised) -> Self {
+        let found = &r.found;
+        Self {
+            seed: r.seed,
+            voxel: found.voxel,
+            overlap: found.overlap,
+            runner_up: found.runner_up,
+            support: found.support,
+            open: found.open,
+            rmse: found.rmse,
+            confirmed: r.confirmed,
+            contradicted: r.contradicted,
         }
     }
 }

@@ -35,7 +35,8 @@ struct Heard {
 struct Poses {
     index: u32,
     estimate: Isometry3<f64>,
-    prior: Isometry3<f64>,
+    /// Unless nothing was known.
+    prior: Option<Isometry3<f64>>,
     truth: Isometry3<f64>,
 }
 
@@ -54,7 +55,7 @@ impl InspectionSink for Recorder {
             accepted: outcome.result.is_ok(),
             reason: outcome.result.as_ref().err().cloned(),
             pose: registration.map(|r| (&r.table_from_camera).into()),
-            prior: registration.map(|r| PoseRecord::from(&r.prior)),
+            prior: registration.and_then(|r| r.prior.as_ref()).map(Into::into),
             covariance: registration.map(|r| rows(&r.covariance)),
             registration: registration.map(|r| (&r.method).into()),
             segmentation: outcome.segmentation.as_ref().and_then(|s| s.network.as_deref()).map(Into::into),
@@ -74,7 +75,9 @@ impl InspectionSink for Recorder {
             truth: t.table_from_camera,
         });
         let mut views = self.views.lock().unwrap_or_else(PoisonError::into_inner);
-        let base_from_table = outcome.view.as_ref().and_then(|v| match &v.pose {
+        // Where the table frame is a camera's, the robot does not know it.
+        let in_table = registration.is_some_and(|r| r.prior.is_some());
+        let base_from_table = outcome.view.as_ref().filter(|_| in_table).and_then(|v| match &v.pose {
             PoseEvidence::Chain { chain, .. } => Some(chain.base_from_table(0.0)),
             _ => None,
         });
@@ -152,15 +155,15 @@ impl Recorder {
 
 /// The model and its poses after one rigid alignment of the poses to the true ones.
 fn aligned(cloud: &SemanticCloud, mesh: &TrueMesh, known: &[Poses]) -> Option<AlignedRecord> {
-    let pairs = |of: fn(&Poses) -> Isometry3<f64>| -> Vec<PosePair> {
-        known.iter().map(|p| PosePair { estimate: of(p), truth: p.truth }).collect()
+    let pairs = |of: fn(&Poses) -> Option<Isometry3<f64>>| -> Vec<(u32, PosePair)> {
+        known.iter().filter_map(|p| Some((p.index, PosePair { estimate: of(p)?, truth: p.truth }))).collect()
     };
-    let errors = |pairs: &[PosePair]| {
-        let errors = aligned_pose_errors(pairs).into_iter();
-        errors.zip(known).map(|(e, p)| (p.index, e.rotation, e.translation)).collect()
+    let errors = |pairs: &[(u32, PosePair)]| {
+        let errors = aligned_pose_errors(&pairs.iter().map(|(_, pair)| *pair).collect::<Vec<_>>());
+        pairs.iter().zip(errors).map(|((index, _), e)| (*index, e.rotation, e.translation)).collect()
     };
-    let estimated = pairs(|p| p.estimate);
-    let truth_from_model = align_poses(&estimated)?;
+    let estimated = pairs(|p| Some(p.estimate));
+    let truth_from_model = align_poses(&estimated.iter().map(|(_, pair)| *pair).collect::<Vec<_>>())?;
     let report = judge_aligned(cloud, mesh, &truth_from_model);
     Some(AlignedRecord {
         truth_from_model: (&truth_from_model).into(),

@@ -1,7 +1,7 @@
 use super::*;
 use crate::acquire::DepthImage;
-use crate::register::OrganizedCloud;
 use crate::register::twist::motion;
+use crate::register::{OrganizedCloud, OrientedPoints};
 use nalgebra::{Vector3, Vector6};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
@@ -70,6 +70,18 @@ impl ModelSurface for OneView {
 
     fn spacing(&self) -> f64 {
         0.55e-3
+    }
+
+    fn points(&self, wanted: &dyn Fn(u16) -> bool) -> OrientedPoints {
+        let pose = &self.0.table_from_camera;
+        let mut out = OrientedPoints::default();
+        for ((p, n), label) in self.0.points.iter().zip(&self.0.normals).zip(&self.0.labels) {
+            if *n != [0.0; 3] && wanted(*label) {
+                out.points.push((pose * Point3::from(*p).cast::<f64>()).cast().into());
+                out.normals.push((pose.rotation * Vector3::from(*n).cast::<f64>()).cast().into());
+            }
+        }
+        out
     }
 }
 
