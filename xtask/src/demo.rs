@@ -37,9 +37,7 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     match onnx_runtime::prepare(&workspace) {
         Ok(library) => drop(agent.env(onnx_runtime::VARIABLE, library)),
         // The demo does not stand or fall with it.
-        Err(error) => {
-            note(format!("without ONNX Runtime networks run in tract, several times slower: {error:#}"))
-        }
+        Err(error) => note(format!("without ONNX Runtime networks run in tract, several times slower: {error:#}")),
     }
     become_command(&mut agent)
 }

@@ -104,6 +104,7 @@ mod tests {
             components: ClassField::Hard(vec![1, 2, 1, 1]),
             defects: ClassField::Hard(vec![0; 4]),
             instances: vec![0; 4],
+            network: None,
         };
         let cloud = OrganizedCloud::new(CAMERA, &depth, None);
         let arrival = Arrival { view: &view, cloud: &cloud, segmentation: &segmentation, model: None };

@@ -74,7 +74,7 @@ fn shrunk_on(plane: &Plane, (dx, dy): (usize, usize), sigma: f32) -> Plane {
 
 /// The place in `0..size` that is `shift` before `i`, mirrored at both ends.
 fn mirrored(i: usize, shift: usize, size: usize) -> usize {
-    let at = if i < shift { shift - i } else { i - shift };
+    let at = i.abs_diff(shift);
     let back = (2 * size).saturating_sub(at + 2);
     if at < size { at } else { back }.min(size.saturating_sub(1))
 }
@@ -124,7 +124,7 @@ pub(super) mod tests {
         RgbImage::from_fn(190, 130, |u, v| {
             let (x, y) = (u as f32, v as f32);
             let disc = ((x - 60.0).powi(2) + (y - 60.0).powi(2)).sqrt() < 35.0;
-            let stripe = ((x * 0.8 + y * 0.6) / 11.0) as u32 % 2 == 0 && x > 110.0;
+            let stripe = (((x * 0.8 + y * 0.6) / 11.0) as u32).is_multiple_of(2) && x > 110.0;
             let base = 60.0 + 0.4 * x + 0.2 * y;
             let grey = if disc {
                 190.0
