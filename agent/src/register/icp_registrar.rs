@@ -161,7 +161,7 @@ impl Registrar for IcpRegistrar {
         let camera = &arrival.view.intrinsics;
         let start = &prior.table_from_camera;
         let aligned = arrival.model.map(|model| align(&source, camera, model, start, &spread, &self.config));
-        let registration = concluded(&prior, how, aligned, self.global.seed)?;
+        let registration = concluded(&prior, how, aligned)?;
         let coarse = (arrival.cloud.intrinsics.width as usize).div_ceil(KEPT_COLUMNS);
         let pose = registration.table_from_camera;
         self.pending = Some(Pending {
@@ -194,7 +194,6 @@ fn concluded(
     prior: &Prior,
     how: How,
     aligned: Option<Result<Aligned, NotAligned>>,
-    seed: u64,
 ) -> Result<Registration, RegisterError> {
     let Prior { mut table_from_camera, mut covariance } = *prior;
     let icp = aligned.map(|aligned| {
@@ -204,7 +203,7 @@ fn concluded(
         })
     });
     let kinematic = matches!(how, How::Kinematic).then_some(prior.table_from_camera);
-    let relocalised = |Proposal { found, seen, confirmed }, icp| {
+    let relocalised = |Proposal { found, seed, seen, confirmed }, icp| {
         let contradicted = seen.contradiction();
         Method::Relocalised(Box::new(Relocalised { found, seed, confirmed, contradicted, icp }))
     };

@@ -25,6 +25,8 @@ const OBJECT: Bar = Bar { contradicted: 0.05, confirmed: 0.85, holes_count: true
 const SCENE: Bar = Bar { contradicted: 0.15, confirmed: 0.75, holes_count: false };
 /// Share of the best pose's confirmation from which on the next best one is a rival.
 const RIVAL: f64 = 0.9;
+/// Edges of the grids that are tried, in edges of the first.
+const GRIDS: [f64; 3] = [1.0, 0.8, 1.25];
 /// Standard deviations (radians, metres) of a camera that the table frame is defined by: all but none.
 const EXACT: (f64, f64) = (1e-6, 1e-6);
 
@@ -75,6 +77,8 @@ impl Bar {
 #[derive(Clone, Debug)]
 pub(super) struct Proposal {
     pub(super) found: GlobalMatch,
+    /// The seed that it was drawn with.
+    pub(super) seed: u64,
     pub(super) seen: Visibility,
     /// Share of what the model shows that the view confirms.
     pub(super) confirmed: f64,
@@ -95,21 +99,34 @@ pub(super) fn find(
     let wanted = &|class| selection.wants(class);
     let bar = if selection == Selection::Everything { SCENE } else { OBJECT };
     let target = model.points(wanted);
-    let proposed = propose(
-        &CloudInput { points: &source.points, facing: Facing::Normals(&source.normals) },
-        &CloudInput { points: &target.points, facing: Facing::Normals(&target.normals) },
-        config,
-    )?;
+    let source_input = CloudInput { points: &source.points, facing: Facing::Normals(&source.normals) };
+    let target_input = CloudInput { points: &target.points, facing: Facing::Normals(&target.normals) };
     let centre = source.centroid().unwrap_or_else(Point3::origin);
     let camera = &arrival.cloud.intrinsics;
     let coarse = camera.scaled((camera.footprint(centre.z) / (PIXEL * model.spacing())).min(1.0));
     let tolerance = (TOLERANCE * model.spacing()) as f32;
-    let look = |found: GlobalMatch| {
+    let look = |found: GlobalMatch, seed: u64| {
         let shown = model.view(&coarse, &found.target_from_source);
         let seen = Visibility::of(arrival, &shown, wanted, tolerance);
-        Proposal { confirmed: bar.confirmation(&seen), seen, found }
+        Proposal { confirmed: bar.confirmation(&seen), seen, found, seed }
     };
-    let chosen = choose(proposed.into_iter().map(look).collect(), bar)?;
+    let mut chosen = Err(RegisterError::NoEvidence);
+    let mut voxel = config.voxel;
+    // Where no pose holds, the right one may not have been drawn, or not show on that grid.
+    for (seed, scale) in (config.seed..).zip(GRIDS) {
+        let settings = GlobalConfig { seed, voxel: voxel.map(|voxel| voxel * scale), ..*config };
+        let proposed = match (propose(&source_input, &target_input, &settings), &chosen) {
+            (Ok(proposed), _) => proposed,
+            (Err(_), Err(RegisterError::Contradicted { .. })) => break,
+            (Err(error), _) => return Err(error.into()),
+        };
+        voxel = voxel.or(proposed.first().map(|p| p.voxel));
+        chosen = choose(proposed.into_iter().map(|found| look(found, seed)).collect(), bar);
+        if !matches!(chosen, Err(RegisterError::Contradicted { .. })) {
+            break;
+        }
+    }
+    let chosen = chosen?;
     let covariance = covariance_about(&centre, source.radius(&centre), chosen.found.voxel);
     Ok((Prior { table_from_camera: chosen.found.target_from_source, covariance }, chosen))
 }
@@ -166,7 +183,7 @@ mod tests {
         };
         let hidden = 100 - confirmed - contradicted;
         let seen = Visibility { confirmed, contradicted, hidden, unmeasured: 0 };
-        Proposal { confirmed: OBJECT.confirmation(&seen), seen, found }
+        Proposal { confirmed: OBJECT.confirmation(&seen), seen, found, seed: 1 }
     }
 
     #[test]
