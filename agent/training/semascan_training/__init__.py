@@ -1,1 +1,1 @@
-"""Training of Semascan's networks: from labelled views to an ONNX file with its manifest (P0, section 'Segmentation')."""
+"""Training of Semascan's networks: from labelled views to ONNX files with their manifest (P0, P2)."""

@@ -82,7 +82,7 @@ def move(view: View, matrix: np.ndarray, zoom: float) -> View:
         valid = depth > 0
         seen = depth[valid & (labels > 0) & (labels != IGNORE)]
         if seen.size:
-            nearer = int(round(float(np.median(seen)) * (1 / zoom - 1)))
+            nearer = round(float(np.median(seen)) * (1 / zoom - 1))
             moved = np.clip(depth.astype(np.int32) + nearer, 1, 65535).astype(np.uint16)
             depth = np.where(valid, moved, 0).astype(np.uint16)
     return View(rgb, depth, labels, instances)

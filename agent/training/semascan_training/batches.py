@@ -1,4 +1,4 @@
-"""From rows of a data set to tensors, in an order and with augmentations that depend on seed, member and epoch alone."""
+"""From rows of a data set to tensors; order and augmentations depend on seed, member and epoch alone."""
 
 from collections import deque
 from collections.abc import Iterator

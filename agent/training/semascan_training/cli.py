@@ -9,7 +9,7 @@ from pathlib import Path
 # Threads that wait must not spin: the machine is shared. Read by OpenMP when it starts, so before torch is imported.
 os.environ.setdefault("OMP_WAIT_POLICY", "passive")
 
-from .errors import TrainingError  # noqa: E402
+from .errors import TrainingError
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -35,7 +35,9 @@ def _parser() -> argparse.ArgumentParser:
     train.add_argument("--model", type=Path, help="export there when done")
     train.add_argument("--hours", type=float, help="time limit; the learning-rate schedule is fitted to it")
     train.add_argument("--resume", action="store_true", help="continue the run in --out, if there is one")
-    train.add_argument("--start", type=Path, action="append", default=[], help="run or model whose weights to start from")
+    train.add_argument(
+        "--start", type=Path, action="append", default=[], help="run or model whose weights to start from"
+    )
     train.add_argument("--imagenet", type=Path, help="torchvision's ImageNet weights of the backbone")
     train.add_argument("--threads", type=int, default=1)
     train.set_defaults(command=_train)

@@ -60,7 +60,7 @@ class TrainingRecipe:
 
 @dataclass(frozen=True)
 class EnsembleRecipe:
-    """Members differ in their training parts (P0) and, if `fork_epochs` is given, share a trunk trained on all of them."""
+    """Members differ in their training parts (P0); with `fork_epochs` they fork from a trunk trained on all of them."""
 
     members: int = 1
     composition: str = "all"  # all | bootstrap: as many parts, drawn with replacement | subset: 80 % of the parts

@@ -1,6 +1,6 @@
 """A run's folder: the recipe, the split, and one folder a stage with its checkpoint and log.
 
-    RUN/recipe.toml  RUN/run.json  RUN/trunk/{checkpoint.pt, log.jsonl}  RUN/member-0/...
+RUN/recipe.toml  RUN/run.json  RUN/trunk/{checkpoint.pt, log.jsonl}  RUN/member-0/...
 """
 
 import json

@@ -71,7 +71,11 @@ def one_thread():
 def write_recipe(path: Path, architecture="ud-net", task="semantic", channels=None, **sections) -> Path:
     """A recipe for two short epochs on the small data set; `sections` add fields to its tables."""
     tables = {
-        "network": {"architecture": architecture, "backbone": "edge", "fusion": "early" if architecture == "ud-net" else "none"},
+        "network": {
+            "architecture": architecture,
+            "backbone": "edge",
+            "fusion": "early" if architecture == "ud-net" else "none",
+        },
         "data": {"channels": channels or ["red", "green", "blue", "depth"]},
         "training": {"epochs": 2, "batch": 4, "learning_rate": 1e-3, "validation_images": 4},
         "ensemble": {},

@@ -40,7 +40,12 @@ def model(tmp_path_factory, data) -> Path:
 
 def test_the_manifest_says_what_the_agent_must_know(model):
     manifest = tomllib.loads((model / "model.toml").read_text())
-    assert (manifest["schema"], manifest["name"], manifest["task"], manifest["fusion"]) == (1, "small", "semantic", "early")
+    assert (manifest["schema"], manifest["name"], manifest["task"], manifest["fusion"]) == (
+        1,
+        "small",
+        "semantic",
+        "early",
+    )
     assert manifest["input"]["channels"] == RGBD and manifest["input"]["multiple"] == 32
     assert manifest["input"]["depth"] == {"near": 0.25, "far": 0.9, "missing": 0.0}
     assert manifest["output"] == {"tensor": "probabilities", "activation": "none"}

@@ -25,10 +25,13 @@ SEMANTIC = [
 ]
 DETECTORS = [
     ("md-net", "early", [*RGB, "depth"]),
-    *[pytest.param(*which, marks=pytest.mark.slow) for which in (
-        ("mask-rcnn", "none", RGB),
-        *[("md-net", fusion, [*RGB, "depth"]) for fusion in FUSIONS[1:]],
-    )],
+    *[
+        pytest.param(*which, marks=pytest.mark.slow)
+        for which in (
+            ("mask-rcnn", "none", RGB),
+            *[("md-net", fusion, [*RGB, "depth"]) for fusion in FUSIONS[1:]],
+        )
+    ],
 ]
 
 
@@ -90,7 +93,9 @@ def test_detectors_give_losses_and_probabilities(tmp_path, data, architecture, f
 
 
 @pytest.mark.parametrize("backbone", ["vgg16", "resnet34"])
-@pytest.mark.parametrize(("architecture", "fusion"), [("u-net", "none"), ("ud-net", "intermediate-add"), ("fcn", "none")])
+@pytest.mark.parametrize(
+    ("architecture", "fusion"), [("u-net", "none"), ("ud-net", "intermediate-add"), ("fcn", "none")]
+)
 def test_large_backbones(tmp_path, backbone, architecture, fusion):
     recipe = small_recipe(tmp_path, architecture, fusion, [*RGB, "depth"], backbone=backbone)
     network = make_network(recipe, 3).eval()

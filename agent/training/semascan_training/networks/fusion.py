@@ -2,7 +2,7 @@
 
 *Intermediate*: after every stage the fused features replace the colour branch's and pass on to its next stage.
 *Late*: both encoders run to their end apart from each other; features meet in the skip connections only.
-Either by adding features or by a convolution over both (P0 calls it 'conv' in the first and 'network' in the second case).
+Either by adding features or by convolutions over both, one in the first and a small network in the second case.
 """
 
 import torch
