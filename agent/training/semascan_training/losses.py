@@ -31,11 +31,15 @@ def dice_loss(probabilities: torch.Tensor, labels: torch.Tensor) -> torch.Tensor
     return 1 - dice[shown].mean() if shown.any() else probabilities.sum() * 0
 
 
-def focal_loss(log_probabilities: torch.Tensor, labels: torch.Tensor, gamma: float) -> torch.Tensor:
-    """Cross entropy of a pixel times (1 - p)^gamma (Lin et al. 2017); gamma = 0 is plain cross entropy."""
+def focal_loss(
+    log_probabilities: torch.Tensor, labels: torch.Tensor, gamma: float, weights: tuple[float, ...] = ()
+) -> torch.Tensor:
+    """Cross entropy of a pixel times (1 - p)^gamma (Lin et al. 2017) and its class's weight; gamma = 0 is plain."""
     entropy = F.nll_loss(log_probabilities, labels, ignore_index=IGNORE, reduction="none")
     if gamma > 0:
         entropy = entropy * (1 - torch.exp(-entropy)).clamp(min=1e-6) ** gamma
+    if weights:
+        entropy = entropy * torch.tensor(weights, device=labels.device)[torch.where(labels == IGNORE, 0, labels)]
     return entropy.sum() / (labels != IGNORE).sum().clamp(min=1)
 
 
@@ -47,7 +51,7 @@ def segmentation_loss(logits: torch.Tensor, labels: torch.Tensor, recipe: Recipe
     if "dice" in kind:
         loss = loss + dice_loss(log_probabilities.exp(), labels)
     if "focal" in kind:
-        loss = loss + focal_loss(log_probabilities, labels, recipe.training.focal_gamma)
+        loss = loss + focal_loss(log_probabilities, labels, recipe.training.focal_gamma, recipe.training.class_weights)
     return loss
 
 

@@ -9,6 +9,7 @@ from .errors import TrainingError
 TASKS = ("semantic", "defect", "instance", "two-stream")
 COLOUR = ("red", "green", "blue")
 STARTS = ("random", "frozen", "fine-tuned")
+HEADS = ("interpolated", "fine")
 LOSSES = ("dice", "focal", "dice+focal", "mask-rcnn")
 OPTIMISERS = ("sgd", "adam", "adamw")
 SCHEDULES = ("steps", "one-cycle")
@@ -22,6 +23,7 @@ class NetworkRecipe:
     architecture: str
     backbone: str = "edge"
     fusion: str = "none"
+    head: str = "interpolated"  # interpolated | fine: for classes finer than half the picture's resolution
     stream: str = "u-net"  # architecture of each stream of a two-stream network
     start: str = "random"  # random | frozen | fine-tuned: the latter two load ImageNet weights into the backbone
     frozen_epochs: int = 50
@@ -47,6 +49,7 @@ class TrainingRecipe:
 
     loss: str = "dice+focal"
     focal_gamma: float = 2.0
+    class_weights: tuple[float, ...] = ()  # of the focal loss; empty = all alike
     optimiser: str = "adamw"
     learning_rate: float = 2e-3
     weight_decay: float = 1e-2
@@ -125,6 +128,10 @@ def _from_table(kind: type, table: dict, prefix: str):
             if not isinstance(value, list) or not all(isinstance(item, str) for item in value):
                 raise TrainingError(f"{prefix}{name}: a list of names is expected")
             values[name] = tuple(value)
+        elif expected == tuple[float, ...]:
+            if not isinstance(value, list) or not all(type(item) in (int, float) for item in value):
+                raise TrainingError(f"{prefix}{name}: a list of numbers is expected")
+            values[name] = tuple(map(float, value))
         elif expected is float and type(value) in (int, float):
             values[name] = float(value)
         elif type(value) is expected:
@@ -138,6 +145,7 @@ def _check(recipe: Recipe) -> None:
     choices = [
         ("task", recipe.task, TASKS),
         ("network.start", recipe.network.start, STARTS),
+        ("network.head", recipe.network.head, HEADS),
         ("training.loss", recipe.training.loss, LOSSES),
         ("training.optimiser", recipe.training.optimiser, OPTIMISERS),
         ("training.schedule", recipe.training.schedule, SCHEDULES),

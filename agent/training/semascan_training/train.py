@@ -60,6 +60,9 @@ def train(recipe_path: Path, data: Path, out: Path, options: Options) -> Run:
         raise TrainingError(f"{out}: holds a run already; continue it with --resume or name another folder")
     samples = open_samples(data, recipe)
     split = split_by_part(samples.parts, recipe.data.split_seed)
+    weights = recipe.training.class_weights
+    if weights and len(weights) != len(samples.classes):
+        raise TrainingError(f"training.class_weights: {len(samples.classes)} are expected, for {samples.classes}")
     run = Run(out, recipe, split, samples.classes, samples.about, [path.name for path in options.start])
     run.save(recipe_path.read_text(encoding="utf-8"))
     validation = split.rows(samples.parts, "validation")

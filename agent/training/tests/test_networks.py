@@ -5,7 +5,7 @@ import pytest
 import torch
 from conftest import CLASSES, HEIGHT, RECIPES, WIDTH, write_recipe
 
-from semascan_training.batches import make_batch
+from semascan_training.batches import Batch, make_batch
 from semascan_training.dataset import open_samples
 from semascan_training.errors import TrainingError
 from semascan_training.losses import training_loss
@@ -101,6 +101,24 @@ def test_large_backbones(tmp_path, backbone, architecture, fusion):
     network = make_network(recipe, 3).eval()
     with torch.no_grad():
         assert network(torch.rand(1, 4, 64, 96))["logits"].shape == (1, 3, 64, 96)
+
+
+def test_a_fine_head_draws_what_is_thinner_than_its_decoder(tmp_path):
+    recipe = small_recipe(tmp_path, "u-net", "none", RGB, head="fine")
+    torch.manual_seed(0)
+    labels = torch.zeros(2, 64, 96, dtype=torch.int64)
+    labels[:, 21, 8:80] = 1
+    labels[:, 8:50, 41] = 1
+    image = torch.randn(2, 3, 64, 96) * 0.1 + labels.unsqueeze(1)
+    network = make_network(recipe, 2).train()
+    optimiser = make_optimiser(network, recipe)
+    for _ in range(40):
+        loss = training_loss(network, Batch(image, labels, labels), recipe)
+        optimiser.zero_grad()
+        loss.backward()
+        optimiser.step()
+    drawn = network(image)["logits"].argmax(1) == 1
+    assert (drawn & (labels == 1)).sum() / (drawn | (labels == 1)).sum() > 0.9
 
 
 def test_contribution_is_colours_alone_where_depth_is_missing(tmp_path):

@@ -24,6 +24,11 @@ def make_network(recipe: Recipe, classes: int) -> nn.Module:
     network = recipe.network
     near, far = recipe.data.near, recipe.data.far
     kind = network.architecture
+    if network.head == "fine":
+        if kind != "u-net" or network.backbone == "vgg16":
+            raise TrainingError("network.head: 'fine' is for a u-net whose backbone begins at half resolution")
+        stem = _stem(recipe)
+        return UNet(stem, make_backbone(network.backbone, stem.channels), classes, fine=True)
     if kind in ONE_ENCODER:
         stem = _stem(recipe)
         return ONE_ENCODER[kind](stem, make_backbone(network.backbone, stem.channels), classes)

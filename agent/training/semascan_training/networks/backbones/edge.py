@@ -12,10 +12,10 @@ CHANNELS = (16, 32, 48, 80, 128)
 BLOCKS = (1, 2, 2, 2)
 
 
-def conv_norm(inside: int, outside: int, kernel: int = 3, stride: int = 1) -> nn.Sequential:
-    """Convolution and batch normalisation, without activation."""
+def conv_norm(inside: int, outside: int, kernel: int = 3, stride: int = 1, padding: int | None = None) -> nn.Sequential:
+    """Convolution and batch normalisation, without activation; padded so that the size stays, unless told otherwise."""
     return nn.Sequential(
-        nn.Conv2d(inside, outside, kernel, stride, kernel // 2, bias=False),
+        nn.Conv2d(inside, outside, kernel, stride, kernel // 2 if padding is None else padding, bias=False),
         nn.BatchNorm2d(outside),
     )
 
