@@ -79,7 +79,7 @@ class SegmentationHead(nn.Module):
 
 
 class FineHead(nn.Module):
-    """Scores for every pixel from features at half resolution: four sets of scores, dealt out to the pixels of a 2x2 cell.
+    """Scores for every pixel from features at half resolution: four sets, dealt out to the pixels of a 2x2 cell.
 
     For what is finer than the decoder, as rust and cracks are (interpolated scores cannot exceed an IoU of 0.9 and 0.35
     there). The picture's own 2x2 cells join the decoder's features, since the encoder's first layer smooths them.
