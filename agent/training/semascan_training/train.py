@@ -21,7 +21,7 @@ from .losses import training_loss
 from .metrics import Confusion
 from .networks import make_network
 from .recipe import Recipe, read_recipe
-from .run import LOG, RECIPE, Run, load_checkpoint, save_checkpoint
+from .run import INDEX, LOG, RECIPE, Run, load_checkpoint, open_run, save_checkpoint
 from .schedule import learning_rate, make_optimiser
 from .weights import load_imagenet, load_start
 
@@ -63,7 +63,10 @@ def train(recipe_path: Path, data: Path, out: Path, options: Options) -> Run:
     weights = recipe.training.class_weights
     if weights and len(weights) != len(samples.classes):
         raise TrainingError(f"training.class_weights: {len(samples.classes)} are expected, for {samples.classes}")
-    run = Run(out, recipe, split, samples.classes, samples.about, [path.name for path in options.start])
+    started_from = [path.name for path in options.start]
+    if (out / INDEX).exists():  # resumed: what it began with stays true
+        started_from = open_run(out).started_from or started_from
+    run = Run(out, recipe, split, samples.classes, samples.about, started_from)
     run.save(recipe_path.read_text(encoding="utf-8"))
     validation = split.rows(samples.parts, "validation")
     limit = recipe.training.validation_images

@@ -116,6 +116,10 @@ def test_streams_and_encoders_start_from_a_network_with_early_fusion(tmp_path, d
     trained = weights(run.folder / "member-0")
     first, later = trained["backbone.stages.0.0.0.weight"], trained["backbone.stages.1.0.first.0.weight"]
 
+    begun = train(early, data, tmp_path / "begun", Options(start=(run.folder,), epochs=1))
+    assert begun.started_from == ["early"]
+    assert train(early, data, tmp_path / "begun", Options(resume=True)).started_from == ["early"]
+
     both = make_network(read_recipe(write_recipe(tmp_path / "both.toml", "two-stream", "two-stream")), 3)
     assert load_start(both, run.folder) == ["contribution.weight", "contribution.bias"]
     fused = write_recipe(tmp_path / "late.toml", network={"fusion": "late-add"})
