@@ -21,6 +21,7 @@ use semascan_agent::segment::network::engine::{Engine, OnnxRuntime, Tensor, Trac
 use semascan_agent::segment::network::{
     Manifest, Model, NetworkConfig, NetworkSegmenter, Provider, Region, extended, select,
 };
+use semascan_shared::model::Taxonomy;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
@@ -52,7 +53,11 @@ fn main() {
 }
 
 fn installed() -> Option<PathBuf> {
-    select(&[]).ok()?.into_iter().find(|(_, m)| m.output.tensor.is_some()).map(|(folder, _)| folder)
+    select(&[], &Taxonomy::from_names::<&str>(&[], &[]))
+        .ok()?
+        .into_iter()
+        .find(|(_, m)| m.output.tensor.is_some())
+        .map(|(folder, _)| folder)
 }
 
 /// The first member alone, asked once; its file, input and output are left in `folder`.

@@ -12,6 +12,7 @@ use semascan_agent::segment::network::{
 use semascan_shared::model::Taxonomy;
 use serde::Deserialize;
 use std::path::PathBuf;
+use std::sync::OnceLock;
 
 /// What becomes of uncertain pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -38,6 +39,9 @@ pub(crate) struct NetworkArgs {
     /// What `cell.toml` says.
     #[arg(skip)]
     pub(crate) section: NetworkSection,
+    /// What was chosen by all this.
+    #[arg(skip)]
+    chosen: OnceLock<Vec<(PathBuf, Manifest)>>,
 }
 
 /// `[network]` of `cell.toml`.
@@ -84,15 +88,20 @@ impl NetworkSection {
 }
 
 impl NetworkArgs {
-    fn models(&self) -> Result<Vec<(PathBuf, Manifest)>, Failure> {
-        let asked = if self.models.is_empty() { &self.section.models } else { &self.models };
-        Ok(select(asked)?)
+    /// The models for a source with the classes `known`; chosen once for an inspection.
+    fn models(&self, known: &Taxonomy) -> Result<&[(PathBuf, Manifest)], Failure> {
+        if self.chosen.get().is_none() {
+            let asked = if self.models.is_empty() { &self.section.models } else { &self.models };
+            // Whoever was first has chosen the same.
+            let _ = self.chosen.set(select(asked, known)?);
+        }
+        Ok(self.chosen.get().map_or(&[], Vec::as_slice))
     }
 
     /// The classes of an inspection of a source with these classes. Where its truth is known its numbers stay; otherwise
     /// the networks' classes are all there are.
     pub(crate) fn taxonomy(&self, known: &Taxonomy, has_truth: bool) -> Result<Taxonomy, Failure> {
-        let models = self.models()?;
+        let models = self.models(known)?;
         let manifests: Vec<&Manifest> = models.iter().map(|(_, manifest)| manifest).collect();
         let none = Taxonomy::from_names::<&str>(&[], &[]);
         Ok(extended(if has_truth { known } else { &none }, &manifests))
@@ -134,7 +143,7 @@ impl NetworkArgs {
         let section = &self.section;
         let engine = engine::open(section.engine, section.onnxruntime.as_deref(), section.provider)?;
         let threads = section.threads.unwrap_or_else(rayon::current_num_threads);
-        let models = self.models()?;
+        let models = self.models(&info.taxonomy)?;
         let load = |(folder, _): &(PathBuf, Manifest)| Model::load(folder, engine.as_ref(), threads);
         let models: Vec<Model> = models.iter().map(load).collect::<Result<_, _>>()?;
         let description = engine.description();

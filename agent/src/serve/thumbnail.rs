@@ -50,15 +50,17 @@ pub(super) fn sigma_overlay(view: &View, segmentation: &Segmentation) -> Vec<u8>
     })
 }
 
-/// Where a two-stream network went by colour (warm) and where by depth (cool), P2's contribution map; empty without one.
+/// Share of the colour stream of a two-stream network as a small PNG where the network looked: orange where colour decides,
+/// blue where depth does (P2); empty for other networks.
 pub(super) fn contribution_overlay(view: &View, segmentation: &Segmentation) -> Vec<u8> {
-    let Some(detail) = &segmentation.network else { return Vec::new() };
-    let Some((shares, window)) = detail.contribution.as_ref().zip(detail.window) else { return Vec::new() };
+    let detail = segmentation.network.as_deref();
+    let Some((share, window)) = detail.and_then(|d| d.contribution.as_ref().zip(d.window)) else { return Vec::new() };
+    let width = view.rgb.width().max(1);
     picture(view, |i| {
-        let inside = window.holds(i as u32 % view.rgb.width(), i as u32 / view.rgb.width());
-        let share = f32::from(*shares.get(i).filter(|_| inside)?) / 255.0;
-        let mix = |depth: f32, colour: f32| (depth + (colour - depth) * share) as u8;
-        Some([mix(40.0, 250.0), mix(130.0, 160.0), mix(230.0, 40.0), ALPHA])
+        let (u, v) = (i as u32 % width, i as u32 / width);
+        let t = f32::from(*share.get(i).filter(|_| window.contains(u, v))?) / 255.0;
+        let mix = |depth: f32, color: f32| (depth + t * (color - depth)) as u8;
+        Some([mix(40.0, 240.0), mix(120.0, 150.0), mix(220.0, 20.0), ALPHA])
     })
 }
 
@@ -78,4 +80,49 @@ fn picture(view: &View, color: impl Fn(usize) -> Option<[u8; 4]>) -> Vec<u8> {
     });
     let mut bytes = Cursor::new(Vec::new());
     if any && picture.write_to(&mut bytes, ImageFormat::Png).is_ok() { bytes.into_inner() } else { Vec::new() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::acquire::{DepthImage, Intrinsics, PoseEvidence};
+    use crate::segment::ClassField;
+    use crate::segment::network::{ViewDetail, Window};
+    use std::sync::Arc;
+
+    #[test]
+    fn contributions_are_drawn_where_the_network_looked_and_nowhere_without_two_streams() {
+        let (width, height) = (192, 96);
+        let pixels = (width * height) as usize;
+        let view = View {
+            index: 0,
+            stamp: 0.0,
+            intrinsics: Intrinsics { width, height, fx: 100.0, fy: 100.0, cx: 96.0, cy: 48.0 },
+            rgb: RgbImage::new(width, height),
+            depth: DepthImage { width, height, metres: vec![0.0; pixels] },
+            pose: PoseEvidence::None,
+            labels: None,
+            truth: None,
+        };
+        let detail = ViewDetail {
+            window: Some(Window { left: 96, top: 0, width: 96, height: 96 }),
+            contribution: Some((0..pixels).map(|i| if i / 192 < 48 { 255 } else { 0 }).collect()),
+            ..ViewDetail::default()
+        };
+        let hard = ClassField::Hard(vec![0; pixels]);
+        let mut segmentation = Segmentation {
+            components: hard.clone(),
+            defects: hard,
+            instances: vec![0; pixels],
+            network: Some(Arc::new(detail)),
+        };
+        let png = image::load_from_memory(&contribution_overlay(&view, &segmentation)).expect("a picture").to_rgba8();
+        let at = |x: u32, y: u32| png.get_pixel(x, y).0;
+        assert_eq!(at(10, 10)[3], 0, "outside the window");
+        let (colour, depth) = (at(150, 10), at(150, 80));
+        assert!(colour[3] > 0 && colour[0] > colour[2], "{colour:?}");
+        assert!(depth[3] > 0 && depth[2] > depth[0], "{depth:?}");
+        segmentation.network = None;
+        assert!(contribution_overlay(&view, &segmentation).is_empty());
+    }
 }

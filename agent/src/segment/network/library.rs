@@ -4,6 +4,8 @@
 //! executable, and in a source tree `agent/models`, from the working directory or from cargo's target folder.
 
 use super::manifest::{FILE_NAME, Manifest, ManifestError, Task};
+use super::taxonomy::shared;
+use semascan_shared::model::Taxonomy;
 use std::path::{Path, PathBuf};
 
 /// Names the folder of models.
@@ -84,15 +86,19 @@ pub fn installed(folders: &[PathBuf]) -> Vec<Installed> {
 }
 
 /// The models to use: those named in `asked` (a model's folder, a folder of models, or a name), or the best of each task
-/// where only folders of models are named or nothing is.
+/// for a source with the classes `known` where only folders of models are named or nothing is.
 ///
 /// # Errors
 /// [`SelectError`] naming what is missing or wrong.
-pub fn select(asked: &[String]) -> Result<Vec<(PathBuf, Manifest)>, SelectError> {
-    select_from(asked, search_path())
+pub fn select(asked: &[String], known: &Taxonomy) -> Result<Vec<(PathBuf, Manifest)>, SelectError> {
+    select_from(asked, known, search_path())
 }
 
-fn select_from(asked: &[String], mut folders: Vec<PathBuf>) -> Result<Vec<(PathBuf, Manifest)>, SelectError> {
+fn select_from(
+    asked: &[String],
+    known: &Taxonomy,
+    mut folders: Vec<PathBuf>,
+) -> Result<Vec<(PathBuf, Manifest)>, SelectError> {
     let mut named = Vec::new();
     let mut shelves = Vec::new();
     for name in asked {
@@ -126,23 +132,26 @@ fn select_from(asked: &[String], mut folders: Vec<PathBuf>) -> Result<Vec<(PathB
     if there.is_empty() {
         return Err(SelectError::None { looked_in: folders });
     }
-    best(there)
+    best(there, known)
 }
 
-/// One model for components, one for defects and one for instances, where there are such.
-fn best(there: Vec<Installed>) -> Result<Vec<(PathBuf, Manifest)>, SelectError> {
+/// One model for components, one for defects and one for instances, where there are such. What a model is for shows in
+/// its classes: one that shares most with the source comes first, and one for defects that shares none, though the source
+/// names some, is for other parts.
+fn best(there: Vec<Installed>, known: &Taxonomy) -> Result<Vec<(PathBuf, Manifest)>, SelectError> {
     let mut models = Vec::new();
     for model in there {
-        models.push((model.folder, model.manifest?));
+        let manifest = model.manifest?;
+        let shared = shared(&manifest, known);
+        if manifest.task != Task::Defect || shared > 0 || known.defects.len() < 2 {
+            models.push((shared, model.folder, manifest));
+        }
     }
     // Uncertainty needs an ensemble; after that the better measured one.
-    let rank = |m: &Manifest| (m.task == Task::Semantic, m.networks.len(), mean_iou(m));
-    models.sort_by(|(_, a), (_, b)| {
-        let (a, b) = (rank(a), rank(b));
-        (b.0, b.1).cmp(&(a.0, a.1)).then(b.2.total_cmp(&a.2))
-    });
+    let rank = |shared: usize, m: &Manifest| (shared, m.task == Task::Semantic, m.networks.len());
+    models.sort_by(|(s, _, a), (t, _, b)| rank(*t, b).cmp(&rank(*s, a)).then(mean_iou(b).total_cmp(&mean_iou(a))));
     let mut chosen: Vec<(PathBuf, Manifest)> = Vec::new();
-    for (folder, manifest) in models {
+    for (_, folder, manifest) in models {
         if !chosen.iter().any(|(_, other)| kind(other) == kind(&manifest)) {
             chosen.push((folder, manifest));
         }
@@ -183,28 +192,39 @@ mod tests {
         write(shelf, "ensemble", "semantic", 5, 0.9);
         write(shelf, "streams", "two-stream", 9, 0.99);
         write(shelf, "rust", "defect", 1, 0.8);
-        let chosen = |asked: &[&str]| {
+        let nothing = Taxonomy::from_names::<&str>(&[], &[]);
+        let mut known = nothing.clone();
+        let chosen = |asked: &[&str], known: &Taxonomy| {
             let asked: Vec<String> = asked.iter().map(|s| (*s).to_owned()).collect();
-            let models = select_from(&asked, vec![shelf.to_owned()])?;
+            let models = select_from(&asked, known, vec![shelf.to_owned()])?;
             Ok::<_, SelectError>(models.into_iter().map(|(_, m)| m.name).collect::<Vec<_>>())
         };
-        assert_eq!(chosen(&[]).expect("there are some"), ["ensemble", "rust"]);
-        assert_eq!(chosen(&["streams", "rust"]).expect("both"), ["streams", "rust"]);
+        assert_eq!(chosen(&[], &nothing).expect("there are some"), ["ensemble", "rust"]);
+        assert_eq!(chosen(&["streams", "rust"], &nothing).expect("both"), ["streams", "rust"]);
         let path = shelf.join("single").display().to_string();
-        assert_eq!(chosen(&[&path]).expect("a path"), ["single"]);
-        assert_eq!(chosen(&[&shelf.display().to_string()]).expect("a shelf"), ["ensemble", "rust"]);
-        let error = chosen(&["missing"]).expect_err("not there").to_string();
+        assert_eq!(chosen(&[&path], &nothing).expect("a path"), ["single"]);
+        assert_eq!(chosen(&[&shelf.display().to_string()], &nothing).expect("a shelf"), ["ensemble", "rust"]);
+        let error = chosen(&["missing"], &nothing).expect_err("not there").to_string();
         assert!(error.contains("missing") && error.contains("ensemble"), "{error}");
+        // A source whose defects the model does not know has no use for it; one that knows its components comes first.
+        known.defects = Taxonomy::from_names::<&str>(&[], &["pitting"]).defects;
+        assert_eq!(chosen(&[], &known).expect("there are some"), ["ensemble"]);
+        write(shelf, "fans", "semantic", 1, 0.5);
+        let text = std::fs::read_to_string(shelf.join("fans").join(FILE_NAME)).expect("reads");
+        std::fs::write(shelf.join("fans").join(FILE_NAME), text.replace("housing", "fan")).expect("writes");
+        known.components = Taxonomy::from_names::<&str>(&["fan", "shaft"], &[]).components;
+        assert_eq!(chosen(&[], &known).expect("there are some"), ["fans"]);
     }
 
     #[test]
     fn an_empty_shelf_says_where_it_looked_and_a_broken_manifest_is_named() {
+        let known = Taxonomy::from_names::<&str>(&[], &[]);
         let root = tempfile::tempdir().expect("a folder");
-        let error = select_from(&[], vec![root.path().to_owned()]).expect_err("nothing there").to_string();
+        let error = select_from(&[], &known, vec![root.path().to_owned()]).expect_err("nothing there").to_string();
         assert!(error.contains(&root.path().display().to_string()), "{error}");
         std::fs::create_dir_all(root.path().join("broken")).expect("a folder");
         std::fs::write(root.path().join("broken").join(FILE_NAME), "schema = 1").expect("writes");
-        let error = select_from(&[], vec![root.path().to_owned()]).expect_err("broken").to_string();
+        let error = select_from(&[], &known, vec![root.path().to_owned()]).expect_err("broken").to_string();
         assert!(error.contains("broken/model.toml"), "{error}");
     }
 }

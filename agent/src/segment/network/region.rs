@@ -34,15 +34,14 @@ impl Window {
         Self { left: 0, top: 0, width, height }
     }
 
-    /// Whether the pixel at (column, row) lies in it.
-    pub fn holds(&self, column: u32, row: u32) -> bool {
-        let (x, y) = (column.wrapping_sub(self.left), row.wrapping_sub(self.top));
-        x < self.width && y < self.height
-    }
-
     /// Number of pixels.
     pub fn pixels(&self) -> usize {
         self.width as usize * self.height as usize
+    }
+
+    /// Whether the pixel in column `u` and row `v` is in it.
+    pub fn contains(&self, u: u32, v: u32) -> bool {
+        (self.left..self.left + self.width).contains(&u) && (self.top..self.top + self.height).contains(&v)
     }
 
     /// The window that what is in `volume` takes in `view`, `margin` pixels wider on each side and clipped to the picture;
@@ -160,8 +159,7 @@ mod tests {
             let labels = &view.labels.as_ref().expect("truth").components;
             for (i, _) in labels.iter().enumerate().filter(|(_, label)| **label != 0) {
                 let (u, v) = (i as u32 % 640, i as u32 / 640);
-                let inside = u >= window.left && u < window.left + window.width;
-                assert!(inside && v >= window.top && v < window.top + window.height, "pixel {u} {v}, {window:?}");
+                assert!(window.contains(u, v), "pixel {u} {v}, {window:?}");
             }
         }
     }

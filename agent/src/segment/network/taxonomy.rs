@@ -21,6 +21,12 @@ pub fn extended(known: &Taxonomy, models: &[&Manifest]) -> Taxonomy {
     taxonomy
 }
 
+/// How many of the classes of `model`, none left out, are among those of its kind in `known`.
+pub(super) fn shared(model: &Manifest, known: &Taxonomy) -> usize {
+    let classes = if model.task == Task::Defect { &known.defects } else { &known.components };
+    model.classes.iter().skip(1).filter(|class| position(classes, &class.name).is_some()).count()
+}
+
 /// For each class of `model` its number in `classes`; the name that is missing there otherwise.
 pub(super) fn numbers(model: &Manifest, classes: &[ClassDef]) -> Result<Vec<u16>, String> {
     model.classes.iter().map(|class| position(classes, &class.name).ok_or_else(|| class.name.clone())).collect()

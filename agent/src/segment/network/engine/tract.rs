@@ -1,4 +1,4 @@
-//! tract: networks in pure Rust, where ONNX Runtime is missing. Three to four times slower.
+//! tract: networks in pure Rust, where ONNX Runtime is missing. Three to eight times slower.
 //!
 //! It wants every dimension fixed: a plan is made for each size of picture that comes and the last few are kept. What it
 //! cannot plan (Mask R-CNN, whose sizes depend on what it finds) it refuses by the file's name.

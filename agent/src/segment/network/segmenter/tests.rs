@@ -152,9 +152,7 @@ fn the_region_of_interest_says_what_the_whole_picture_says() {
         for i in 0..8000_u32 {
             let (u, v) = (i % 100, i / 100);
             let i = i as usize;
-            let inside = (window.left..window.left + window.width).contains(&u)
-                && (window.top..window.top + window.height).contains(&v);
-            if inside {
+            if window.contains(u, v) {
                 assert_eq!((&p[i * 4..i * 4 + 4], sigma[i]), (&q[i * 4..i * 4 + 4], other[i]), "pixel {u} {v}");
             } else {
                 assert_eq!((&p[i * 4..i * 4 + 4], sigma[i]), (&[255, 0, 0, 0][..], 0), "pixel {u} {v}");
