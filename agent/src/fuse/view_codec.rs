@@ -303,7 +303,11 @@ mod tests {
     proptest! {
         #[test]
         fn what_has_depth_comes_back_bit_by_bit(
-            depth in prop::collection::vec(prop_oneof![Just(0.0_f32), 0.1_f32..2.0], PIXELS),
+            // Drawn as whole numbers: proptest's sampler of f32 ranges now and then fails an assertion of its own.
+            depth in prop::collection::vec(
+                prop_oneof![Just(0.0_f32), (0_u32..1 << 24).prop_map(|k| 0.1 + 1.9 * k as f32 / 16_777_216.0)],
+                PIXELS,
+            ),
             step in prop_oneof![Just(None), prop::sample::select(STEPS.to_vec()).prop_map(Some)],
             draw in prop::collection::vec(any::<u8>(), 40..90),
         ) {
