@@ -66,9 +66,12 @@ def centre_loss(logits: torch.Tensor, heat: torch.Tensor) -> torch.Tensor:
 
 def training_loss(network: torch.nn.Module, batch: Batch, recipe: Recipe) -> torch.Tensor:
     """The loss of a batch; which terms it has follows from what the network gives."""
-    if hasattr(network, "own_losses"):
-        return sum(network.own_losses(batch.image, batch.labels, batch.instances).values())
-    outputs = network(batch.image)
+    reduced = recipe.training.precision == "bfloat16"
+    with torch.autocast(batch.image.device.type, torch.bfloat16, enabled=reduced):
+        if hasattr(network, "own_losses"):
+            return sum(network.own_losses(batch.image, batch.labels, batch.instances).values())
+        outputs = network(batch.image)
+    outputs = {name: output.float() for name, output in outputs.items()}
     loss = segmentation_loss(outputs["logits"], batch.labels, recipe)
     for stream in ("colour_logits", "depth_logits"):
         if stream in outputs:

@@ -13,6 +13,7 @@ HEADS = ("interpolated", "fine")
 LOSSES = ("dice", "focal", "dice+focal", "mask-rcnn")
 OPTIMISERS = ("sgd", "adam", "adamw")
 SCHEDULES = ("steps", "one-cycle")
+PRECISIONS = ("float32", "bfloat16")
 COMPOSITIONS = ("all", "bootstrap", "subset")
 
 
@@ -58,6 +59,7 @@ class TrainingRecipe:
     epoch_images: int = 0  # images of one epoch; 0 = every training image once
     validation_images: int = 0  # 0 = all
     batch: int = 8
+    precision: str = "float32"  # float32 | bfloat16: convolutions in 16 bits, 1.5 times as fast where processors have them
     seed: int = 1
 
 
@@ -149,6 +151,7 @@ def _check(recipe: Recipe) -> None:
         ("training.loss", recipe.training.loss, LOSSES),
         ("training.optimiser", recipe.training.optimiser, OPTIMISERS),
         ("training.schedule", recipe.training.schedule, SCHEDULES),
+        ("training.precision", recipe.training.precision, PRECISIONS),
         ("ensemble.composition", recipe.ensemble.composition, COMPOSITIONS),
         ("data.channels", recipe.data.channels, (COLOUR, (*COLOUR, "depth"), ("depth",))),
     ]

@@ -40,6 +40,12 @@ class DepthStem(nn.Module):
         return nn.functional.conv2d(x, self.kernel, padding=OFFSET)
 
     def forward(self, depth):
+        # A millimetre in half a metre does not survive 16 bits, whatever precision the rest is trained in.
+        with torch.autocast(depth.device.type, enabled=False):
+            return self.geometry(depth.float())
+
+    def geometry(self, depth):
+        """The channels, in the precision of `depth`."""
         valid = (depth > 0).to(depth.dtype)
         metres = (depth * self.span + self.near) * valid
         both = self.neighbours(valid) * valid
