@@ -22,6 +22,15 @@ fn inspect_writes_the_whole_folder() {
     for file in ["inspection.json", "cloud.ply", "mesh.ply", "scene.glb", "truth.ply"] {
         assert!(out.join(file).is_file(), "{file}");
     }
+    // The scene is the mesh, by component.
+    let mesh = std::fs::read(out.join("mesh.ply")).expect("reads");
+    let faces = semascan_shared::import::ply::read(&mesh).expect("own file").mesh.triangles.len();
+    let scene = gltf::Gltf::open(out.join("scene.glb")).expect("valid");
+    let root = scene.default_scene().and_then(|s| s.nodes().next()).expect("a root");
+    let primitives = root.children().filter_map(|n| n.mesh()).flat_map(|m| m.primitives().collect::<Vec<_>>());
+    let corners: usize = primitives.filter_map(|p| p.indices()).map(|i| i.count()).sum();
+    assert_eq!((corners, faces > 1000), (3 * faces, true));
+    assert!(scene.extensions_used().any(|e| e == "EXT_structural_metadata"));
     let printed: serde_json::Value = serde_json::from_slice(&output.stdout).expect("one JSON object");
     let text = std::fs::read_to_string(out.join("inspection.json")).expect("reads");
     let written: serde_json::Value = serde_json::from_str(&text).expect("JSON");

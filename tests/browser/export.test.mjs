@@ -4,6 +4,7 @@ import assert from 'node:assert/strict';
 import { after, before, it } from 'node:test';
 import validator from 'gltf-validator';
 import { Ply } from './support/ply.mjs';
+import { semantics } from './support/semantics.mjs';
 import { LIMIT, onEveryBackend } from './support/session.mjs';
 import { Viewer } from './support/viewer.mjs';
 
@@ -53,6 +54,18 @@ onEveryBackend(
       const nodes = gltf.nodes.map((node) => node.name ?? '');
       const named = classes.filter((one) => nodes.some((name) => name.includes(one.name)));
       assert.ok(named.length >= 3, `nodes ${nodes.join(', ')} for ${classes.map((one) => one.name).join(', ')}`);
+    });
+
+    it('a GLB whose points tell another reader what they belong to', LIMIT, async () => {
+      const { components } = await semantics((await viewer.export('glb')).bytes);
+      const ply = new Ply((await viewer.export('ply')).bytes);
+      const points = new Map();
+      for (const label of ply.column('label')) points.set(label, (points.get(label) ?? 0) + 1);
+      assert.deepEqual(new Map(components.map((row) => [row.id, row.vertices])), new Map([...points].sort()));
+      for (const { id, name, color } of ply.classes.filter((one) => points.has(one.id))) {
+        const row = components.find((one) => one.id === id);
+        assert.deepEqual([row.name, row.color], [name, color]);
+      }
     });
 
     it('logs no error', LIMIT, () => viewer.assertNoErrors());

@@ -4,6 +4,7 @@ import assert from 'node:assert/strict';
 import { after, before, it } from 'node:test';
 import validator from 'gltf-validator';
 import { Ply } from './support/ply.mjs';
+import { semantics } from './support/semantics.mjs';
 import { LIMIT, onEveryBackend } from './support/session.mjs';
 import { Viewer } from './support/viewer.mjs';
 
@@ -55,6 +56,12 @@ onEveryBackend(
       const errors = report.issues.messages.filter((message) => message.severity === 0);
       assert.equal(report.issues.numErrors, 0, JSON.stringify(errors, null, 2));
       assert.ok(report.info.totalTriangleCount >= Number((await said(viewer, 'mesh')).triangles));
+      const { components } = await semantics(glb.bytes);
+      const labels = new Set(ply.column('label'));
+      assert.deepEqual(new Set(components.map((row) => row.id)), labels);
+      // A vertex between two components is one of each.
+      assert.ok(components.reduce((sum, row) => sum + row.vertices, 0) >= ply.count);
+      assert.ok(components.every((row) => row.area > 0 && row.confidence > 0 && row.confidence <= 1));
     });
 
     it('is compared with a reference: its own mesh, a millimetre higher, is a millimetre off', LIMIT, async () => {

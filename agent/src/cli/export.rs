@@ -8,7 +8,7 @@ use semascan_shared::export::glb::{self, GlbOptions};
 use semascan_shared::export::{ExportFilter, components, file_part, obj, ply, stl};
 use semascan_shared::import::ply::{PlyModel, read};
 use semascan_shared::mesh::{MeshError, MeshOptions, decimate, fill_holes, mesh_cloud, simplify_points, smooth};
-use semascan_shared::model::{PointFlags, SemanticCloud, SemanticMesh};
+use semascan_shared::model::{SemanticCloud, SemanticMesh};
 use std::path::{Path, PathBuf};
 
 /// What to write.
@@ -93,7 +93,7 @@ impl ExportArgs {
     }
 
     fn write_cloud(&self, out: &Path, model: &PlyModel) -> Result<(), Failure> {
-        let keep = |c: &SemanticCloud| exported().apply(c);
+        let keep = |c: &SemanticCloud| ExportFilter::of_the_part().apply(c);
         let cloud = match self.simplify {
             // What is no part of the model would only cost others their points.
             Some(n) => simplify_points(&keep(&model.mesh.vertices), self.voxel(model)?, n, &()).map_err(call)?,
@@ -128,11 +128,6 @@ impl ExportArgs {
         }
         Ok(mesh)
     }
-}
-
-/// Points that belong to the model.
-fn exported() -> ExportFilter {
-    ExportFilter { skip_flags: PointFlags::OUTLIER | PointFlags::BACKGROUND, ..ExportFilter::default() }
 }
 
 fn write_mesh(out: &Path, format: Format, mesh: &SemanticMesh, model: &PlyModel) -> Result<(), Failure> {

@@ -11,7 +11,7 @@ use semascan_shared::export::glb::{self, GlbOptions};
 use semascan_shared::export::ply::{self, LabelledMesh};
 use semascan_shared::export::{ExportError, ExportFilter};
 use semascan_shared::mesh::{MeshError, MeshOptions, mesh_cloud};
-use semascan_shared::model::{PointFlags, SemanticCloud, Taxonomy};
+use semascan_shared::model::{SemanticCloud, Taxonomy};
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
@@ -62,18 +62,18 @@ pub fn write_inspection(
     fs::create_dir_all(folder).map_err(|source| StoreError::Io { path: folder.to_owned(), source })?;
     let comments = comments(record);
     write(&folder.join("cloud.ply"), |out| ply::write_cloud(out, cloud, taxonomy, &comments))?;
-    if let Some(voxel) = record.voxel {
-        let path = folder.join("mesh.ply");
-        let mesh = mesh_cloud(cloud, voxel as f32, &MeshOptions::default(), &());
-        let mesh = mesh.map_err(|source| StoreError::Mesh { path: path.clone(), source })?;
-        write(&path, |out| ply::write_semantic_mesh(out, &mesh, taxonomy, &comments))?;
+    let mesh = record.voxel.map(|voxel| mesh_cloud(cloud, voxel as f32, &MeshOptions::default(), &())).transpose();
+    let mesh = mesh.map_err(|source| StoreError::Mesh { path: folder.join("mesh.ply"), source })?;
+    if let Some(mesh) = &mesh {
+        write(&folder.join("mesh.ply"), |out| ply::write_semantic_mesh(out, mesh, taxonomy, &comments))?;
     }
     write(&folder.join("scene.glb"), |out| {
-        // The scene shows the part: what was marked as stray or as background stays in cloud.ply.
-        let filter = ExportFilter { skip_flags: PointFlags::LEFT_OUT, ..ExportFilter::default() };
-        let voxel = record.voxel.unwrap_or(0.0) as f32;
-        let options = GlbOptions { part: record.part.clone(), voxel };
-        glb::write_points(out, &filter.apply(cloud), taxonomy, &options)
+        let options = GlbOptions { part: record.part.clone(), voxel: record.voxel.unwrap_or(0.0) as f32 };
+        match mesh.as_ref().filter(|mesh| !mesh.triangles.is_empty()) {
+            Some(mesh) => glb::write_mesh(out, mesh, taxonomy, &options),
+            // Without oriented points there is no mesh; what was marked as stray or as background stays in cloud.ply.
+            None => glb::write_points(out, &ExportFilter::of_the_part().apply(cloud), taxonomy, &options),
+        }
     })?;
     if let Some(mesh) = truth {
         write(&folder.join("truth.ply"), |out| {

@@ -1,7 +1,7 @@
 //! A mesh's triangles by component, for the formats that keep components apart.
 
 use super::ExportError;
-use crate::model::{Color, SemanticMesh, Taxonomy};
+use crate::model::{ClassDef, Color, SemanticMesh, Taxonomy};
 use std::collections::BTreeMap;
 
 /// The triangles of one component.
@@ -28,15 +28,15 @@ pub fn components(mesh: &SemanticMesh, taxonomy: &Taxonomy) -> Result<Vec<Compon
         by_label.entry(mesh.triangle_label(*triangle)).or_default().push(*triangle);
     }
     let component = |(label, triangles)| {
-        let (name, color) = class(taxonomy, label);
+        let (name, color) = class(&taxonomy.components, label);
         Component { label, name, color, triangles }
     };
     Ok(by_label.into_iter().map(component).collect())
 }
 
-/// Name and colour of a component class, whether the taxonomy has it or not.
-pub(super) fn class(taxonomy: &Taxonomy, label: u16) -> (String, Color) {
-    match taxonomy.components.get(usize::from(label)) {
+/// Name and colour of a class, whether `classes` has it or not.
+pub(super) fn class(classes: &[ClassDef], label: u16) -> (String, Color) {
+    match classes.get(usize::from(label)) {
         Some(class) => (class.name.clone(), class.color),
         None => (format!("class {label}"), [128; 3]),
     }

@@ -6,4 +6,5 @@ mod taxonomy;
 
 pub use cloud::{PointFlags, SemanticCloud, SemanticPoint};
 pub use mesh::SemanticMesh;
+pub(crate) use mesh::triangle_area;
 pub use taxonomy::{ClassDef, Color, Taxonomy};

@@ -3,6 +3,7 @@
 mod glb;
 mod mesh;
 mod ply;
+mod semantics;
 
 use proptest::prelude::*;
 use semascan_shared::export::ExportFilter;

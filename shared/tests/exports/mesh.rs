@@ -10,7 +10,7 @@ use semascan_shared::import::ply::read;
 use semascan_shared::model::{PointFlags, SemanticMesh};
 
 /// A mesh of the points of any cloud, joined at random.
-fn any_mesh() -> impl Strategy<Value = SemanticMesh> {
+pub(crate) fn any_mesh() -> impl Strategy<Value = SemanticMesh> {
     (super::any_cloud(), prop::collection::vec(prop::array::uniform3(any::<u32>()), 0..40)).prop_map(
         |(mut vertices, triangles)| {
             let n = vertices.len() as u32;

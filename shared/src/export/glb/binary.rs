@@ -1,5 +1,7 @@
-//! The shared buffer: all positions, then all normals, all colours and all indices, a buffer view each.
+//! The shared buffer: all positions, then all normals, all colours, all feature ids and all indices, a buffer view each,
+//! and the columns of the property tables.
 
+use super::features::Features;
 use crate::model::{Color, SemanticCloud};
 use gltf_json::accessor::{Accessor, ComponentType, GenericComponentType, Type};
 use gltf_json::buffer::{Buffer, Stride, Target, View};
@@ -17,17 +19,24 @@ pub(super) struct Binary {
     positions: Column,
     normals: Column,
     colors: Column,
+    /// Those of a vertex together, each in four bytes: attributes lie on such boundaries.
+    features: Column,
     indices: Column,
+    /// Columns of property tables.
+    tables: Vec<(Index<View>, Vec<u8>)>,
 }
 
 impl Binary {
-    pub(super) fn new() -> Self {
+    /// For vertices with so many feature ids.
+    pub(super) fn new(feature_ids: usize) -> Self {
         // glTF's colours are linear: eight linear bits would merge dark sRGB levels, sixteen keep all 256 apart.
         Self {
             positions: Column::new("positions", 12, ComponentType::F32, Type::Vec3),
             normals: Column::new("normals", 12, ComponentType::F32, Type::Vec3),
-            colors: Column::new("colors", 8, ComponentType::U16, Type::Vec4),
-            indices: Column::new("indices", 4, ComponentType::U32, Type::Scalar),
+            colors: Column { normalized: true, ..Column::new("colors", 8, ComponentType::U16, Type::Vec4) },
+            features: Column::new("feature ids", 4 * feature_ids, ComponentType::U16, Type::Scalar),
+            indices: Column { is_attribute: false, ..Column::new("indices", 4, ComponentType::U32, Type::Scalar) },
+            tables: Vec::new(),
         }
     }
 
@@ -75,6 +84,34 @@ impl Binary {
         self.colors.accessor(root, start, points.len(), None)
     }
 
+    /// Adds the feature ids of some points, at least one.
+    pub(super) fn features(
+        &mut self,
+        root: &mut Root,
+        cloud: &SemanticCloud,
+        points: &[usize],
+        features: &Features,
+    ) -> Attributes {
+        let start = self.features.bytes.len();
+        for &i in points {
+            self.features.bytes.extend(features.ids(cloud, i).flat_map(|id| u32::from(id).to_le_bytes()));
+        }
+        let attribute = |k| {
+            let accessor = self.features.accessor(root, start + 4 * k, points.len(), None);
+            (Valid(Semantic::Extras(format!("FEATURE_ID_{k}"))), accessor)
+        };
+        (0..features.len()).map(attribute).collect()
+    }
+
+    /// Adds a column of a property table; the index of its buffer view.
+    pub(super) fn table(&mut self, root: &mut Root, bytes: &[u8]) -> usize {
+        let view = root.push(view("property table", None, None));
+        // glTF allows no empty view.
+        let bytes = if bytes.is_empty() { vec![0] } else { bytes.to_vec() };
+        self.tables.push((view, bytes));
+        view.value()
+    }
+
     /// Adds some triangles, at least one.
     pub(super) fn indices(&mut self, root: &mut Root, triangles: &[[u32; 3]]) -> Index<Accessor> {
         let start = self.indices.bytes.len();
@@ -85,13 +122,15 @@ impl Binary {
     /// Joins the columns and enters the buffer in `root`.
     pub(super) fn finish(self, root: &mut Root) -> Vec<u8> {
         let mut buffer = Vec::new();
-        for column in [self.positions, self.normals, self.colors, self.indices] {
-            if let Some(view) = column.view {
-                let view = &mut root.buffer_views[view.value()];
-                view.byte_offset = Some(USize64::from(buffer.len()));
-                view.byte_length = USize64::from(column.bytes.len());
-                buffer.extend_from_slice(&column.bytes);
-            }
+        let columns = [self.positions, self.normals, self.colors, self.features, self.indices];
+        let columns = columns.into_iter().filter_map(|column| Some((column.view?, column.bytes)));
+        for (view, bytes) in columns.chain(self.tables) {
+            // Columns of property tables begin on eight bytes.
+            buffer.resize(buffer.len().next_multiple_of(8), 0);
+            let view = &mut root.buffer_views[view.value()];
+            view.byte_offset = Some(USize64::from(buffer.len()));
+            view.byte_length = USize64::from(bytes.len());
+            buffer.extend_from_slice(&bytes);
         }
         if !buffer.is_empty() {
             let byte_length = USize64::from(buffer.len());
@@ -108,6 +147,10 @@ struct Column {
     stride: usize,
     component: ComponentType,
     shape: Type,
+    /// Whether whole numbers stand for shares of their largest.
+    normalized: bool,
+    /// Whether it is a vertex attribute: indices are none.
+    is_attribute: bool,
     /// Made with the first accessor: glTF allows no empty view.
     view: Option<Index<View>>,
     bytes: Vec<u8>,
@@ -115,7 +158,7 @@ struct Column {
 
 impl Column {
     fn new(name: &'static str, stride: usize, component: ComponentType, shape: Type) -> Self {
-        Self { name, stride, component, shape, view: None, bytes: Vec::new() }
+        Self { name, stride, component, shape, normalized: false, is_attribute: true, view: None, bytes: Vec::new() }
     }
 
     fn accessor(
@@ -125,24 +168,10 @@ impl Column {
         count: usize,
         bounds: Option<([f32; 3], [f32; 3])>,
     ) -> Index<Accessor> {
-        let view = *self.view.get_or_insert_with(|| {
-            root.push(View {
-                // The only buffer.
-                buffer: Index::new(0),
-                // Offset and length are known in the end.
-                byte_length: USize64(0),
-                byte_offset: None,
-                // Indices are no vertex attributes, and lie close.
-                byte_stride: (self.shape != Type::Scalar).then_some(Stride(self.stride)),
-                name: Some(self.name.into()),
-                target: Some(Valid(match self.shape {
-                    Type::Scalar => Target::ElementArrayBuffer,
-                    _ => Target::ArrayBuffer,
-                })),
-                extensions: None,
-                extras: None,
-            })
-        });
+        let target = if self.is_attribute { Target::ArrayBuffer } else { Target::ElementArrayBuffer };
+        // Indices lie close.
+        let stride = self.is_attribute.then_some(Stride(self.stride));
+        let view = *self.view.get_or_insert_with(|| root.push(view(self.name, stride, Some(target))));
         let (min, max) = bounds.unzip();
         root.push(Accessor {
             buffer_view: Some(view),
@@ -152,12 +181,26 @@ impl Column {
             type_: Valid(self.shape),
             min: min.map(|m| m.to_vec().into()),
             max: max.map(|m| m.to_vec().into()),
-            normalized: self.component == ComponentType::U16,
+            normalized: self.normalized,
             name: None,
             sparse: None,
             extensions: None,
             extras: None,
         })
+    }
+}
+
+/// A view of the only buffer. Offset and length are known in the end.
+fn view(name: &str, byte_stride: Option<Stride>, target: Option<Target>) -> View {
+    View {
+        buffer: Index::new(0),
+        byte_length: USize64(0),
+        byte_offset: None,
+        byte_stride,
+        name: Some(name.into()),
+        target: target.map(Valid),
+        extensions: None,
+        extras: None,
     }
 }
 

@@ -1,6 +1,6 @@
 //! Points by component, those without a unit normal apart: glTF allows no other normals.
 
-use crate::measure::surfel_area;
+use super::features::Finding;
 use crate::model::SemanticCloud;
 use std::collections::BTreeMap;
 
@@ -16,26 +16,28 @@ pub(super) struct Component {
 }
 
 /// Figures of one component, as extras of its nodes.
-#[derive(Clone, Copy, Debug, serde::Serialize)]
+#[derive(Clone, Debug, serde::Serialize)]
 pub(super) struct Figures {
     /// Component class.
-    class: u16,
+    pub(super) class: u16,
     /// Number of points.
-    points: usize,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) points: Option<usize>,
+    /// Number of triangles.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) triangles: Option<usize>,
     /// Area in square metres.
-    area: f64,
-    /// Mean share of the class.
-    confidence: f64,
+    pub(super) area: f64,
+    /// Mean share of the class over the points or vertices.
+    pub(super) confidence: f64,
+    /// Its defects.
+    pub(super) findings: Vec<Finding>,
 }
 
 impl Component {
-    /// What the component measures, a point standing for a voxel of edge `voxel` (metres).
-    pub(super) fn figures(&self, cloud: &SemanticCloud, voxel: f32) -> Figures {
-        let all = || self.oriented.iter().chain(&self.bare);
-        let points = all().count();
-        let area = all().map(|&i| f64::from(surfel_area(cloud.normals[i], voxel))).sum();
-        let confidence: f64 = all().map(|&i| f64::from(cloud.confidence[i])).sum();
-        Figures { class: self.label, points, area, confidence: confidence / points as f64 }
+    /// All its points.
+    pub(super) fn points(&self) -> Vec<usize> {
+        self.oriented.iter().chain(&self.bare).copied().collect()
     }
 }
 

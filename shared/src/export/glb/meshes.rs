@@ -1,24 +1,10 @@
 //! Meshes by component: triangles with normals, the surface's own colours, and class materials.
 
-use super::{Binary, Builder, GlbOptions, class_of, is_direction, linear};
+use super::{Builder, Features, Figures, GlbOptions, findings, is_direction, linear};
 use crate::export::{Component, ExportError, components};
-use crate::model::{Color, SemanticMesh, Taxonomy};
-use gltf_json::validation::Checked::Valid;
+use crate::model::{Color, SemanticMesh, Taxonomy, triangle_area};
 use gltf_json::{Index, Material, material, mesh};
 use std::io::Write;
-
-/// Figures of one component, as extras of its nodes.
-#[derive(Clone, Copy, Debug, serde::Serialize)]
-struct Figures {
-    /// Component class.
-    class: u16,
-    /// Number of triangles.
-    triangles: usize,
-    /// Area in square metres.
-    area: f64,
-    /// Mean share of the class over the vertices.
-    confidence: f64,
-}
 
 /// Writes `mesh` as GLB: a node by component in two scenes, as [`super::write_points`] does. Triangles with a corner whose
 /// position is not finite are left out, because glTF cannot hold them.
@@ -35,29 +21,41 @@ pub fn write_mesh(
     super::super::by_component::check(mesh)?;
     let finite = |v: u32| mesh.vertices.positions[v as usize].iter().all(|c| c.is_finite());
     let mesh = &mesh.select(|t| t.into_iter().all(finite));
-    let mut builder = Builder::new();
-    let (mut appearance, mut semantics) = (Vec::new(), Vec::new());
     let components = components(mesh, taxonomy)?;
+    let all: Vec<usize> = (0..mesh.len()).collect();
+    let mut builder = Builder::new(Features::of(&mesh.vertices, &all, &vertex_areas(mesh), taxonomy));
+    let (mut appearance, mut semantics) = (Vec::new(), Vec::new());
     if !components.is_empty() {
-        builder.root.extensions_used.push("KHR_materials_unlit".into());
         let white = builder.unlit("appearance", [255; 3]);
-        for Component { label, triangles, .. } in &components {
-            let (name, color) = class_of(taxonomy, *label);
+        for Component { label, name, color, triangles } in &components {
             let part = mesh.compacted(triangles);
-            let class = builder.lit(&name, color);
-            let [own, by_class] = builder.surfaces(&part, white, class);
+            let all: Vec<usize> = (0..part.len()).collect();
+            let class = builder.lit(name, *color);
+            let [own, by_class] = builder.surfaces(&part, &all, white, class);
             let confidence: f64 = part.vertices.confidence.iter().map(|c| f64::from(*c)).sum();
             let figures = Figures {
                 class: *label,
-                triangles: part.triangles.len(),
+                points: None,
+                triangles: Some(part.triangles.len()),
                 area: part.area(),
                 confidence: confidence / part.len().max(1) as f64,
+                findings: findings(&part.vertices, &all, &vertex_areas(&part), taxonomy),
             };
-            appearance.push(builder.node(&name, vec![own], &figures)?);
-            semantics.push(builder.node(&name, vec![by_class], &figures)?);
+            appearance.push(builder.node(name, vec![own], &figures)?);
+            semantics.push(builder.node(name, vec![by_class], &figures)?);
         }
     }
     builder.finish(out, &options.part, appearance, semantics)
+}
+
+/// The area that each vertex stands for: a third of its triangles, square metres.
+fn vertex_areas(mesh: &SemanticMesh) -> Vec<f64> {
+    let mut areas = vec![0.0; mesh.len()];
+    for triangle in &mesh.triangles {
+        let third = mesh.corners(*triangle).map_or(0.0, triangle_area) / 3.0;
+        triangle.iter().for_each(|v| areas[*v as usize] += third);
+    }
+    areas
 }
 
 impl Builder {
@@ -77,30 +75,19 @@ impl Builder {
         })
     }
 
-    /// The same triangles in the surface's own colours and in the material of its class.
+    /// The same triangles in the surface's own colours and in the material of its class; `all` are the vertices.
     fn surfaces(
         &mut self,
         part: &SemanticMesh,
+        all: &[usize],
         white: Index<Material>,
         class: Index<Material>,
     ) -> [mesh::Primitive; 2] {
-        let Self { root, binary } = self;
-        let all: Vec<usize> = (0..part.len()).collect();
         let oriented = part.vertices.normals.iter().all(|n| is_direction(*n));
-        let mut attributes = Binary::geometry(binary, root, &part.vertices, &all, oriented);
-        let indices = binary.indices(root, &part.triangles);
-        let primitive = |attributes, material| mesh::Primitive {
-            attributes,
-            material: Some(material),
-            mode: Valid(mesh::Mode::Triangles),
-            indices: Some(indices),
-            targets: None,
-            extensions: None,
-            extras: None,
-        };
-        let by_class = primitive(attributes.clone(), class);
-        let colors = binary.colors(root, &part.vertices, &all);
-        attributes.insert(Valid(mesh::Semantic::Colors(0)), colors);
-        [primitive(attributes, white), by_class]
+        let shared = self.vertices(&part.vertices, all, oriented);
+        let indices = Some(self.binary.indices(&mut self.root, &part.triangles));
+        let colors = self.binary.colors(&mut self.root, &part.vertices, all);
+        let by_class = shared.clone().of(mesh::Mode::Triangles, indices, class);
+        [shared.colored(colors).of(mesh::Mode::Triangles, indices, white), by_class]
     }
 }

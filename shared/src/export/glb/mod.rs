@@ -1,23 +1,26 @@
 //! A scene of points or of meshes as binary glTF 2.0: a node by component, named, with its figures as extras.
 //!
-//! Two scenes share one buffer: `appearance` shows the surface's own colours, `semantics` the class colours as materials
+//! Each vertex knows its component, defect and instance ([`features`]), whatever it looks like. Two scenes share one buffer: `appearance` shows the surface's own colours, `semantics` the class colours as materials
 //! (unlit for points); two scenes and not material variants, because those cannot switch vertex colours off. The table frame is
 //! z up and glTF y up, hence a rotation in each scene's root node.
 
 mod binary;
 mod components;
 mod container;
+mod features;
 mod meshes;
 
 pub use meshes::write_mesh;
 
 use super::ExportError;
 use super::by_component::class as class_of;
+use crate::measure::surfel_area;
 use crate::model::{Color, SemanticCloud, Taxonomy};
 use binary::{Attributes, Binary, linear};
-use components::{Component, components, is_direction};
+use components::{Component, Figures, components, is_direction};
+use features::{Features, findings};
 use gltf_json::validation::Checked::Valid;
-use gltf_json::{Index, Material, Mesh, Node, Root, Scene, extensions, material, mesh, scene};
+use gltf_json::{Accessor, Index, Material, Mesh, Node, Root, Scene, extensions, material, mesh, scene};
 use std::f32::consts::FRAC_1_SQRT_2;
 use std::io::Write;
 
@@ -45,16 +48,26 @@ pub fn write_points(
     options: &GlbOptions,
 ) -> Result<(), ExportError> {
     let components = components(cloud);
-    let mut builder = Builder::new();
+    let areas: Vec<f64> = cloud.normals.iter().map(|n| f64::from(surfel_area(*n, options.voxel))).collect();
+    let all: Vec<usize> = components.iter().flat_map(Component::points).collect();
+    let mut builder = Builder::new(Features::of(cloud, &all, &areas, taxonomy));
     let (mut appearance, mut semantics) = (Vec::new(), Vec::new());
     if !components.is_empty() {
-        builder.root.extensions_used.push("KHR_materials_unlit".into());
         let white = builder.unlit("appearance", [255; 3]);
         for component in &components {
-            let (name, color) = class_of(taxonomy, component.label);
+            let (name, color) = class_of(&taxonomy.components, component.label);
             let class = builder.unlit(&name, color);
             let [own, by_class] = builder.primitives(cloud, component, white, class);
-            let figures = component.figures(cloud, options.voxel);
+            let points = component.points();
+            let confidence: f64 = points.iter().map(|&i| f64::from(cloud.confidence[i])).sum();
+            let figures = Figures {
+                class: component.label,
+                points: Some(points.len()),
+                triangles: None,
+                area: points.iter().map(|&i| areas[i]).sum(),
+                confidence: confidence / points.len().max(1) as f64,
+                findings: findings(cloud, &points, &areas, taxonomy),
+            };
             appearance.push(builder.node(&name, own, &figures)?);
             semantics.push(builder.node(&name, by_class, &figures)?);
         }
@@ -66,11 +79,12 @@ pub fn write_points(
 struct Builder {
     root: Root,
     binary: Binary,
+    features: Features,
 }
 
 impl Builder {
-    fn new() -> Self {
-        Self { root: Root::default(), binary: Binary::new() }
+    fn new(features: Features) -> Self {
+        Self { root: Root::default(), binary: Binary::new(features.len()), features }
     }
 
     /// Writes the two scenes of these nodes.
@@ -83,7 +97,11 @@ impl Builder {
     ) -> Result<(), ExportError> {
         let first = self.scene("appearance", part, appearance);
         self.scene("semantics", part, semantics);
-        let Self { mut root, binary } = self;
+        let Self { mut root, mut binary, features } = self;
+        if !root.meshes.is_empty() {
+            root.extensions_used.push("KHR_materials_unlit".into());
+            features.describe(&mut root, &mut binary);
+        }
         root.scene = Some(first);
         root.asset.generator = Some(concat!("semascan ", env!("CARGO_PKG_VERSION")).into());
         let binary = binary.finish(&mut root);
@@ -98,7 +116,10 @@ impl Builder {
                 base_color_factor: material::PbrBaseColorFactor([r, g, b, 1.0]),
                 ..Default::default()
             },
-            extensions: Some(extensions::material::Material { unlit: Some(extensions::material::Unlit {}) }),
+            extensions: Some(extensions::material::Material {
+                unlit: Some(extensions::material::Unlit {}),
+                ..Default::default()
+            }),
             ..Default::default()
         })
     }
@@ -116,13 +137,19 @@ impl Builder {
             if bin.is_empty() {
                 continue;
             }
-            let mut attributes = self.binary.geometry(&mut self.root, cloud, bin, oriented);
-            primitives[1].push(points(attributes.clone(), class));
+            let shared = self.vertices(cloud, bin, oriented);
             let colors = self.binary.colors(&mut self.root, cloud, bin);
-            attributes.insert(Valid(mesh::Semantic::Colors(0)), colors);
-            primitives[0].push(points(attributes, white));
+            primitives[1].push(shared.clone().of(mesh::Mode::Points, None, class));
+            primitives[0].push(shared.colored(colors).of(mesh::Mode::Points, None, white));
         }
         primitives
+    }
+
+    /// What the primitives of both scenes have in common.
+    fn vertices(&mut self, cloud: &SemanticCloud, points: &[usize], oriented: bool) -> Vertices {
+        let mut attributes = self.binary.geometry(&mut self.root, cloud, points, oriented);
+        attributes.extend(self.binary.features(&mut self.root, cloud, points, &self.features));
+        Vertices { attributes, extensions: self.features.of_primitive(cloud, points) }
     }
 
     fn node(
@@ -150,14 +177,28 @@ impl Builder {
     }
 }
 
-fn points(attributes: Attributes, material: Index<Material>) -> mesh::Primitive {
-    mesh::Primitive {
-        attributes,
-        material: Some(material),
-        mode: Valid(mesh::Mode::Points),
-        indices: None,
-        targets: None,
-        extensions: None,
-        extras: None,
+/// Vertices of a primitive.
+#[derive(Clone)]
+struct Vertices {
+    attributes: Attributes,
+    extensions: extensions::mesh::Primitive,
+}
+
+impl Vertices {
+    fn colored(mut self, colors: Index<Accessor>) -> Self {
+        self.attributes.insert(Valid(mesh::Semantic::Colors(0)), colors);
+        self
+    }
+
+    fn of(self, mode: mesh::Mode, indices: Option<Index<Accessor>>, material: Index<Material>) -> mesh::Primitive {
+        mesh::Primitive {
+            attributes: self.attributes,
+            material: Some(material),
+            mode: Valid(mode),
+            indices,
+            targets: None,
+            extensions: Some(self.extensions),
+            extras: None,
+        }
     }
 }
