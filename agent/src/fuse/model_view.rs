@@ -5,7 +5,8 @@
 //! 2001, gives the footprint). A noisy surface is a shell of voxels of which the front ones are the worst: taking the
 //! nearest would bias the picture towards the camera by the noise. So of the voxels of the nearest shell the one with the
 //! most evidence close to the pixel's centre names the surface, and the pixel shows the weighted mean of the voxels about
-//! it that lie in the pixel.
+//! it that lie in the pixel. Of a curved surface the mean lies inside; by how much, their normals tell, and it is given
+//! back.
 //!
 //! Rows are split into bands, and each band sees its bricks in the order of the map, so the picture does not depend on
 //! the number of threads.
@@ -107,18 +108,14 @@ impl SemanticMap {
             .for_each(|(band, (((points, normals), labels), instances))| {
                 let rows = (band * BAND) as i32..(band * BAND + points.len() / width) as i32;
                 let (shown, splats) = self.draw(&eye, &bands[band], &rows);
-                let means = self.average(&splats, &shown, SAME_SURFACE * eye.edge as f32);
+                let means = self.average(&eye, &splats, &shown);
                 for (i, shown) in shown.iter().enumerate().filter(|(_, s)| s.brick != NONE) {
                     let brick = &self.bricks[shown.brick as usize];
                     let voxel = &brick.voxels[usize::from(shown.slot)];
-                    let mean = &means[i];
-                    if mean.weight > 0.0 {
-                        points[i] = mean.point.map(|c| c / mean.weight);
-                        normals[i] = eye.normal(mean.normal);
-                    } else {
-                        points[i] = eye.point(eye.corner(self.keys[shown.brick as usize]), within(voxel));
-                        normals[i] = eye.normal(voxel.normal);
-                    }
+                    (points[i], normals[i]) = means[i].surface().unwrap_or_else(|| {
+                        let corner = eye.corner(self.keys[shown.brick as usize]);
+                        (eye.point(corner, within(voxel)), unit(eye.turned(voxel.normal)))
+                    });
                     labels[i] = voxel.label;
                     instances[i] = voxel.instance;
                 }
@@ -198,19 +195,15 @@ impl SemanticMap {
     }
 
     /// Weighted means of the voxels that lie in a pixel and belong to the surface that is `shown` there.
-    fn average(&self, splats: &[Splat], shown: &[Shown], same: f32) -> Vec<Mean> {
+    fn average(&self, eye: &Eye, splats: &[Splat], shown: &[Shown]) -> Vec<Mean> {
+        let same = SAME_SURFACE * eye.edge as f32;
         let mut means = vec![Mean::default(); shown.len()];
         for splat in splats {
             if (splat.point[2] - shown[splat.at as usize].depth).abs() > same {
                 continue;
             }
             let voxel = &self.bricks[splat.brick as usize].voxels[usize::from(splat.slot)];
-            let mean = &mut means[splat.at as usize];
-            mean.weight += voxel.weight;
-            for i in 0..3 {
-                mean.point[i] += voxel.weight * splat.point[i];
-                mean.normal[i] += voxel.normal[i];
-            }
+            means[splat.at as usize].add(voxel.weight, splat.point, eye.turned(voxel.normal));
         }
         means
     }
@@ -239,14 +232,51 @@ struct Splat {
     slot: u16,
 }
 
-/// Weighted sums over the voxels of one pixel.
+/// Weighted sums over the voxels of one pixel, camera frame, metres.
 #[derive(Clone, Copy, Default)]
 struct Mean {
     weight: f32,
-    /// Camera frame, metres.
     point: [f32; 3],
-    /// Table frame; voxels hold their normals weighted already.
     normal: [f32; 3],
+    /// Of the scalar products of points and normals.
+    along: f32,
+}
+
+impl Mean {
+    /// Adds a voxel's mean point and its sum of weighted normals.
+    fn add(&mut self, weight: f32, point: [f32; 3], normal: [f32; 3]) {
+        self.weight += weight;
+        for i in 0..3 {
+            self.point[i] += weight * point[i];
+            self.normal[i] += normal[i];
+        }
+        self.along += dot(point, normal);
+    }
+
+    /// The surface's point and unit normal; `None` without voxels.
+    ///
+    /// On a surface of curvature `k` the normal turns by `k x` over a way `x`, and the surface falls by `k x^2 / 2`: half
+    /// of the covariance of points and normals, whatever the direction in which it bends, and to either side. Noise of
+    /// the two is independent.
+    fn surface(&self) -> Option<([f32; 3], [f32; 3])> {
+        if self.weight <= 0.0 {
+            return None;
+        }
+        let point = self.point.map(|c| c / self.weight);
+        let normal = unit(self.normal);
+        let lost = 0.5 * (self.along - dot(point, self.normal)) / self.weight;
+        Some((std::array::from_fn(|i| point[i] + lost * normal[i]), normal))
+    }
+}
+
+fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+/// `sum` at length 1; zero if it has none.
+fn unit(sum: [f32; 3]) -> [f32; 3] {
+    let length = dot(sum, sum).sqrt();
+    if length > 0.0 { sum.map(|c| c / length) } else { [0.0; 3] }
 }
 
 /// The voxel's mean point in voxels from its brick's lowest corner.
@@ -287,11 +317,9 @@ impl Eye {
         std::array::from_fn(|r| corner[r] + (self.turn[r][0] * q[0] + self.turn[r][1] * q[1] + self.turn[r][2] * q[2]))
     }
 
-    /// Unit normal in the camera frame of a sum of normals in the table frame.
-    fn normal(&self, sum: [f32; 3]) -> [f32; 3] {
-        let n = self.point([0.0; 3], sum);
-        let length = n.iter().map(|c| c * c).sum::<f32>().sqrt();
-        if length > 0.0 { n.map(|c| c / length) } else { [0.0; 3] }
+    /// A voxel's sum of weighted normals in the camera frame: the map keeps it in voxels a metre, as it keeps points.
+    fn turned(&self, normals: [f32; 3]) -> [f32; 3] {
+        self.point([0.0; 3], normals)
     }
 
     /// First and last row in which a brick may show; `None` if it is out of sight.

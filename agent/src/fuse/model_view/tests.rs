@@ -97,6 +97,40 @@ fn noise_does_not_bring_the_surface_nearer() {
     assert!((mean - 0.4).abs() < 0.15 * VOXEL, "{} voxels off", (mean - 0.4) / VOXEL);
 }
 
+/// Mean distance of the picture's points from a sphere of 60 mm that the map was made of, outwards, millimetres.
+fn outside_of_a_sphere(pixel: f64, hollow: bool) -> f64 {
+    let (radius, centre) = (0.06, Point3::new(0.0, 0.0, 0.4));
+    let depth = |u: usize, v: usize| {
+        let ray = K.unproject(u as f64, v as f64, 1.0).coords;
+        let (b, a, c) = (ray.dot(&centre.coords), ray.norm_squared(), centre.coords.norm_squared() - radius * radius);
+        let root = b * b - a * c;
+        let side = if hollow { 1.0 } else { -1.0 };
+        if root > 0.0 { ((b + side * root.sqrt()) / a) as f32 } else { 0.0 }
+    };
+    let map = map(&[view(0, Isometry3::identity(), depth)]);
+    let k = K.scaled(K.footprint(0.4) / (pixel * VOXEL));
+    let picture = map.render(k, &Isometry3::identity());
+    // Away from the outline, where pixels are seen at a slant.
+    let off: Vec<f64> = picture
+        .points
+        .iter()
+        .map(|p| Point3::from(*p).cast::<f64>() - centre)
+        .filter(|p| p.z.abs() > 0.7 * radius && p.norm() < 2.0 * radius)
+        .map(|p| p.norm() - radius)
+        .collect();
+    assert!(off.len() > 20, "{}", off.len());
+    1e3 * off.iter().sum::<f64>() / off.len() as f64
+}
+
+#[test]
+fn a_curved_surface_stays_where_it_is_however_coarse_the_picture() {
+    for hollow in [false, true] {
+        let [fine, coarse] = [1.0, 3.0].map(|pixel| outside_of_a_sphere(pixel, hollow));
+        // The mean over a pixel of 12 mm lies 144 / (12 * 60) = 0.2 mm off.
+        assert!((coarse - fine).abs() < 0.03, "hollow {hollow}: {fine} mm, {coarse} mm");
+    }
+}
+
 #[test]
 fn from_behind_nothing_is_seen_and_outliers_never_are() {
     let mut map = walls();
