@@ -135,3 +135,40 @@ fn models_lists_what_is_installed_and_doctor_fails_on_what_is_broken() {
     assert_eq!((&report["healthy"], &models(&report)["health"]), (&false.into(), &"failed".into()));
     assert!(stderr(&output).contains("0.onnx"), "{}", stderr(&output));
 }
+
+#[test]
+fn the_tables_of_networks_are_made_by_the_models_that_are_there() {
+    let dir = tempfile::tempdir().expect("temporary folder");
+    let shelf = dir.path().join("models");
+    write_model(&shelf.join("dark"), "dark");
+    write_model(&shelf.join("comparison/u-net-edge"), "u-net-edge");
+    let path = shelf.display().to_string();
+    let output = semascan(&["tables", "P0", "--table", "3,5,6", "--quick", "--models", &path, "--json"]);
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    let report = json(&output);
+    assert!(report.get("table_1").is_none());
+    let rows = report["table_3"]["rows"].as_array().expect("rows");
+    let trained: Vec<&Value> = rows.iter().filter(|r| r["domains"][0].is_object()).map(|r| &r["model"]).collect();
+    assert_eq!(trained, ["u-net-edge"]);
+    assert!(stderr(&output).contains("not trained here"), "{}", stderr(&output));
+    let table = &report["table_5"];
+    assert_eq!(table["domains"].as_array().map(Vec::len), Some(3));
+    let domain = &table["domains"][2];
+    assert_eq!(domain["singles"].as_array().map(Vec::len), Some(2), "each member alone");
+    let completeness = |scores: &Value| scores["completeness"].as_f64().expect("a number");
+    assert_eq!(completeness(&domain["ensemble"]), 1.0);
+    assert!(completeness(&domain["filtered"]) <= 1.0);
+    assert_eq!(report["threshold"]["validation"].as_array().map(Vec::len), Some(2));
+    assert_eq!(report["threshold"]["sigma"], report["table_6"]["sigma"]);
+    assert_eq!(report["table_6"]["motors"][0]["seed"], 1001);
+    let given = semascan(&["tables", "P0", "--table", "5", "--quick", "--models", &path, "--sigma", "0.25", "--json"]);
+    let given = json(&given);
+    assert_eq!((&given["threshold"]["rule"], &given["table_5"]["sigma"]), (&"given".into(), &0.25.into()));
+    for (args, word) in
+        [(&["--table", "2"][..], "1, 3, 5, 6"), (&["--sigma", "2"], "--sigma"), (&["--only", "x"], "P1")]
+    {
+        let wrong = semascan(&[&["tables", "P0"], args].concat());
+        assert_eq!(wrong.status.code(), Some(2), "{args:?}");
+        assert!(stderr(&wrong).contains(word), "{}", stderr(&wrong));
+    }
+}

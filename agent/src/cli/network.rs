@@ -150,6 +150,10 @@ impl NetworkArgs {
         let names: Vec<&str> = models.iter().map(|m| m.manifest().name.as_str()).collect();
         tracing::info!("labels by {} in {} {}", names.join(", "), description.name, description.version);
         let segmenter = NetworkSegmenter::new(models, description, info, config);
-        Ok(segmenter.context("the networks cannot be used")?)
+        let segmenter = segmenter.context("the networks cannot be used")?;
+        if segmenter.predictions() == 1 {
+            tracing::warn!("one network asked once: its uncertainty cannot be known and counts as none");
+        }
+        Ok(segmenter)
     }
 }

@@ -1,10 +1,10 @@
-//! `semascan tables P0|P1`: reruns a paper's tables on the virtual cell.
+//! `semascan tables P0|P1|P2`: reruns a paper's tables on the virtual cell.
 
 use super::Failure;
 use anyhow::{Context, anyhow};
 use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
-use semascan_agent::evaluate::tables::{p0, p1};
+use semascan_agent::evaluate::tables::{NetworkSetting, p0, p1, p2};
 use serde::Serialize;
 use std::io::Write;
 use std::path::PathBuf;
@@ -12,12 +12,15 @@ use std::path::PathBuf;
 /// The papers whose tables can be rerun.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Paper {
-    /// Semantic 3D product modelling for inspection: Table 1
+    /// Semantic 3D product modelling for inspection: Tables 1, 3, 5 and 6
     #[value(name = "P0", alias = "p0")]
     P0,
     /// Semantic 3D reconstruction for manipulators: Tables 3 to 5
     #[value(name = "P1", alias = "p1")]
     P1,
+    /// Semantic segmentation with two data streams: Tables 2 to 4
+    #[value(name = "P2", alias = "p2")]
+    P2,
 }
 
 /// Arguments of `semascan tables`.
@@ -26,10 +29,13 @@ pub(crate) struct TablesArgs {
     /// The paper
     #[arg(value_enum)]
     paper: Paper,
-    /// P1: runs of each object [default: 10]; P0: motors [default: 4]
+    /// Only these tables, separated by commas: P0 has 1, 3, 5, 6; P2 has 2, 3, 4
+    #[arg(long = "table", value_name = "N", value_delimiter = ',')]
+    tables: Vec<u32>,
+    /// P1: runs of each object [default: 10]; P0, P2: motors [default: 4 in P0's Table 1, else 10]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1000))]
     seeds: Option<u64>,
-    /// Views of each run [default: 12, P0: 5; P1 itself took 16]
+    /// Views of each run [default: 12, P0 and P2: 5; P1 itself took 16]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=360))]
     views: Option<u32>,
     /// P1: only objects whose name contains this
@@ -38,6 +44,15 @@ pub(crate) struct TablesArgs {
     /// P1: folder with the YCB meshes (lemon/textured.obj ...) [default: objects/ycb in SEMASCAN_DATA]
     #[arg(long, value_name = "DIR")]
     ycb: Option<PathBuf>,
+    /// Folder of models [default: where an inspection looks for them]
+    #[arg(long, value_name = "DIR")]
+    models: Option<PathBuf>,
+    /// P0: threshold of sigma, 0 to 1 [default: chosen on validation motors]
+    #[arg(long, value_name = "T", value_parser = sigma)]
+    sigma: Option<f32>,
+    /// P0, P2: few and small pictures, to see that all works; the figures say nothing
+    #[arg(long)]
+    quick: bool,
     /// Also write the JSON report into this file
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
@@ -51,22 +66,52 @@ impl TablesArgs {
         match self.paper {
             Paper::P0 => self.p0(),
             Paper::P1 => self.p1(),
+            Paper::P2 => self.p2(),
         }
     }
 
-    fn p0(self) -> Result<(), Failure> {
+    /// The tables that were asked for, of those there are.
+    fn tables(&self, all: &[u32]) -> Result<Vec<u32>, Failure> {
+        if let Some(none) = self.tables.iter().find(|t| !all.contains(t)) {
+            let names: Vec<String> = all.iter().map(u32::to_string).collect();
+            return Err(Failure::Call(anyhow!("--table {none}: there are {}", names.join(", "))));
+        }
+        Ok(if self.tables.is_empty() { all.to_vec() } else { self.tables.clone() })
+    }
+
+    /// Refuses what belongs to P1.
+    fn not_p1(&self) -> Result<(), Failure> {
         if self.only.is_some() || self.ycb.is_some() {
             return Err(Failure::Call(anyhow!("--only and --ycb belong to P1")));
         }
-        let mut config = p0::Config::default();
-        config.views = self.views.unwrap_or(config.views);
-        if let Some(motors) = self.seeds {
-            config.motors = (1..=motors).map(|k| 100 + k).collect();
+        Ok(())
+    }
+
+    fn networks(&self) -> Result<NetworkSetting, Failure> {
+        if let Some(folder) = self.models.as_ref().filter(|folder| !folder.is_dir()) {
+            return Err(Failure::Call(anyhow!("--models {}: no such folder", folder.display())));
         }
-        let bar = progress_bar(config.motors.len());
-        let report = p0::run(&config, |done| bar.set_position(done as u64));
-        bar.finish_and_clear();
-        let report = report?;
+        let mut setting = if self.quick { NetworkSetting::quick() } else { NetworkSetting::default() };
+        setting.test.views = self.views.unwrap_or(setting.test.views);
+        if let Some(motors) = self.seeds {
+            setting.test.motors = (1..=motors).map(|k| 1000 + k).collect();
+        }
+        Ok(NetworkSetting { models: self.models.clone(), sigma: self.sigma, ..setting })
+    }
+
+    fn p0(self) -> Result<(), Failure> {
+        self.not_p1()?;
+        let mut reference_models = p0::reference_models::Config::default();
+        if self.quick {
+            reference_models.motors.truncate(1);
+            (reference_models.size, reference_models.reference_points) = ((240, 180), 40_000);
+        }
+        reference_models.views = self.views.unwrap_or(reference_models.views);
+        if let Some(motors) = self.seeds {
+            reference_models.motors = (1..=motors).map(|k| 100 + k).collect();
+        }
+        let config = p0::Config { tables: self.tables(&p0::TABLES)?, reference_models, networks: self.networks()? };
+        let report = watched(|hear| p0::run(&config, hear))?;
         p0::print(&mut std::io::stderr().lock(), &report)?;
         self.write(&report)
     }
@@ -89,17 +134,20 @@ impl TablesArgs {
             only: self.only.clone(),
             workers: std::thread::available_parallelism().map_or(1, usize::from),
         };
-        let bar = progress_bar(0);
-        let result = p1::run(&config, |done, all| {
-            bar.set_length(all as u64);
-            bar.set_position(done as u64);
-        });
-        bar.finish_and_clear();
+        let result = watched(|hear| p1::run(&config, hear));
         let report = result.map_err(|error| match error {
             p1::TableError::NoObject(_) => Failure::Call(error.into()),
             error => Failure::Work(error.into()),
         })?;
         p1::print(&report, &mut std::io::stderr().lock())?;
+        self.write(&report)
+    }
+
+    fn p2(self) -> Result<(), Failure> {
+        self.not_p1()?;
+        let config = p2::Config { tables: self.tables(&p2::TABLES)?, networks: self.networks()? };
+        let report = watched(|hear| p2::run(&config, hear))?;
+        p2::print(&mut std::io::stderr().lock(), &report)?;
         self.write(&report)
     }
 
@@ -116,10 +164,21 @@ impl TablesArgs {
     }
 }
 
-fn progress_bar(length: usize) -> ProgressBar {
-    let bar = ProgressBar::new(length as u64);
-    if let Ok(style) = ProgressStyle::with_template("{bar:40} {pos}/{len} runs, {elapsed} of {duration}") {
+fn sigma(text: &str) -> Result<f32, String> {
+    let value: Option<f32> = text.parse().ok();
+    value.filter(|v| *v > 0.0 && *v <= 1.0).ok_or_else(|| "not above 0 and at most 1".into())
+}
+
+/// Runs `work` with a progress bar that is told how many steps are done, and of how many.
+fn watched<T>(work: impl FnOnce(&dyn Fn(usize, usize)) -> T) -> T {
+    let bar = ProgressBar::new(0);
+    if let Ok(style) = ProgressStyle::with_template("{bar:40} {pos}/{len}, {elapsed} of {duration}") {
         bar.set_style(style);
     }
-    bar
+    let result = work(&|done, all| {
+        bar.set_length(all as u64);
+        bar.set_position(done as u64);
+    });
+    bar.finish_and_clear();
+    result
 }

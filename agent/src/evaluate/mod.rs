@@ -1,17 +1,27 @@
 //! Metrics against truth, each with its convention.
 
 mod compare;
+mod confusion;
+mod defect_area;
 mod model;
+mod network_scores;
 mod partition;
 mod poses;
+mod risk_coverage;
 mod sampling;
 pub mod tables;
+mod test_views;
 mod truth;
 
 pub use compare::{
     ALIGNMENTS, AlignError, AlignedEvaluation, Evaluation, Range, evaluate, evaluate_aligned, figures, ranges,
 };
+pub use confusion::{Confusion, PixelScores};
+pub use defect_area::{DefectArea, defect_areas};
 pub use model::{Model, Target};
+pub use network_scores::{NetworkError, NetworkScores, Shelf, score_networks};
 pub use partition::{PartitionScore, compare_partitions};
 pub use poses::{PoseError, PosePair, align_poses, aligned_pose_errors, pose_error};
+pub use risk_coverage::{RiskCoverage, RiskPoint};
+pub use test_views::{TestDomain, TestMotor, TestViews};
 pub use truth::{SurfaceError, TruthReport, judge, judge_aligned};

@@ -6,7 +6,7 @@
 use super::poses::moved;
 use crate::acquire::TrueMesh;
 use nalgebra::Isometry3;
-use semascan_shared::measure::{ClassScore, LabelledPoint, OneWay, SurfaceIndex, class_scores};
+use semascan_shared::measure::{ClassScore, LabelledPoint, Nearest, OneWay, SurfaceIndex, class_scores};
 use semascan_shared::model::{PointFlags, SemanticCloud};
 
 /// Distances from the model's points to the true surface (point to triangle), metres.
@@ -42,12 +42,7 @@ pub fn judge(cloud: &SemanticCloud, truth: &TrueMesh) -> TruthReport {
 
 /// Judges `cloud` (table frame) against `truth` after the rigid motion `truth_from_model`.
 pub fn judge_aligned(cloud: &SemanticCloud, truth: &TrueMesh, truth_from_model: &Isometry3<f64>) -> TruthReport {
-    let left_out = PointFlags::OUTLIER | PointFlags::BACKGROUND;
-    let judged: Vec<usize> = (0..cloud.len()).filter(|&i| !cloud.flags[i].has(left_out)).collect();
-    let positions: Vec<_> = judged.iter().map(|&i| moved(truth_from_model, cloud.positions[i])).collect();
-    let nearest = SurfaceIndex::new(&truth.vertices, &truth.triangles).closest_of_all(&positions);
-    let found: Vec<_> = judged.into_iter().zip(nearest).filter_map(|(i, n)| Some((i, n?))).collect();
-    let truth_of = |values: &[u16], vertex: u32| values.get(vertex as usize).copied().unwrap_or(0);
+    let found = nearest_of_points(cloud, truth, truth_from_model);
     let labels = found.iter().map(|(i, n)| LabelledPoint {
         truth: truth_of(&truth.labels, n.vertex),
         given: cloud.labels[*i],
@@ -69,6 +64,24 @@ pub fn judge_aligned(cloud: &SemanticCloud, truth: &TrueMesh, truth_from_model: 
         points: found.len() as u64,
         components,
     }
+}
+
+/// The points of the model, by index, and what of the true surface is nearest to each.
+pub(super) fn nearest_of_points(
+    cloud: &SemanticCloud,
+    truth: &TrueMesh,
+    truth_from_model: &Isometry3<f64>,
+) -> Vec<(usize, Nearest)> {
+    let left_out = PointFlags::OUTLIER | PointFlags::BACKGROUND;
+    let judged: Vec<usize> = (0..cloud.len()).filter(|&i| !cloud.flags[i].has(left_out)).collect();
+    let positions: Vec<_> = judged.iter().map(|&i| moved(truth_from_model, cloud.positions[i])).collect();
+    let nearest = SurfaceIndex::new(&truth.vertices, &truth.triangles).closest_of_all(&positions);
+    judged.into_iter().zip(nearest).filter_map(|(i, n)| Some((i, n?))).collect()
+}
+
+/// Class of a vertex of the true mesh.
+pub(super) fn truth_of(values: &[u16], vertex: u32) -> u16 {
+    values.get(vertex as usize).copied().unwrap_or(0)
 }
 
 fn share(part: u64, whole: u64) -> f64 {

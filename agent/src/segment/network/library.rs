@@ -11,6 +11,9 @@ use std::path::{Path, PathBuf};
 /// Names the folder of models.
 const VARIABLE: &str = "SEMASCAN_MODELS";
 
+/// Folder, within a folder of models, of those that no inspection uses: variants for the papers' tables.
+const COMPARISON: &str = "comparison";
+
 /// A folder with a manifest.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Installed {
@@ -83,6 +86,12 @@ pub fn installed(folders: &[PathBuf]) -> Vec<Installed> {
         }
     }
     found
+}
+
+/// The folder of the model called `name` in `folders`, or of the variant of that name that is kept for comparison.
+pub fn find(folders: &[PathBuf], name: &str) -> Option<PathBuf> {
+    let places = |folder: &PathBuf| [folder.join(name), folder.join(COMPARISON).join(name)];
+    folders.iter().flat_map(places).find(|path| path.join(FILE_NAME).is_file())
 }
 
 /// The models to use: those named in `asked` (a model's folder, a folder of models, or a name), or the best of each task
@@ -214,6 +223,21 @@ mod tests {
         std::fs::write(shelf.join("fans").join(FILE_NAME), text.replace("housing", "fan")).expect("writes");
         known.components = Taxonomy::from_names::<&str>(&["fan", "shaft"], &[]).components;
         assert_eq!(chosen(&[], &known).expect("there are some"), ["fans"]);
+    }
+
+    #[test]
+    fn variants_for_comparison_are_found_but_never_chosen() {
+        let root = tempfile::tempdir().expect("a folder");
+        write(root.path(), "shipped", "semantic", 1, 0.5);
+        write(&root.path().join("comparison"), "variant", "semantic", 5, 0.9);
+        let folders = [root.path().join("nowhere"), root.path().to_owned()];
+        assert_eq!(find(&folders, "shipped"), Some(root.path().join("shipped")));
+        assert_eq!(find(&folders, "variant"), Some(root.path().join("comparison/variant")));
+        assert_eq!(find(&folders, "other"), None);
+        let known = Taxonomy::from_names::<&str>(&[], &[]);
+        let chosen = select_from(&[], &known, folders.to_vec()).expect("there is one");
+        assert_eq!(chosen.len(), 1);
+        assert_eq!(chosen[0].1.name, "shipped");
     }
 
     #[test]

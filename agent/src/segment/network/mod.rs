@@ -23,7 +23,7 @@ mod uncertainty;
 pub use augment::Augmentation;
 pub use config::{ModelReport, NetworkConfig, NetworkReport, Region, ViewDetail};
 pub use engine::{EngineChoice, EngineDescription, EngineError, Provider};
-pub use library::{Installed, SelectError, installed, search_path, select};
+pub use library::{Installed, SelectError, find, installed, search_path, select};
 pub use manifest::{
     Activation, Channel, Class, ColourScale, DepthScale, Fusion, Input, Manifest, ManifestError, NetworkFile, Output,
     Task,

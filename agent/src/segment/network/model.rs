@@ -80,6 +80,15 @@ impl Model {
         &self.folder
     }
 
+    /// The model with member `index` of its ensemble alone; unchanged if there is no such member.
+    pub fn alone(mut self, index: usize) -> Self {
+        if index < self.networks.len() {
+            self.networks = vec![self.networks.swap_remove(index)];
+            self.manifest.networks = vec![self.manifest.networks.swap_remove(index)];
+        }
+        self
+    }
+
     fn fault(&self, field: &str, index: usize, reason: &str) -> ModelError {
         let file = self.manifest.networks.get(index).map_or("", |n| &n.file);
         ManifestError::new(&self.folder, field, format!("{file} {reason}")).into()

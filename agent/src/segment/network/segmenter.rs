@@ -113,7 +113,7 @@ impl NetworkSegmenter {
         }
         let components = components.ok_or_else(|| SetupError::Models("no model labels components".into()))?;
         let of = |model: Option<Model>, classes: &[ClassDef]| model.map(|m| Labeller::new(m, classes)).transpose();
-        let segmenter = Self {
+        Ok(Self {
             components: Labeller::new(components, &info.taxonomy.components)?,
             defects: of(defects, &info.taxonomy.defects)?,
             instances: of(instances, &info.taxonomy.components)?,
@@ -121,17 +121,22 @@ impl NetworkSegmenter {
             config,
             taxonomy: info.taxonomy.clone(),
             report,
-        };
-        let alone = segmenter.components.model.manifest().networks.len() * segmenter.config.augmentations.len() == 1;
-        if alone {
-            tracing::warn!("one network asked once: its uncertainty cannot be known and counts as none");
-        }
-        Ok(segmenter)
+        })
     }
 
     /// What labels the inspection, and how.
     pub fn report(&self) -> &NetworkReport {
         &self.report
+    }
+
+    /// How many predictions there are of each pixel's component: one alone has no uncertainty.
+    pub fn predictions(&self) -> usize {
+        self.components.model.manifest().networks.len() * self.config.augmentations.len()
+    }
+
+    /// From now on the views are those of another cell, whose measuring volume this is.
+    pub fn look_at(&mut self, volume: Option<Volume>) {
+        self.volume = volume.filter(|_| self.config.region == Region::Volume);
     }
 
     /// The augmentations of a view: the same for every network, so that their scatter can be told apart.

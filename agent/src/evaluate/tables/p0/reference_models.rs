@@ -5,12 +5,14 @@
 //! motors, the camera and the robot are simulated and L is the true surface, sampled as densely. The published figures
 //! stand beside ours to show the order of magnitude; they are of other parts, and of hardware.
 
+use super::P0Error;
+use crate::acquire::Source;
 use crate::acquire::virtual_cell::{VirtualCell, VirtualCellSpec};
-use crate::acquire::{AcquireError, Source};
-use crate::evaluate::{AlignError, AlignedEvaluation, Model, Range, evaluate_aligned, ranges};
-use crate::fuse::{SemanticMap, TouchedChunk};
-use crate::pipeline::{self, InspectionSink, PipelineConfig, PipelineError, Stage, StageStatus, ViewOutcome};
-use crate::register::{IcpConfig, IcpRegistrar, JointRefinement, Selection};
+use crate::evaluate::tables::Silent;
+use crate::evaluate::{AlignedEvaluation, Model, Range, evaluate_aligned, ranges};
+use crate::fuse::SemanticMap;
+use crate::pipeline::{self, PipelineConfig};
+use crate::register::{IcpConfig, IcpRegistrar, Selection};
 use crate::segment::RecordedSegmenter;
 use semascan_shared::model::{PointFlags, SemanticCloud};
 use serde::Serialize;
@@ -45,28 +47,6 @@ impl Default for Config {
             seed: 1,
         }
     }
-}
-
-/// Why the table could not be made.
-#[derive(Debug, thiserror::Error)]
-pub enum P0Error {
-    /// A motor cannot be had.
-    #[error(transparent)]
-    Acquire(#[from] AcquireError),
-    /// An inspection could not be run.
-    #[error(transparent)]
-    Pipeline(#[from] PipelineError),
-    /// No view of a motor could be used.
-    #[error("motor {0}: no view could be used")]
-    NoView(u64),
-    /// No alignment of a motor succeeded.
-    #[error("motor {motor}: {source}")]
-    Align {
-        /// Its seed.
-        motor: u64,
-        /// What the first attempt said.
-        source: AlignError,
-    },
 }
 
 /// A figure over the alignments: least, mean and greatest value.
@@ -145,17 +125,17 @@ const PUBLISHED: [[(f64, f64, f64); 5]; 4] = [
     ],
 ];
 
-/// Inspects and measures every motor; `progress` hears how many are done.
+/// Inspects and measures every motor; `done` hears of each.
 ///
 /// # Errors
 /// [`P0Error`] naming the motor.
-pub fn run(config: &Config, mut progress: impl FnMut(usize)) -> Result<Report, P0Error> {
+pub fn run(config: &Config, mut done: impl FnMut()) -> Result<Report, P0Error> {
     let (mut ours, mut points) = (Vec::new(), Vec::new());
-    for (done, motor) in config.motors.iter().enumerate() {
+    for motor in &config.motors {
         let (row, counts) = one(config, *motor)?;
         ours.push(row);
         points.push(counts);
-        progress(done + 1);
+        done();
     }
     Ok(Report { config: config.clone(), setting: setting(config), ours, points, published: published() })
 }
@@ -247,7 +227,7 @@ fn published() -> Vec<Row> {
 ///
 /// # Errors
 /// If `out` fails.
-pub fn print(out: &mut impl Write, report: &Report) -> io::Result<()> {
+pub fn print(out: &mut dyn Write, report: &Report) -> io::Result<()> {
     writeln!(out, "P0, Table 1: min / mean / max over ten alignments")?;
     writeln!(
         out,
@@ -273,23 +253,6 @@ pub fn print(out: &mut impl Write, report: &Report) -> io::Result<()> {
     writeln!(out, "{}", report.setting)
 }
 
-/// Nobody watches.
-struct Silent;
-
-impl InspectionSink for Silent {
-    fn stage(&self, _view: u32, _stage: Stage, _status: &StageStatus) {}
-
-    fn map_changed(&self, _map: &SemanticMap, _touched: &[TouchedChunk], _last: bool) {}
-
-    fn view_done(&self, outcome: &ViewOutcome) {
-        if let Err(reason) = &outcome.result {
-            tracing::warn!("view {} left out: {reason}", outcome.index);
-        }
-    }
-
-    fn refined(&self, _views: &[u32], _refinement: &JointRefinement) {}
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -299,7 +262,7 @@ mod tests {
         let config =
             Config { motors: vec![3], views: 5, size: (240, 180), reference_points: 40_000, ..Config::default() };
         let mut done = 0;
-        let report = run(&config, |n| done = n).expect("a table");
+        let report = run(&config, || done += 1).expect("a table");
         assert_eq!((done, report.ours.len(), report.published.len()), (1, 1, 4));
         let (points, matched) = report.points[0];
         assert!(points > 3000 && matched >= 8, "{points} points, {matched} matched");
