@@ -15,7 +15,7 @@ enum Paper {
     /// Semantic 3D product modelling for inspection: Tables 1, 3, 5 and 6
     #[value(name = "P0", alias = "p0")]
     P0,
-    /// Semantic 3D reconstruction for manipulators: Tables 3 to 5
+    /// Semantic 3D reconstruction for manipulators: Tables 1 to 5
     #[value(name = "P1", alias = "p1")]
     P1,
     /// Semantic segmentation with two data streams: Tables 2 to 4
@@ -29,16 +29,16 @@ pub(crate) struct TablesArgs {
     /// The paper
     #[arg(value_enum)]
     paper: Paper,
-    /// Only these tables, separated by commas: P0 has 1, 3, 5, 6; P2 has 2, 3, 4
+    /// Only these tables, separated by commas: P0 has 1, 3, 5, 6; P1 has 1 to 5; P2 has 2, 3, 4
     #[arg(long = "table", value_name = "N", value_delimiter = ',')]
     tables: Vec<u32>,
-    /// P1: runs of each object [default: 10]; P0, P2: motors [default: 4 in P0's Table 1, else 10]
+    /// Motors [default: 4 in P0's Table 1, else 10]; P1's Tables 3 to 5: runs of each object [default: 10]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1000))]
     seeds: Option<u64>,
-    /// Views of each run [default: 12, P0 and P2: 5; P1 itself took 16]
+    /// Views of each [default: 5, in P1's Tables 3 to 5: 12; P1 itself took 16]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=360))]
     views: Option<u32>,
-    /// P1: only objects whose name contains this
+    /// P1's Tables 3 to 5: only objects whose name contains this
     #[arg(long, value_name = "NAME")]
     only: Option<String>,
     /// P1: folder with the YCB meshes (lemon/textured.obj ...) [default: objects/ycb in SEMASCAN_DATA]
@@ -50,7 +50,7 @@ pub(crate) struct TablesArgs {
     /// P0: threshold of sigma, 0 to 1 [default: chosen on validation motors]
     #[arg(long, value_name = "T", value_parser = sigma)]
     sigma: Option<f32>,
-    /// P0, P2: few and small pictures, to see that all works; the figures say nothing
+    /// Few and small pictures, to see that all works; the figures say nothing
     #[arg(long)]
     quick: bool,
     /// Also write the JSON report into this file
@@ -59,6 +59,17 @@ pub(crate) struct TablesArgs {
     /// Print the report as one JSON object on stdout
     #[arg(long)]
     json: bool,
+}
+
+/// P1's tables together.
+#[derive(Serialize)]
+struct P1Report {
+    /// Tables 3 to 5.
+    #[serde(flatten)]
+    reconstruction: Option<p1::Report>,
+    /// Tables 1 and 2.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    masks: Option<p1::masks::Report>,
 }
 
 impl TablesArgs {
@@ -117,6 +128,23 @@ impl TablesArgs {
     }
 
     fn p1(self) -> Result<(), Failure> {
+        let tables = self.tables(&[1, 2, 3, 4, 5])?;
+        let wants = |these: &[u32]| tables.iter().any(|t| these.contains(t));
+        // Networks know components of motors alone; one object of the others needs none of them.
+        let masks = if wants(&[1, 2]) && self.only.is_none() {
+            let networks = self.networks()?;
+            let masks = watched(|hear| p1::masks::run(&networks, hear))?;
+            p1::masks::print(&mut std::io::stderr().lock(), &masks)?;
+            Some(masks)
+        } else {
+            None
+        };
+        let reconstruction = if wants(&[3, 4, 5]) { Some(self.reconstruction()?) } else { None };
+        self.write(&P1Report { reconstruction, masks })
+    }
+
+    /// P1's Tables 3 to 5.
+    fn reconstruction(&self) -> Result<p1::Report, Failure> {
         let in_data = || Some(PathBuf::from(std::env::var_os("SEMASCAN_DATA")?).join("objects/ycb"));
         let ycb = self.ycb.clone().or_else(|| in_data().filter(|folder| folder.is_dir()));
         match &ycb {
@@ -127,8 +155,8 @@ impl TablesArgs {
             Some(_) => {}
         }
         let config = p1::Config {
-            seeds: self.seeds.unwrap_or(10),
-            views: self.views.unwrap_or(12),
+            seeds: self.seeds.unwrap_or(if self.quick { 1 } else { 10 }),
+            views: self.views.unwrap_or(if self.quick { 3 } else { 12 }),
             setting: p1::Setting::P1,
             ycb,
             only: self.only.clone(),
@@ -140,7 +168,7 @@ impl TablesArgs {
             error => Failure::Work(error.into()),
         })?;
         p1::print(&report, &mut std::io::stderr().lock())?;
-        self.write(&report)
+        Ok(report)
     }
 
     fn p2(self) -> Result<(), Failure> {

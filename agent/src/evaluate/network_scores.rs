@@ -199,7 +199,7 @@ mod tests {
         let info = test_source();
         let folder = shelf.find("dark").expect("is there");
         let chosen = labelling(&shelf.chosen(&info.taxonomy).expect("one model"));
-        assert_eq!(chosen, [folder.clone()]);
+        assert_eq!(chosen, std::slice::from_ref(&folder));
         let mut networks = vec![
             shelf.segmenter(&chosen, &info, &NetworkConfig::default()).expect("fits"),
             shelf.single(&folder, 0, &info).expect("fits"),

@@ -58,17 +58,20 @@ pub struct DomainScores {
     pub scores: PixelScores,
 }
 
+/// A model that was judged: its manifest, and its figures by domain.
+pub(super) type Judged = (Manifest, Vec<DomainScores>);
+
 /// Scores of each of `names` in each domain, and its manifest; `None` for models that are not there. Every model is asked
 /// once about the picture as it is; of an ensemble the first member is.
 pub(super) fn score_singles(
     names: &[&str],
     setting: &NetworkSetting,
     progress: &mut Progress<'_>,
-) -> Result<Vec<Option<(Manifest, Vec<DomainScores>)>>, NetworkError> {
+) -> Result<Vec<Option<Judged>>, NetworkError> {
     let shelf = setting.shelf()?;
     let source = test_source();
     let (mut places, mut networks) = (Vec::new(), Vec::new());
-    let mut rows: Vec<Option<(Manifest, Vec<DomainScores>)>> = vec![None; names.len()];
+    let mut rows: Vec<Option<Judged>> = vec![None; names.len()];
     for (place, name) in names.iter().enumerate() {
         let Some(folder) = shelf.find(name) else { continue };
         networks.push(shelf.single(&folder, 0, &source)?);

@@ -4,14 +4,17 @@
 //! VGG16 and ResNet34, started from ImageNet, and pictures of real motors: its figures stand beside the same variant of
 //! ours for orientation, not for comparison.
 
-use super::super::setting::{NOT_TRAINED, score_singles};
+use super::super::setting::{Judged, NOT_TRAINED, score_singles};
 use super::super::{DomainScores, NetworkSetting, Progress};
 use crate::evaluate::{NetworkError, TestDomain};
 use serde::Serialize;
 use std::io::{self, Write};
 
-/// Models, what they are, and P0's figures of the same variant.
-const VARIANTS: [(&str, &str, &[(&str, f64)]); 13] = [
+/// A model, what it is, and P0's figures of the same variant by their names there.
+type Variant = (&'static str, &'static str, &'static [(&'static str, f64)]);
+
+/// All of them.
+const VARIANTS: [Variant; 13] = [
     ("u-net-edge", "U-Net, colour", &[("U_opt", 0.9187)]),
     ("u-net-edge-depth", "U-Net, depth", &[]),
     ("ud-net-edge-early", "UD-Net, early", &[]),
@@ -58,13 +61,12 @@ pub struct Report {
 pub fn run(setting: &NetworkSetting, progress: &mut Progress<'_>) -> Result<Report, NetworkError> {
     let names = VARIANTS.map(|(model, _, _)| model);
     let scored = score_singles(&names, setting, progress)?;
-    let row = |((model, variant, published), scored): (&(&str, &str, &[(&str, f64)]), Option<_>)| {
+    let row = |((model, variant, published), scored): (&Variant, Option<Judged>)| {
         let (manifest, domains) = scored.unzip();
         Row {
             model: (*model).to_owned(),
             variant: (*variant).to_owned(),
-            images_seen: manifest
-                .and_then(|m: crate::segment::network::Manifest| m.training.get("images_seen")?.as_integer()),
+            images_seen: manifest.and_then(|m| m.training.get("images_seen")?.as_integer()),
             domains: domains.unwrap_or_default(),
             published: published.iter().map(|(name, iou)| ((*name).to_owned(), *iou)).collect(),
         }

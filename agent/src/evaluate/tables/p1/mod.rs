@@ -1,10 +1,11 @@
-//! P1's Tables 3 to 5 (and the gain in mask IoU of its Tables 1 and 2) on the virtual cell: how four ways of segmenting
-//! and registering do on the same views.
+//! P1's tables on the virtual cell. [`masks`]: masks of networks before and after fusion (Tables 1 and 2). Here, Tables 3
+//! to 5: how four ways of segmenting and registering do on the same views.
 //!
 //! Every object is seen from `views` sides in each of `seeds` cells; true masks are spoiled as a network would
 //! ([`Degradation::network`], one setting for all). Each method then makes the object's cloud by P1's own stitching, and
 //! is judged against the true surface after ICP.
 
+pub mod masks;
 mod methods;
 mod objects;
 mod print;

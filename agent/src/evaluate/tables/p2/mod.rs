@@ -18,8 +18,11 @@ use std::io::{self, Write};
 /// The tables there are.
 pub const TABLES: [u32; 3] = [2, 3, 4];
 
-/// Models and what they are here, table by table.
-const ROWS: [(u32, &str, &[(&str, &str)]); 3] = [
+/// A table: its number, its name, and the models in it with what they are here.
+type Listed = (u32, &'static str, &'static [(&'static str, &'static str)]);
+
+/// The tables' rows.
+const ROWS: [Listed; 3] = [
     (2, "Table 2: final figures", &[("two-stream-edge", "two streams, contribution")]),
     (
         3,
