@@ -6,7 +6,7 @@
 use super::LabelledView;
 use super::brick::{Brick, best_share};
 use super::keys::{BRICK_VOXELS, BrickKey};
-use super::map::{MapConfig, Uncertain};
+use super::map_config::{MapConfig, Uncertain};
 use super::runs::{Placer, Ray, Run};
 use semascan_shared::model::PointFlags;
 

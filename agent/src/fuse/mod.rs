@@ -12,6 +12,7 @@ mod filters;
 mod kept_views;
 mod keys;
 mod map;
+mod map_config;
 mod merge;
 mod model_view;
 mod runs;
@@ -27,7 +28,8 @@ pub use associator::{AssociationTest, Associator};
 pub use error::FuseError;
 pub use filters::OutlierFilter;
 pub use kept_views::KeptViews;
-pub use map::{Integration, MapConfig, SemanticMap, TouchedChunk, Uncertain, UncertaintyRule};
+pub use map::{Integration, SemanticMap, TouchedChunk};
+pub use map_config::{MapConfig, Uncertain, UncertaintyRule};
 
 use crate::register::OrganizedCloud;
 use crate::segment::Segmentation;

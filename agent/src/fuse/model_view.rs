@@ -11,12 +11,17 @@
 //! Rows are split into bands, and each band sees its bricks in the order of the map, so the picture does not depend on
 //! the number of threads.
 
+mod eye;
+mod mean;
+
 use super::brick::Voxel;
 use super::keys::{BRICK_EDGE, BrickKey};
 use super::map::SemanticMap;
 use crate::acquire::Intrinsics;
 use crate::register::{ModelSurface, ModelView, OrientedPoints};
-use nalgebra::{Isometry3, Matrix3, Point3, Vector3};
+use eye::Eye;
+use mean::{Mean, unit};
+use nalgebra::Isometry3;
 use rayon::prelude::*;
 use semascan_shared::model::PointFlags;
 use std::ops::Range;
@@ -47,17 +52,6 @@ struct Shown {
     merit: f32,
     brick: u32,
     slot: u16,
-}
-
-/// The camera, ready for points in voxel units relative to a brick's lowest corner.
-struct Eye {
-    /// Camera from table, times the voxel edge.
-    turn: [[f32; 3]; 3],
-    edge: f64,
-    camera_from_table: Isometry3<f64>,
-    /// Camera centre in the table frame, metres.
-    centre: Point3<f64>,
-    k: Intrinsics,
 }
 
 impl ModelSurface for SemanticMap {
@@ -232,122 +226,12 @@ struct Splat {
     slot: u16,
 }
 
-/// Weighted sums over the voxels of one pixel, camera frame, metres.
-#[derive(Clone, Copy, Default)]
-struct Mean {
-    weight: f32,
-    point: [f32; 3],
-    normal: [f32; 3],
-    /// Of the scalar products of points and normals.
-    along: f32,
-}
-
-impl Mean {
-    /// Adds a voxel's mean point and its sum of weighted normals.
-    fn add(&mut self, weight: f32, point: [f32; 3], normal: [f32; 3]) {
-        self.weight += weight;
-        for i in 0..3 {
-            self.point[i] += weight * point[i];
-            self.normal[i] += normal[i];
-        }
-        self.along += dot(point, normal);
-    }
-
-    /// The surface's point and unit normal; `None` without voxels.
-    ///
-    /// On a surface of curvature `k` the normal turns by `k x` over a way `x`, and the surface falls by `k x^2 / 2`: half
-    /// of the covariance of points and normals, whatever the direction in which it bends, and to either side. Noise of
-    /// the two is independent.
-    fn surface(&self) -> Option<([f32; 3], [f32; 3])> {
-        if self.weight <= 0.0 {
-            return None;
-        }
-        let point = self.point.map(|c| c / self.weight);
-        let normal = unit(self.normal);
-        let lost = 0.5 * (self.along - dot(point, self.normal)) / self.weight;
-        Some((std::array::from_fn(|i| point[i] + lost * normal[i]), normal))
-    }
-}
-
-fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-/// `sum` at length 1; zero if it has none.
-fn unit(sum: [f32; 3]) -> [f32; 3] {
-    let length = dot(sum, sum).sqrt();
-    if length > 0.0 { sum.map(|c| c / length) } else { [0.0; 3] }
-}
-
 /// The voxel's mean point in voxels from its brick's lowest corner.
 fn within(voxel: &Voxel) -> [f32; 3] {
     let inverse = 1.0 / voxel.weight;
     let local = voxel.local;
     let cell = [local >> 6 & 7, local >> 3 & 7, local & 7];
     std::array::from_fn(|i| f32::from(cell[i]) + voxel.offset[i] * inverse)
-}
-
-impl Eye {
-    fn new(k: Intrinsics, edge: f64, table_from_camera: &Isometry3<f64>) -> Self {
-        let camera_from_table = table_from_camera.inverse();
-        let turn: Matrix3<f64> = camera_from_table.rotation.to_rotation_matrix().into_inner() * edge;
-        Self {
-            turn: std::array::from_fn(|r| std::array::from_fn(|c| turn[(r, c)] as f32)),
-            edge,
-            camera_from_table,
-            centre: table_from_camera * Point3::origin(),
-            k,
-        }
-    }
-
-    /// Where many voxels fall into one pixel, every so many of a brick (its corner in the camera frame) are enough.
-    fn step(&self, corner: [f32; 3]) -> usize {
-        let pixels = self.k.fx as f32 * self.edge as f32 / corner[2].max(self.edge as f32);
-        (1.0 / (VOXELS_A_PIXEL * pixels * pixels)).clamp(1.0, 64.0) as usize
-    }
-
-    /// Lowest corner of a brick in the camera frame.
-    fn corner(&self, key: BrickKey) -> [f32; 3] {
-        let [x, y, z] = key.0.map(|c| f64::from(c * BRICK_EDGE) * self.edge);
-        (self.camera_from_table * Point3::new(x, y, z)).cast::<f32>().into()
-    }
-
-    /// Camera frame point `q` voxels from `corner`.
-    fn point(&self, corner: [f32; 3], q: [f32; 3]) -> [f32; 3] {
-        std::array::from_fn(|r| corner[r] + (self.turn[r][0] * q[0] + self.turn[r][1] * q[1] + self.turn[r][2] * q[2]))
-    }
-
-    /// A voxel's sum of weighted normals in the camera frame: the map keeps it in voxels a metre, as it keeps points.
-    fn turned(&self, normals: [f32; 3]) -> [f32; 3] {
-        self.point([0.0; 3], normals)
-    }
-
-    /// First and last row in which a brick may show; `None` if it is out of sight.
-    fn rows(&self, key: BrickKey) -> Option<(usize, usize)> {
-        let half = 0.5 * f64::from(BRICK_EDGE);
-        let centre = Vector3::from_iterator(key.0.iter().map(|&c| (f64::from(c * BRICK_EDGE) + half) * self.edge));
-        let p = self.camera_from_table * Point3::from(centre);
-        // The brick's circumscribed sphere and the splats that stick out of it.
-        let radius = (half * 3.0_f64.sqrt() + 1.0) * self.edge;
-        let (width, height) = (f64::from(self.k.width), f64::from(self.k.height));
-        let near = p.z - radius;
-        if p.z + radius <= 0.0 {
-            return None;
-        }
-        if near <= radius {
-            return Some((0, self.k.height as usize - 1));
-        }
-        // A sphere's points at depth d >= near: |x / d - p.x / p.z| <= radius (1 + |p.x / p.z|) / near.
-        let span = |f: f64, c: f64, x: f64, size: f64| {
-            let middle = f * x / p.z + c;
-            let reach =
-                f * radius * (1.0 + (x / p.z).abs()) / near + f64::from(LARGEST_SPLAT).min(1.0 + f * self.edge / near);
-            let (low, high) = ((middle - reach).floor(), (middle + reach).ceil());
-            (high >= 0.0 && low <= size - 1.0).then(|| (low.max(0.0) as usize, high.min(size - 1.0) as usize))
-        };
-        span(self.k.fx, self.k.cx, p.x, width)?;
-        span(self.k.fy, self.k.cy, p.y, height)
-    }
 }
 
 #[cfg(test)]

@@ -4,8 +4,11 @@
 //! Known columns are read whatever their number type; what a file lacks gets the value that says nothing (no class, no
 //! evidence). Polygons become fans of triangles.
 
+mod header;
+
 use super::ImportError;
 use crate::model::{ClassDef, PointFlags, SemanticCloud, SemanticMesh, SemanticPoint, Taxonomy};
+use header::{Element, Format, Header, Kind, Property};
 
 /// What a file holds.
 #[derive(Clone, Debug)]
@@ -90,136 +93,6 @@ fn class(comment: &str) -> Option<(&'static str, ClassDef)> {
     let (name, color) = rest.rsplit_once(" #")?;
     let color = u32::from_str_radix(color.trim(), 16).ok().filter(|c| *c <= 0xff_ffff)?.to_be_bytes();
     Some((kind, ClassDef::new(id.parse().ok()?, name, [color[1], color[2], color[3]])))
-}
-
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Format {
-    Ascii,
-    Little,
-    Big,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Kind {
-    I8,
-    U8,
-    I16,
-    U16,
-    I32,
-    U32,
-    F32,
-    F64,
-}
-
-#[derive(Clone, Debug)]
-struct Property {
-    name: String,
-    /// Type of the length, for lists.
-    list: Option<Kind>,
-    kind: Kind,
-}
-
-#[derive(Clone, Debug)]
-struct Element {
-    name: String,
-    count: usize,
-    properties: Vec<Property>,
-}
-
-struct Header {
-    format: Format,
-    comments: Vec<String>,
-    elements: Vec<Element>,
-    /// Bytes up to the first value.
-    length: usize,
-}
-
-impl Header {
-    fn read(bytes: &[u8]) -> Result<Self, ImportError> {
-        let mut header = Self { format: Format::Ascii, comments: Vec::new(), elements: Vec::new(), length: 0 };
-        let (mut first, mut format) = (true, None);
-        loop {
-            let rest = &bytes[header.length..];
-            let end = rest.iter().position(|b| *b == b'\n').ok_or_else(|| refuse("the header has no end"))?;
-            let line = String::from_utf8_lossy(&rest[..end]);
-            let line = line.trim_end_matches('\r');
-            header.length += end + 1;
-            if std::mem::take(&mut first) {
-                if line != "ply" {
-                    return Err(refuse("it does not begin with `ply`"));
-                }
-                continue;
-            }
-            let (word, rest) = line.split_once(' ').unwrap_or((line, ""));
-            let rest = rest.trim();
-            match word {
-                "end_header" => break,
-                "comment" => header.comments.push(rest.to_owned()),
-                "format" => {
-                    format = Some(match rest {
-                        "ascii 1.0" => Format::Ascii,
-                        "binary_little_endian 1.0" => Format::Little,
-                        "binary_big_endian 1.0" => Format::Big,
-                        other => return Err(refuse(format!("format `{other}` is unknown"))),
-                    });
-                }
-                "element" => {
-                    let parsed = rest.rsplit_once(' ').and_then(|(name, n)| Some((name.trim(), n.parse().ok()?)));
-                    let (name, count) = parsed.ok_or_else(|| refuse(format!("`{line}`")))?;
-                    header.elements.push(Element { name: name.to_owned(), count, properties: Vec::new() });
-                }
-                "property" => {
-                    let property = property(rest).ok_or_else(|| refuse(format!("`{line}`")))?;
-                    header
-                        .elements
-                        .last_mut()
-                        .ok_or_else(|| refuse("a property of nothing"))?
-                        .properties
-                        .push(property);
-                }
-                // `obj_info` and what else programs add.
-                _ => {}
-            }
-        }
-        header.format = format.ok_or_else(|| refuse("the header names no format"))?;
-        Ok(header)
-    }
-}
-
-fn property(text: &str) -> Option<Property> {
-    let words: Vec<&str> = text.split_whitespace().collect();
-    match words[..] {
-        ["list", length, kind, name] => {
-            Some(Property { name: name.into(), list: Some(Kind::parse(length)?), kind: Kind::parse(kind)? })
-        }
-        [kind, name] => Some(Property { name: name.into(), list: None, kind: Kind::parse(kind)? }),
-        _ => None,
-    }
-}
-
-impl Kind {
-    fn parse(name: &str) -> Option<Self> {
-        Some(match name {
-            "char" | "int8" => Self::I8,
-            "uchar" | "uint8" => Self::U8,
-            "short" | "int16" => Self::I16,
-            "ushort" | "uint16" => Self::U16,
-            "int" | "int32" => Self::I32,
-            "uint" | "uint32" => Self::U32,
-            "float" | "float32" => Self::F32,
-            "double" | "float64" => Self::F64,
-            _ => return None,
-        })
-    }
-
-    fn size(self) -> usize {
-        match self {
-            Self::I8 | Self::U8 => 1,
-            Self::I16 | Self::U16 => 2,
-            Self::I32 | Self::U32 | Self::F32 => 4,
-            Self::F64 => 8,
-        }
-    }
 }
 
 /// The values after the header, one after the other.

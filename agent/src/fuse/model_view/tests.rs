@@ -4,6 +4,7 @@ use crate::fuse::{LabelledView, MapConfig, SemanticMap};
 use crate::register::OrganizedCloud;
 use crate::segment::{ClassField, Segmentation};
 use image::RgbImage;
+use nalgebra::{Point3, Vector3};
 
 const K: Intrinsics = Intrinsics { width: 160, height: 120, fx: 180.0, fy: 180.0, cx: 79.5, cy: 59.5 };
 const VOXEL: f64 = 0.004;

@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::register::gicp::tests::bracket;
+use nalgebra::Vector3;
 
 fn moved(points: &[[f32; 3]], by: &Isometry3<f64>) -> Vec<[f32; 3]> {
     let place = |p: &[f32; 3]| {

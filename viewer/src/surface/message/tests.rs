@@ -1,0 +1,70 @@
+use super::*;
+use proptest::prelude::*;
+use semascan_shared::model::SemanticPoint;
+
+fn mesh(n: usize) -> SemanticMesh {
+    let point = |i: usize| SemanticPoint {
+        position: [i as f32, -1.5, 0.25],
+        normal: [0.0, 0.0, 1.0],
+        color: [i as u8, 2, 3],
+        label: i as u16,
+        confidence: 0.5,
+        defect: 1,
+        defect_confidence: 0.25,
+        sigma: 0.125,
+        defect_sigma: 0.75,
+        instance: 9,
+        views: 4,
+        flags: PointFlags(PointFlags::UNLABELLED),
+    };
+    let last = n.saturating_sub(1) as u32;
+    SemanticMesh {
+        vertices: (0..n).map(point).collect(),
+        boundary: (0..n).map(|i| i % 2 == 0).collect(),
+        triangles: if n > 2 { vec![[0, 1, last], [1, 2, last]] } else { Vec::new() },
+    }
+}
+
+#[test]
+fn replies_cross_unchanged() {
+    let figures = Deviation { mean: 0.1, rms: 0.2, p95: 0.3, range: [-0.4, 0.5] };
+    let replies = [
+        Reply::Progress { done: 3, total: 9 },
+        Reply::Mesh(Box::new(mesh(7))),
+        Reply::Mesh(Box::default()),
+        Reply::Cancelled,
+        Reply::Failed("no".into()),
+        Reply::Reference { name: "ß.stl".into(), triangles: 4, points: 5, millimetres: true },
+        Reply::NoReference("why".into()),
+        Reply::Deviation { of_vertices: vec![0.5, -1.0], figures },
+    ];
+    for reply in replies {
+        assert_eq!(Reply::decode(&reply.encode()), Ok(reply));
+    }
+}
+
+#[test]
+fn orders_cross_unchanged() {
+    let chunk = DecodedChunk { id: [1, -2, 3], revision: 4, epoch: 5, voxel: 0.001, hash: 6, cloud: mesh(3).vertices };
+    let orders = [
+        Order::Clear,
+        Order::Chunk(chunk.into()),
+        Order::Gone([-1, 0, 9]),
+        Order::Mesh,
+        Order::Cancel,
+        Order::Reference { name: "a.stl".into(), bytes: vec![1, 2, 3] },
+        Order::Forget,
+    ];
+    for order in orders {
+        let text = format!("{order:?}");
+        assert_eq!(format!("{:?}", Order::decode(&order.encode()).expect("own bytes")), text);
+    }
+}
+
+proptest! {
+    #[test]
+    fn arbitrary_bytes_never_panic(bytes in proptest::collection::vec(any::<u8>(), 0..200)) {
+        let _ = Order::decode(&bytes);
+        let _ = Reply::decode(&bytes);
+    }
+}
