@@ -156,8 +156,9 @@ fn the_tables_of_networks_are_made_by_the_models_that_are_there() {
     let domain = &table["domains"][2];
     assert_eq!(domain["singles"].as_array().map(Vec::len), Some(2), "each member alone");
     let completeness = |scores: &Value| scores["completeness"].as_f64().expect("a number");
-    assert_eq!(completeness(&domain["ensemble"]), 1.0);
-    assert!(completeness(&domain["filtered"]) <= 1.0);
+    // What it takes for a gearbox is no class of the motor, and as good as not given.
+    let (all, kept) = (completeness(&domain["ensemble"]), completeness(&domain["filtered"]));
+    assert!(all > 0.5 && all < 1.0 && kept <= all, "{all} {kept}");
     assert_eq!(report["threshold"]["validation"].as_array().map(Vec::len), Some(2));
     assert_eq!(report["threshold"]["sigma"], report["table_6"]["sigma"]);
     assert_eq!(report["table_6"]["motors"][0]["seed"], 1001);
@@ -171,4 +172,34 @@ fn the_tables_of_networks_are_made_by_the_models_that_are_there() {
         assert_eq!(wrong.status.code(), Some(2), "{args:?}");
         assert!(stderr(&wrong).contains(word), "{}", stderr(&wrong));
     }
+}
+
+/// Any network: Torchvision's Mask R-CNN, exported by the training package with random weights. `SEMASCAN_TRAINING_PYTHON`
+/// names a Python with `agent/training/requirements.txt`, which is gigabytes.
+#[test]
+fn a_mask_r_cnn_as_torchvision_exports_it_labels_an_inspection() {
+    let Some(python) = std::env::var_os("SEMASCAN_TRAINING_PYTHON") else {
+        eprintln!("SKIPPED: SEMASCAN_TRAINING_PYTHON is not set: no Mask R-CNN is exported");
+        return;
+    };
+    if std::env::var_os("ORT_DYLIB_PATH").is_none() {
+        eprintln!("SKIPPED: ORT_DYLIB_PATH is not set: a Mask R-CNN needs ONNX Runtime");
+        return;
+    }
+    let dir = tempfile::tempdir().expect("temporary folder");
+    let model = dir.path().join("mask-rcnn");
+    let training = Path::new(env!("CARGO_MANIFEST_DIR")).join("training");
+    let mut export = Command::new(python);
+    export.current_dir(training).args(["-m", "semascan_training", "untrained", "recipes/mask-rcnn-resnet34.toml"]);
+    let exported = export.arg(&model).output().expect("Python starts");
+    assert!(exported.status.success(), "{}", stderr(&exported));
+    let (path, out) = (model.display().to_string(), dir.path().join("out").display().to_string());
+    let source = "virtual:starter-motor?seed=3&views=1&size=320x240";
+    let output = semascan(&["inspect", source, "--labels", "network", "--models", &path, "--out", &out, "--json"]);
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    let said = &json(&output)["segmentation"];
+    assert_eq!(
+        (&said["models"][0]["name"], &said["engine"]["name"]),
+        (&"mask-rcnn-resnet34".into(), &"onnxruntime".into())
+    );
 }

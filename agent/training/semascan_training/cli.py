@@ -1,4 +1,4 @@
-"""The command line: train, export, evaluate."""
+"""The command line: train, export, evaluate, untrained."""
 
 import argparse
 import json
@@ -48,6 +48,11 @@ def _parser() -> argparse.ArgumentParser:
     export.add_argument("--data", type=Path, help="measure the held-out test parts for the manifest")
     export.set_defaults(command=_export)
 
+    untrained = commands.add_parser("untrained", help="a recipe to a model folder with random weights")
+    untrained.add_argument("recipe", type=Path)
+    untrained.add_argument("model", type=Path)
+    untrained.set_defaults(command=_untrained)
+
     evaluate = commands.add_parser("evaluate", help="a model on the parts of one side of its run's split")
     evaluate.add_argument("run", type=Path)
     evaluate.add_argument("model", type=Path)
@@ -74,6 +79,14 @@ def _export(options) -> dict:
     from .export import export
 
     return export(options.run, options.model, options.data)
+
+
+def _untrained(options) -> dict:
+    from .export import export_untrained
+    from .recipe import read_recipe
+
+    export_untrained(read_recipe(options.recipe), options.model)
+    return {"model": str(options.model)}
 
 
 def _evaluate(options) -> dict:

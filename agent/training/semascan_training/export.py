@@ -17,6 +17,7 @@ from .manifest import manifest_text
 from .networks import make_network
 from .recipe import Recipe
 from .run import Run, load_checkpoint, open_run, write_whole
+from .taxonomy import COMPONENTS, DEFECTS
 from .train import prepare
 
 OPSET = 17
@@ -78,6 +79,21 @@ def export(run_folder: Path, out: Path, data: Path | None) -> dict[str, float]:
     text = manifest_text(run.recipe, run.classes, files, outputs, training, metrics)
     write_whole(out / "model.toml", text.encode())
     return metrics
+
+
+def export_untrained(recipe: Recipe, out: Path) -> None:
+    """A model whose weights are random: to see that a recipe's network runs in the agent, and how fast, before any
+    training."""
+    prepare(threads=1)
+    torch.manual_seed(recipe.training.seed)
+    classes = DEFECTS if recipe.task == "defect" else COMPONENTS
+    network = make_network(recipe, len(classes))
+    out.mkdir(parents=True, exist_ok=True)
+    file = out / "member-0.onnx"
+    write_whole(file, to_onnx(network, recipe))
+    outputs = {name: name for name in getattr(network, "outputs", ())}
+    text = manifest_text(recipe, list(classes), [file], outputs, {"data": "none: random weights"}, {})
+    write_whole(out / "model.toml", text.encode())
 
 
 def _training_table(run: Run, epochs: list[int], logs: dict, seconds: float, images: int) -> dict:

@@ -10,6 +10,10 @@ PALETTE = (
 NONE_COLOUR = "#8c939c"
 FIRST_DEFECT = 6  # defects begin in the middle of the palette, so that they differ from the components
 
+# Of the virtual cell, whose starter motors the recipes are trained on.
+COMPONENTS = ("none", "housing", "solenoid", "carrier", "gear", "electrical connection")
+DEFECTS = ("none", "corrosion", "wear", "crack")
+
 
 @dataclass(frozen=True)
 class ClassDef:
