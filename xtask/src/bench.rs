@@ -7,6 +7,7 @@
 
 use crate::bench_table::{self, Row};
 use crate::browser::Browser;
+use crate::onnx_runtime;
 use crate::pcl;
 use crate::process::{capture, line, run as run_command};
 use crate::report::{heading, note};
@@ -26,6 +27,9 @@ const PACKAGES: [&str; 3] = ["semascan-shared", "semascan-agent", "semascan-test
 
 /// The benchmark that measures the chunk codec, on a `cloud.ply` when it is given one.
 const STREAM: &str = "stream";
+
+/// Benchmarks that run networks, in ONNX Runtime.
+const USE_NETWORKS: [&str; 2] = ["network", "inspection"];
 
 /// Examples of the shared crate that are timed in WebAssembly, each by the script of its name: the chunk codec, the
 /// mesher.
@@ -143,6 +147,9 @@ fn measure(
 ) -> Result<Vec<Row>> {
     let mut command = cargo();
     command.current_dir(&workspace.root).args(["bench", "--package", package, "--bench", bench, "--"]);
+    if USE_NETWORKS.contains(&bench) {
+        command.env(onnx_runtime::VARIABLE, onnx_runtime::prepare(workspace)?);
+    }
     keep(command.args(arguments), folder, name)
 }
 
