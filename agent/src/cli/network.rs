@@ -30,7 +30,7 @@ pub(crate) struct NetworkArgs {
     /// the best of each task that is installed
     #[arg(long, value_name = "NAME|DIR", value_delimiter = ',')]
     models: Vec<String>,
-    /// Largest standard uncertainty of a component label, 0 to 1 [default: 0.5]
+    /// Largest standard uncertainty of a component label, 0 to 1 [default: 0.16]
     #[arg(long, value_name = "T")]
     sigma: Option<f32>,
     /// What becomes of pixels beyond it [default: geometry]
@@ -70,7 +70,7 @@ pub(crate) struct NetworkSection {
     coverage: Option<f32>,
     /// As `--sigma`.
     threshold: Option<f32>,
-    /// The same for defects; `threshold` by default.
+    /// The same for defects; 0.5 by default.
     defect_threshold: Option<f32>,
     /// As `--uncertain`.
     uncertain: Uncertain,
@@ -113,7 +113,7 @@ impl NetworkArgs {
         let threshold = self.sigma.or(self.section.threshold).unwrap_or(default.threshold);
         UncertaintyRule {
             threshold,
-            defect_threshold: self.section.defect_threshold.unwrap_or(threshold),
+            defect_threshold: self.section.defect_threshold.unwrap_or(default.defect_threshold),
             uncertain: match self.uncertain {
                 Some(UncertainArg::Geometry) => Uncertain::Geometry,
                 Some(UncertainArg::Drop) => Uncertain::Drop,

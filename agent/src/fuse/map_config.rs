@@ -1,5 +1,6 @@
 //! Settings of the map.
 
+use crate::segment::network::{DEFECT_THRESHOLD, THRESHOLD};
 use nalgebra::Point3;
 use serde::{Deserialize, Serialize};
 
@@ -28,7 +29,7 @@ pub struct UncertaintyRule {
 
 impl Default for UncertaintyRule {
     fn default() -> Self {
-        Self { threshold: 0.5, defect_threshold: 0.5, uncertain: Uncertain::Geometry }
+        Self { threshold: THRESHOLD, defect_threshold: DEFECT_THRESHOLD, uncertain: Uncertain::Geometry }
     }
 }
 

@@ -110,3 +110,37 @@ impl FrozenThreshold {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::segment::network::fixtures::{manifest, onnx, write};
+
+    #[test]
+    fn a_threshold_is_given_or_chosen_on_the_validation_motors_alone() {
+        let root = tempfile::tempdir().expect("a folder");
+        let member = |bias: f32| onnx::classifier(&[&[0.0; 3], &[-9.0; 3]], &[0.0, bias]);
+        write(&root.path().join("dark"), manifest("semantic", &["none", "housing"]), &[member(2.0), member(7.0)]);
+        let mut setting = NetworkSetting { models: Some(root.path().to_owned()), ..NetworkSetting::quick() };
+        let shelf = setting.shelf().expect("an engine");
+        let run = |setting: &NetworkSetting| {
+            let mut heard = 0;
+            let mut hear = |done: usize, _| heard = done;
+            let frozen = freeze(&shelf, setting, &mut Progress::new(&mut hear)).expect("runs");
+            (frozen, heard)
+        };
+        let (chosen, heard) = run(&setting);
+        assert_eq!((heard, steps(&setting), chosen.validation.len()), (4, 4, 2));
+        let own: Vec<f32> = chosen.validation.iter().filter_map(|v| v.own).collect();
+        let expected = if own.len() == 2 { own[0].min(own[1]) } else { UncertaintySettings::default().threshold };
+        assert_eq!(chosen.sigma, expected);
+        for v in chosen.validation.iter().filter(|v| v.own.is_some() && own.len() == 2) {
+            assert!(v.filtered.false_detection_rate <= GOAL * v.unfiltered.false_detection_rate, "{v:?}");
+        }
+        setting.test.motors = vec![77];
+        assert_eq!(run(&setting).0, chosen, "test motors have no say in it");
+        setting.sigma = Some(0.3);
+        let (given, heard) = run(&setting);
+        assert_eq!((given.sigma, given.rule.as_str(), heard, steps(&setting)), (0.3, "given", 0, 0));
+    }
+}

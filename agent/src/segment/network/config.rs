@@ -4,7 +4,7 @@ use super::augment::Augmentation;
 use super::engine::EngineDescription;
 use super::manifest::{Fusion, Manifest, NetworkFile, Task};
 use super::region::Window;
-use super::uncertainty::{Statistic, UncertaintyFigures, UncertaintySettings};
+use super::uncertainty::{DEFECT_THRESHOLD, Statistic, UncertaintyFigures, UncertaintySettings};
 use serde::{Deserialize, Serialize};
 
 /// Where networks look.
@@ -37,10 +37,9 @@ pub struct NetworkConfig {
 
 impl Default for NetworkConfig {
     fn default() -> Self {
-        let uncertainty = UncertaintySettings::default();
         Self {
-            uncertainty,
-            defect_threshold: uncertainty.threshold,
+            uncertainty: UncertaintySettings::default(),
+            defect_threshold: DEFECT_THRESHOLD,
             augmentations: vec![Augmentation::Identity, Augmentation::Flip],
             seed: 1,
             region: Region::Volume,

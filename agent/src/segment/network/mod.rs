@@ -33,4 +33,6 @@ pub use objects::{Objects, ShapeError};
 pub use region::{Volume, Window};
 pub use segmenter::{NetworkSegmenter, SetupError};
 pub use taxonomy::extended;
-pub use uncertainty::{Estimate, Predictions, Statistic, UncertaintyFigures, UncertaintySettings};
+pub use uncertainty::{
+    DEFECT_THRESHOLD, Estimate, Predictions, Statistic, THRESHOLD, UncertaintyFigures, UncertaintySettings,
+};
