@@ -42,6 +42,7 @@ class DataRecipe:
     part_pattern: str = ""  # labelme: pattern of file names; its first group that matches is the part
     scale: float = 1.0  # labelme: pictures are resized by this factor
     split_seed: int = 1
+    test_parts: int = 1  # of every ten parts
 
 
 @dataclass(frozen=True)
@@ -166,6 +167,7 @@ def _check(recipe: Recipe) -> None:
         ("training.learning_rate", recipe.training.learning_rate),
         ("ensemble.members", recipe.ensemble.members),
         ("data.scale", recipe.data.scale),
+        ("data.test_parts", recipe.data.test_parts),
     )
     for name, value in positive:
         if value <= 0:

@@ -59,7 +59,7 @@ def train(recipe_path: Path, data: Path, out: Path, options: Options) -> Run:
     if (out / RECIPE).exists() and not options.resume:
         raise TrainingError(f"{out}: holds a run already; continue it with --resume or name another folder")
     samples = open_samples(data, recipe)
-    split = split_by_part(samples.parts, recipe.data.split_seed)
+    split = split_by_part(samples.parts, recipe.data.split_seed, recipe.data.test_parts)
     weights = recipe.training.class_weights
     if weights and len(weights) != len(samples.classes):
         raise TrainingError(f"training.class_weights: {len(samples.classes)} are expected, for {samples.classes}")

@@ -1,4 +1,4 @@
-"""80 % of the parts to train, 10 % to validate, 10 % to test (P0). A part never is on two sides."""
+"""80 % of the parts to train, 10 % to validate, 10 % to test (P0), or more to test. A part never is on two sides."""
 
 from dataclasses import asdict, dataclass
 
@@ -27,8 +27,8 @@ class Split:
         return asdict(self)
 
 
-def split_by_part(parts: list[str], seed: int) -> Split:
-    """A seeded split: of every ten parts one validates and one tests.
+def split_by_part(parts: list[str], seed: int, tests: int = 1) -> Split:
+    """A seeded split: of every ten parts one validates and `tests` test.
 
     Parts with numbers for names are counted by them, so a data set may grow: a part keeps its side.
     """
@@ -37,7 +37,7 @@ def split_by_part(parts: list[str], seed: int) -> Split:
     for position, name in enumerate(names):
         ten, one = divmod(int(name) if name.isdigit() else position, 10)
         drawn = int(np.random.default_rng([seed, ten]).permutation(10)[one])
-        sides["test" if drawn == 0 else "validation" if drawn == 1 else "train"].append(name)
+        sides["test" if drawn < tests else "validation" if drawn == tests else "train"].append(name)
     if not all(sides.values()):
         raise TrainingError(f"{len(names)} parts: at least 10 are needed to train, validate and test on different ones")
     return Split(**sides)
