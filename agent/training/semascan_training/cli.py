@@ -46,6 +46,7 @@ def _parser() -> argparse.ArgumentParser:
     export.add_argument("run", type=Path)
     export.add_argument("model", type=Path)
     export.add_argument("--data", type=Path, help="measure the held-out test parts for the manifest")
+    export.add_argument("--bits", type=int, choices=(8, 16), default=16, help="of the stored weights")
     export.set_defaults(command=_export)
 
     untrained = commands.add_parser("untrained", help="a recipe to a model folder with random weights")
@@ -78,7 +79,7 @@ def _train(options) -> dict:
 def _export(options) -> dict:
     from .export import export
 
-    return export(options.run, options.model, options.data)
+    return export(options.run, options.model, options.data, options.bits)
 
 
 def _untrained(options) -> dict:

@@ -12,18 +12,20 @@ from torch import nn
 from .dataset import open_samples
 from .errors import TrainingError
 from .evaluate import evaluate_networks
-from .half_storage import store_halved
 from .manifest import manifest_text
 from .networks import make_network
 from .recipe import Recipe
 from .run import Run, load_checkpoint, open_run, write_whole
 from .taxonomy import COMPONENTS, DEFECTS
 from .train import prepare
+from .weight_storage import store_halved, store_in_eight_bits, widened
 
 OPSET = 17
 WHOLE_TOLERANCE = 1e-4
 HALF_TOLERANCE = 5e-3
 """Largest difference of a probability against PyTorch, with weights in 32 and in 16 bits."""
+EIGHT_BIT_COST = 0.005
+"""Largest loss of mean IoU on the test parts that 8 bits may cost."""
 TRACE_SIZE = (1, 128, 160)
 PARITY_SIZE = (2, 96, 192)
 """Batch, height, width; they differ, so that the check also shows that the exported sizes are free."""
@@ -46,8 +48,13 @@ class Exported(nn.Module):
         return tuple(outputs[name] for name in self.names)
 
 
-def export(run_folder: Path, out: Path, data: Path | None) -> dict[str, float]:
-    """Exports all finished members of a run; with the data, the manifest gets metrics on the held-out test parts."""
+def export(run_folder: Path, out: Path, data: Path | None, bits: int = 16) -> dict[str, float]:
+    """Exports all finished members of a run; with the data, the manifest gets metrics on the held-out test parts.
+
+    Weights in 8 `bits` need the data: a model that they cost more than `EIGHT_BIT_COST` is refused.
+    """
+    if bits == 8 and data is None:
+        raise TrainingError("weights in 8 bits: what they cost must be measured, name the --data")
     prepare(threads=1)
     run = open_run(run_folder)
     out.mkdir(parents=True, exist_ok=True)
@@ -73,8 +80,17 @@ def export(run_folder: Path, out: Path, data: Path | None) -> dict[str, float]:
         samples = open_samples(data, run.recipe)
         if samples.classes != run.classes:
             raise TrainingError(f"{data}: its classes {samples.classes} are not the run's {run.classes}")
-        metrics = evaluate_networks(files, samples, run.split.rows(samples.parts, "test"), run.recipe)
+        rows = run.split.rows(samples.parts, "test")
+        metrics = evaluate_networks(files, samples, rows, run.recipe)
+    if bits == 8:
+        for file in files:
+            write_whole(file, store_in_eight_bits(widened(onnx.load(str(file)))).SerializeToString())
+        whole, metrics = metrics, evaluate_networks(files, samples, rows, run.recipe)
+        metrics["mean_iou_in_16_bits"] = whole["mean_iou"]
+        if whole["mean_iou"] - metrics["mean_iou"] > EIGHT_BIT_COST:
+            raise TrainingError(f"{out}: 8 bits lower mean IoU from {whole['mean_iou']} to {metrics['mean_iou']}")
     training = _training_table(run, epochs, logs, seconds, images)
+    training["weights"] = f"{bits} bits"
     outputs = {name: name for name in getattr(network, "outputs", ())}
     text = manifest_text(run.recipe, run.classes, files, outputs, training, metrics)
     write_whole(out / "model.toml", text.encode())

@@ -6,9 +6,9 @@ import onnx
 import torch
 
 from .errors import TrainingError
-from .half_storage import whole_initializers
 from .networks.stems import COLOUR_CHANNELS as COLOUR
 from .networks.stems import StackedStem
+from .weight_storage import whole_initializers
 
 
 def load_imagenet(network: torch.nn.Module, path: Path | None, recipe_field: str) -> None:

@@ -18,6 +18,7 @@ from semascan_training.networks import make_network
 from semascan_training.recipe import read_recipe
 from semascan_training.taxonomy import NONE_COLOUR, PALETTE
 from semascan_training.train import Options, train
+from semascan_training.weight_storage import store_in_eight_bits, whole_initializers, widened
 from semascan_training.weights import load_start
 
 RGBD = ["red", "green", "blue", "depth"]
@@ -119,3 +120,18 @@ def test_an_untrained_mask_rcnn_exports(tmp_path):
     probabilities, boxes, labels, scores, masks = session.run(None, {"image": picture})
     assert probabilities.shape == (1, 6, 160, 256)
     assert masks.shape == (len(boxes), 1, 160, 256) and len(labels) == len(scores) == len(boxes)
+
+
+def test_weights_in_8_bits_come_back_within_half_a_step(model):
+    halved = onnx.load(str(model / "member-0.onnx"))
+    stored = store_in_eight_bits(widened(halved))
+    assert len(stored.SerializeToString()) < 0.7 * len(halved.SerializeToString())
+    before, after = whole_initializers(halved), whole_initializers(stored)
+    assert before.keys() == after.keys()
+    for name, values in before.items():
+        if values.ndim == 4:
+            step = np.abs(values).max(axis=(1, 2, 3), keepdims=True) / 127
+            assert (np.abs(values - after[name]) <= 0.51 * step + 1e-9).all(), name
+    picture = example_picture(1, 64, 96, 4, seed=5).numpy()
+    run = lambda m: onnxruntime.InferenceSession(m.SerializeToString()).run(["probabilities"], {"image": picture})[0]
+    assert np.abs(run(halved) - run(stored)).mean() < 0.02
