@@ -1,8 +1,9 @@
 //! A scene of points or of meshes as binary glTF 2.0: a node by component, named, with its figures as extras.
 //!
-//! Each vertex knows its component, defect and instance (`features`), whatever it looks like. Two scenes share one buffer: `appearance` shows the surface's own colours, `semantics` the class colours as materials
-//! (unlit for points); two scenes and not material variants, because those cannot switch vertex colours off. The table frame is
-//! z up and glTF y up, hence a rotation in each scene's root node.
+//! Each vertex knows its component, defect and instance (`features`), whatever it looks like. Two scenes share one
+//! buffer: `appearance` shows the surface's own colours, `semantics` the class colours as materials (unlit for points); two
+//! scenes and not material variants, because those cannot switch vertex colours off. The table frame is z up and glTF y up,
+//! hence a rotation in each scene's root node.
 
 mod binary;
 mod components;
