@@ -40,7 +40,8 @@ fn chunk(id: [i32; 3], voxel: f32, cells: impl IntoIterator<Item = ([u8; 3], u64
 
 fn any_chunk(most: usize) -> impl Strategy<Value = VoxelChunk> {
     let cells = btree_map([0_u8..32, 0_u8..32, 0_u8..32], any::<u64>(), 1..most);
-    ([-60_i32..60, -60_i32..60, -60_i32..60], 0.0003_f32..0.02, cells).prop_map(|(id, v, cells)| chunk(id, v, cells))
+    ([-60_i32..60, -60_i32..60, -60_i32..60], (300..20_000_i32).prop_map(|k| k as f32 / 1e6), cells)
+        .prop_map(|(id, v, cells)| chunk(id, v, cells))
 }
 
 fn close(a: f32, b: f32, tolerance: f32) -> bool {

@@ -112,8 +112,11 @@ fn another_class_is_reported_and_another_place_begins_anew() {
 proptest! {
     #[test]
     fn near_points_agree_with_brute_force(
-        points in prop::collection::vec(prop::array::uniform3(-0.01_f32..0.01), 0..80),
-        p in prop::array::uniform3(-0.01_f32..0.01),
+        points in prop::collection::vec(
+            prop::array::uniform3((-10_000..10_000_i32).prop_map(|k| k as f32 / 1e6)),
+            0..80,
+        ),
+        p in prop::array::uniform3((-10_000..10_000_i32).prop_map(|k| k as f32 / 1e6)),
     ) {
         let reach = 2e-3;
         let near = points.iter().any(|q| (0..3).map(|a| (p[a] - q[a]).powi(2)).sum::<f32>() < reach * reach);

@@ -14,10 +14,15 @@ fn taxonomy() -> Taxonomy {
 }
 
 fn any_point() -> impl Strategy<Value = SemanticPoint> {
-    let normal = (-1.0_f32..1.0, 0.0_f32..6.3, any::<bool>());
-    let shares = [0.0_f32..1.0, 0.0_f32..1.0, 0.0_f32..1.0, 0.0_f32..1.0];
+    let normal = (
+        (-1_000_000..1_000_000_i32).prop_map(|k| k as f32 / 1e6),
+        (0..6_300_000_i32).prop_map(|k| k as f32 / 1e6),
+        any::<bool>(),
+    );
+    let shares = prop::array::uniform4((0..1_000_000_i32).prop_map(|k| k as f32 / 1e6));
     let numbers = (0_u16..4, any::<u16>(), any::<u16>(), any::<u16>(), any::<u16>());
-    ([-9.0_f32..9.0, -9.0_f32..9.0, -9.0_f32..9.0], normal, any::<[u8; 3]>(), shares, numbers).prop_map(
+    let position = prop::array::uniform3((-9_000_000..9_000_000_i32).prop_map(|k| k as f32 / 1e6));
+    (position, normal, any::<[u8; 3]>(), shares, numbers).prop_map(
         |(position, (z, angle, known), color, shares, (label, defect, instance, views, flags))| {
             let r = (1.0 - z * z).sqrt();
             SemanticPoint {

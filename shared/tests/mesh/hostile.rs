@@ -86,10 +86,13 @@ proptest! {
     #[test]
     fn noise_gives_a_manifold(
         points in prop::collection::vec(
-            (prop::array::uniform3(-0.5_f32..0.5), prop::array::uniform3(-1.0_f32..1.0)),
+            (
+                prop::array::uniform3((-500_000..500_000_i32).prop_map(|k| k as f32 / 1e6)),
+                prop::array::uniform3((-1_000_000..1_000_000_i32).prop_map(|k| k as f32 / 1e6)),
+            ),
             0..3000,
         ),
-        size in 4.0_f32..36.0,
+        size in (40_000..360_000_i32).prop_map(|k| k as f32 / 1e4),
         gate in prop::sample::select(vec![-1.0_f32, 0.0, 0.5]),
     ) {
         let points = points.into_iter().map(|(p, n)| point(p.map(|c| c * size * VOXEL), n));

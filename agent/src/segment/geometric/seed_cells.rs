@@ -101,7 +101,10 @@ mod tests {
     proptest! {
         #[test]
         fn seeds_are_the_nearest_voxels_to_the_middles(
-            positions in prop::collection::vec(prop::array::uniform3(-0.1_f32..0.1), 1..150),
+            positions in prop::collection::vec(
+                prop::array::uniform3((-100_000..100_000_i32).prop_map(|k| k as f32 / 1e6)),
+                1..150,
+            ),
         ) {
             let edge = 0.03;
             let cells = SeedCells::new(&positions, edge);

@@ -60,7 +60,10 @@ proptest! {
     #[test]
     fn any_points_and_settings_are_accepted(
         bits in prop::collection::vec(prop::array::uniform3(any::<u32>()), 0..40),
-        near in prop::collection::vec(prop::array::uniform3(-0.05_f32..0.05), 0..60),
+        near in prop::collection::vec(
+            prop::array::uniform3((-50_000..50_000_i32).prop_map(|k| k as f32 / 1e6)),
+            0..60,
+        ),
         lengths in prop::array::uniform2(prop::num::f32::ANY),
     ) {
         let mut positions: Vec<[f32; 3]> = bits.iter().map(|p| p.map(f32::from_bits)).collect();

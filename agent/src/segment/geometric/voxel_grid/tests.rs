@@ -8,7 +8,10 @@ fn points(positions: Vec<[f32; 3]>) -> ColouredPoints {
 proptest! {
     #[test]
     fn voxels_and_neighbours_agree_with_brute_force(
-        positions in prop::collection::vec(prop::array::uniform3(-0.05_f32..0.05), 1..200),
+        positions in prop::collection::vec(
+            prop::array::uniform3((-50_000..50_000_i32).prop_map(|k| k as f32 / 1e6)),
+            1..200,
+        ),
     ) {
         let size = 0.01;
         let cloud = points(positions);
