@@ -8,6 +8,9 @@
 //! to stdout.
 #![allow(clippy::print_stdout)]
 
+#[path = "../../shared/benches/metrics/cpu.rs"]
+#[allow(dead_code)]
+mod cpu;
 #[path = "integrate/synthetic.rs"]
 #[allow(dead_code)]
 mod synthetic;
@@ -15,8 +18,7 @@ mod synthetic;
 use nalgebra::{Isometry3, Translation3, Vector3};
 use semascan_agent::fuse::{LabelledView, MapConfig, OutlierFilter, SemanticMap};
 use serde_json::{Value, json};
-use std::time::Instant;
-use synthetic::{Labels, PERIOD, SyntheticScene, cpu_seconds};
+use synthetic::{Labels, PERIOD, SyntheticScene};
 
 /// Peak memory that the project promises for 48 views, MB.
 const PROMISED_MB: f64 = 2000.0;
@@ -97,11 +99,9 @@ struct Timer {
 
 impl Timer {
     fn time<T>(&mut self, work: impl FnOnce() -> T) {
-        let (cpu, wall) = (cpu_seconds(), Instant::now());
-        work();
-        let wall = wall.elapsed().as_secs_f64();
-        self.wall += wall;
-        self.cpu += cpu.zip(cpu_seconds()).map_or(wall, |(start, end)| end - start);
+        let (took, _) = cpu::measure(work);
+        self.wall += took.wall_s;
+        self.cpu += took.cpu_s;
     }
 }
 

@@ -6,6 +6,10 @@
 //! each from the points in memory to the segment of every supervoxel. A table goes to stderr, one JSON object to stdout.
 #![allow(clippy::print_stdout)]
 
+#[path = "../../../shared/benches/metrics/cpu.rs"]
+mod cpu;
+
+use cpu::cheapest;
 use semascan_agent::acquire::{Source, pcd, virtual_cell};
 use semascan_agent::evaluate::{PartitionScore, compare_partitions};
 use semascan_agent::segment::geometric::{ColouredPoints, GeometricConfig, NONE, SegmentedCloud};
@@ -81,8 +85,9 @@ fn virtual_scene() -> Scene {
 fn measure(scene: &Scene, pcl: Option<&Path>) -> Value {
     let lccp = GeometricConfig { vccs: vccs(), lccp: LccpConfig::default(), colour: None };
     let lcccp = GeometricConfig { colour: Some(ColourCriterion::default()), ..lccp };
-    let (lccp_ms, ours) = cheapest(|| SegmentedCloud::new(&scene.points, &lccp));
-    let (lcccp_ms, coloured) = cheapest(|| SegmentedCloud::new(&scene.points, &lcccp));
+    let (lccp_took, ours) = cheapest(REPEATS, || SegmentedCloud::new(&scene.points, &lccp));
+    let (lcccp_took, coloured) = cheapest(REPEATS, || SegmentedCloud::new(&scene.points, &lcccp));
+    let [lccp_ms, lcccp_ms] = [lccp_took, lcccp_took].map(|took| took.cpu_s * 1e3);
     let (segments, coloured_segments) = (known(ours.of_point()), known(coloured.of_point()));
     let (score, coloured_score) =
         (compare_partitions(&segments, &scene.truth), compare_partitions(&coloured_segments, &scene.truth));
@@ -187,22 +192,4 @@ fn run_pcl(program: &Path, scene: &Scene) -> Rival {
         supervoxels: supervoxels.to_vec(),
         segments: segments.to_vec(),
     }
-}
-
-/// CPU milliseconds of the cheapest run, and the last result.
-fn cheapest<T>(mut run: impl FnMut() -> T) -> (f64, T) {
-    let mut best = f64::INFINITY;
-    let mut result = None;
-    for _ in 0..REPEATS {
-        let start = cpu_seconds();
-        result = Some(run());
-        best = best.min(cpu_seconds() - start);
-    }
-    (best * 1e3, result.expect("ran"))
-}
-
-/// CPU time of this thread; the segmentation uses no other.
-fn cpu_seconds() -> f64 {
-    let stat = std::fs::read_to_string("/proc/thread-self/schedstat").expect("Linux tells the CPU time");
-    stat.split_whitespace().next().and_then(|n| n.parse::<f64>().ok()).expect("nanoseconds") * 1e-9
 }

@@ -148,14 +148,3 @@ impl SyntheticScene {
         }
     }
 }
-
-/// CPU seconds of the whole process so far, which other work on the machine changes little; `None` where the system does
-/// not tell.
-pub(crate) fn cpu_seconds() -> Option<f64> {
-    let mut total = 0.0;
-    for task in std::fs::read_dir("/proc/self/task").ok()? {
-        let stat = std::fs::read_to_string(task.ok()?.path().join("schedstat")).ok()?;
-        total += stat.split_whitespace().next()?.parse::<f64>().ok()?;
-    }
-    Some(total * 1e-9)
-}

@@ -11,22 +11,31 @@ pub(crate) struct Seconds {
     pub(crate) wall_s: f64,
 }
 
+/// What one run took, and its result.
+pub(crate) fn measure<T>(run: impl FnOnce() -> T) -> (Seconds, T) {
+    let (start, clock) = (cpu_seconds(), Instant::now());
+    let result = run();
+    let wall_s = clock.elapsed().as_secs_f64();
+    let cpu_s = start.zip(cpu_seconds()).map_or(wall_s, |(start, end)| end - start);
+    (Seconds { cpu_s, wall_s }, result)
+}
+
 /// The cheapest of `runs` runs, and the last result.
 pub(crate) fn cheapest<T>(runs: u32, mut run: impl FnMut() -> T) -> (Seconds, T) {
-    let mut measure = || {
-        let (start, clock) = (cpu_seconds(), Instant::now());
-        let result = run();
-        let wall_s = clock.elapsed().as_secs_f64();
-        let cpu_s = start.zip(cpu_seconds()).map_or(wall_s, |(start, end)| end - start);
-        (Seconds { cpu_s, wall_s }, result)
-    };
-    let (mut best, mut result) = measure();
+    let (mut best, mut result) = measure(&mut run);
     for _ in 1..runs {
-        let (seconds, next) = measure();
-        best = Seconds { cpu_s: best.cpu_s.min(seconds.cpu_s), wall_s: best.wall_s.min(seconds.wall_s) };
+        let (seconds, next) = measure(&mut run);
+        best = best.min(seconds);
         result = next;
     }
     (best, result)
+}
+
+impl Seconds {
+    /// The smaller of each.
+    pub(crate) fn min(self, other: Self) -> Self {
+        Self { cpu_s: self.cpu_s.min(other.cpu_s), wall_s: self.wall_s.min(other.wall_s) }
+    }
 }
 
 /// CPU time of every thread that this process has; they live as long as the benchmark.

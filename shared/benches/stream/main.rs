@@ -6,11 +6,16 @@
 #![allow(clippy::print_stdout)]
 
 mod cloud;
+#[path = "../metrics/cpu.rs"]
+mod cpu;
 
+use cpu::cheapest;
 use semascan_shared::wire::ChunkUpdate;
 use semascan_shared::wire::chunk::{ChunkDecoder, ChunkEncoder, Plane, VoxelChunk, decode, plane_sizes};
 use std::collections::BTreeMap;
-use std::time::Instant;
+
+/// Runs of which the cheapest counts.
+const RUNS: u32 = 5;
 
 fn main() {
     let mut args = std::env::args().skip(1).filter(|a| !a.starts_with("--"));
@@ -61,15 +66,15 @@ impl Figures {
     fn measure(chunks: &[VoxelChunk]) -> Self {
         let mut encoder = ChunkEncoder::default();
         let mut encode = |c| encoder.encode(c, 1, 1).expect("a valid chunk").update;
-        let (encode_s, updates) = cheapest(|| chunks.iter().map(&mut encode).collect::<Vec<_>>());
+        let (encoding, updates) = cheapest(RUNS, || chunks.iter().map(&mut encode).collect::<Vec<_>>());
         let mut decoder = ChunkDecoder::default();
         let mut decode = |u| decoder.decode(u).expect("own bytes").cloud.len();
-        let (decode_s, count) = cheapest(|| updates.iter().map(&mut decode).sum::<usize>());
+        let (decoding, count) = cheapest(RUNS, || updates.iter().map(&mut decode).sum::<usize>());
         let bytes: usize = updates.iter().map(prost::Message::encoded_len).sum();
         Self {
             bytes_per_point: bytes as f64 / count as f64,
-            encode_mpoints_per_s: count as f64 / encode_s / 1e6,
-            decode_mpoints_per_s: Some(count as f64 / decode_s / 1e6),
+            encode_mpoints_per_s: count as f64 / encoding.cpu_s / 1e6,
+            decode_mpoints_per_s: Some(count as f64 / decoding.cpu_s / 1e6),
             worst_position_error_voxels: Some(
                 updates.iter().zip(chunks).map(|(u, c)| worst_error(c, u)).fold(0.0, f64::max),
             ),
@@ -95,25 +100,6 @@ fn by_plane(chunks: &[VoxelChunk], count: usize) -> BTreeMap<String, f64> {
         }
     }
     planes.into_iter().map(|(plane, bytes)| (format!("{plane:?}").to_lowercase(), bytes / count as f64)).collect()
-}
-
-/// CPU seconds of the cheapest of five runs, and the last result.
-fn cheapest<T>(mut run: impl FnMut() -> T) -> (f64, T) {
-    let mut best = f64::INFINITY;
-    let mut result = None;
-    for _ in 0..5 {
-        let (start, clock) = (cpu_seconds(), Instant::now());
-        result = Some(run());
-        let wall = clock.elapsed().as_secs_f64();
-        best = best.min(start.zip(cpu_seconds()).map_or(wall, |(start, end)| end - start));
-    }
-    (best, result.expect("ran"))
-}
-
-/// CPU time of this thread, which other work on the machine changes little; `None` where the system does not tell.
-fn cpu_seconds() -> Option<f64> {
-    let stat = std::fs::read_to_string("/proc/thread-self/schedstat").ok()?;
-    Some(stat.split_whitespace().next()?.parse::<f64>().ok()? * 1e-9)
 }
 
 /// Largest distance between a point and its decoded self, in voxels; also checks that labels and colours are exact.
