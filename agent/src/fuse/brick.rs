@@ -67,6 +67,12 @@ impl Brick {
         (&mut self.voxels[slot], &mut self.evidence[slot * classes..(slot + 1) * classes], made)
     }
 
+    /// The voxel at `local`, if it is occupied.
+    #[cfg(test)]
+    pub(super) fn voxel(&self, local: u16) -> Option<&Voxel> {
+        self.voxels.get(usize::from(self.slots[usize::from(local)]))
+    }
+
     /// Whether the voxel at `local` is occupied.
     pub(super) fn holds(&self, local: u16) -> bool {
         self.slots[usize::from(local)] != EMPTY
