@@ -6,12 +6,13 @@
 //! A rebuilt map comes as a whole ([`LiveModel::renew`]): the client is told to expect a successor, gets its chunks, and
 //! is told when it has them all, so that it can go on showing the old model until then.
 
+mod state;
+
 use axum::body::Bytes;
-use prost::Message;
-use semascan_shared::wire::{
-    self, ChunkGone, ChunkId, Clear, HeldChunk, Inspection, Progress, ServerMessage, chunk::model_hash,
-    server_message::Body,
-};
+use semascan_shared::wire::{self, Clear, HeldChunk, Inspection, Progress, chunk::model_hash, server_message::Body};
+use state::State;
+pub use state::StreamTotals;
+pub(super) use state::{Cursor, Published, pack};
 use std::collections::{BTreeMap, HashMap};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use tokio::sync::watch;
@@ -19,85 +20,11 @@ use tokio::sync::watch;
 /// Stage events and view reports kept for clients that come later.
 const CONTROL_LOG: usize = 20_000;
 
-#[derive(Clone, Debug)]
-struct LiveChunk {
-    /// Place in the order of change.
-    change: u64,
-    revision: u32,
-    hash: u64,
-    points: u32,
-    /// The whole message; a tombstone if the chunk emptied.
-    message: Bytes,
-}
-
-/// Bytes published since the inspection began: what a client that keeps up is sent.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct StreamTotals {
-    /// Chunk messages.
-    pub messages: u64,
-    /// Their bytes.
-    pub bytes: u64,
-    /// Bytes of the newest revision of every chunk.
-    pub snapshot_bytes: u64,
-    /// Points in the newest revision of every chunk.
-    pub points: u64,
-}
-
-#[derive(Debug)]
-struct State {
-    /// Grows with every new inspection or epoch: clients then start over.
-    generation: u64,
-    inspection: Inspection,
-    progress: Progress,
-    changes: u64,
-    chunks: HashMap<[i32; 3], LiveChunk>,
-    by_change: BTreeMap<u64, [i32; 3]>,
-    control: Vec<Bytes>,
-    totals: StreamTotals,
-    /// The change with which the epoch's whole model was there; later ones are its revisions.
-    whole_at: Option<u64>,
-}
-
 /// Shared by the inspection and all clients.
 #[derive(Debug)]
 pub struct LiveModel {
     state: Mutex<State>,
     changed: watch::Sender<()>,
-}
-
-/// Where one client stands.
-#[derive(Debug)]
-pub(super) struct Cursor {
-    generation: u64,
-    /// The inspection it follows.
-    inspection: String,
-    change: u64,
-    control: usize,
-    progress: Option<Progress>,
-    /// Revisions that a returning client already has; each is dropped once its chunk was passed.
-    held: HashMap<[i32; 3], u32>,
-}
-
-impl Cursor {
-    /// Before the first message of what is published now.
-    fn at_the_beginning(state: &State) -> Self {
-        Self {
-            generation: state.generation,
-            inspection: state.inspection.id.clone(),
-            change: 0,
-            control: 0,
-            progress: None,
-            held: HashMap::new(),
-        }
-    }
-}
-
-/// A chunk ready to be published.
-#[derive(Clone, Debug)]
-pub(super) struct Published {
-    pub(super) id: [i32; 3],
-    /// `None`: the chunk emptied.
-    pub(super) encoded: Option<wire::chunk::Encoded>,
 }
 
 impl LiveModel {
@@ -281,58 +208,10 @@ impl LiveModel {
     }
 }
 
-impl State {
-    /// Puts new revisions in place of the old ones.
-    fn put(&mut self, chunks: Vec<Published>) {
-        let epoch = self.inspection.epoch;
-        for Published { id, encoded } in chunks {
-            let old = self.chunks.remove(&id);
-            let (revision, hash, points, message) = match encoded {
-                Some(e) => (e.update.revision, e.hash, e.update.points, pack(Body::Chunk(e.update))),
-                None => {
-                    let Some(old) = &old else { continue };
-                    let revision = old.revision + 1;
-                    let gone = ChunkGone { epoch, id: Some(ChunkId::from_array(id)), revision };
-                    (revision, 0, 0, pack(Body::Gone(gone)))
-                }
-            };
-            if let Some(old) = old {
-                self.by_change.remove(&old.change);
-                self.totals.snapshot_bytes -= old.message.len() as u64;
-                self.totals.points -= u64::from(old.points);
-            }
-            self.changes += 1;
-            let change = self.changes;
-            self.totals.messages += 1;
-            self.totals.bytes += message.len() as u64;
-            self.totals.snapshot_bytes += message.len() as u64;
-            self.totals.points += u64::from(points);
-            self.by_change.insert(change, id);
-            self.chunks.insert(id, LiveChunk { change, revision, hash, points, message });
-        }
-    }
-
-    /// Progress as the client at `cursor` may be told it: whether the whole model was sent depends on how far it is.
-    fn progress_for(&self, cursor: &Cursor) -> Progress {
-        let sent = |whole: u64| {
-            self.by_change
-                .range(cursor.change + 1..=whole.max(cursor.change + 1))
-                .next()
-                .is_none_or(|(c, _)| *c > whole)
-        };
-        let complete = self.whole_at.is_some_and(sent);
-        Progress { complete_epoch: if complete { self.inspection.epoch } else { 0 }, ..self.progress.clone() }
-    }
-}
-
 impl Default for LiveModel {
     fn default() -> Self {
         Self::new()
     }
-}
-
-pub(super) fn pack(body: Body) -> Bytes {
-    ServerMessage { body: Some(body) }.encode_to_vec().into()
 }
 
 #[cfg(test)]

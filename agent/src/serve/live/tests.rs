@@ -2,6 +2,7 @@
 
 use super::*;
 use semascan_shared::model::{PointFlags, SemanticPoint};
+use semascan_shared::wire::ChunkId;
 use semascan_shared::wire::chunk::{VoxelChunk, encode};
 
 fn published(id: [i32; 3], revision: u32) -> Published {
