@@ -4,12 +4,12 @@
 //! attributes: `data-backend` (`webgpu`, `webgl2`), `data-points` and `data-triangles` (shown), `data-frames` (drawn) and
 //! `data-sequence` (changes of the model that the picture has taken in).
 
-use super::axes;
+mod prepare;
+
 use super::background::Background;
 use super::error::RenderError;
-use super::floor::{Floor, FloorPlace};
-use super::frame::{self, Frame, FrameUniform};
-use super::frustum;
+use super::floor::Floor;
+use super::frame::{self, FrameUniform};
 use super::gpu::{Backend, Gpu, replace_canvas};
 use super::lines::{LineBuffer, Lines};
 use super::mesh::Mesh;
@@ -18,8 +18,7 @@ use super::points::Points;
 use super::request::{BackendChoice, DrawRequest};
 use super::self_test;
 use super::turntable::Turntable;
-use crate::tools::Bounds;
-use glam::{Vec2, Vec3};
+use prepare::AXES_MARGIN;
 use semascan_shared::model::{SemanticCloud, SemanticMesh};
 use web_sys::HtmlCanvasElement;
 use wgpu::{
@@ -57,10 +56,6 @@ pub struct Renderer {
     frames: u64,
     sequence: u64,
 }
-
-/// Side of the square that holds the axes, and its distance from the corner, CSS pixels.
-const AXES_SIDE: f32 = 84.0;
-const AXES_MARGIN: f32 = 8.0;
 
 impl Renderer {
     /// Starts to draw on `canvas`. A graphics interface counts only if it passes the self-test; before another one is
@@ -237,50 +232,6 @@ impl Renderer {
         let stats = FrameStats { points, triangles, frames: self.frames };
         self.tell(stats);
         Ok(stats)
-    }
-
-    fn prepare(&mut self, request: &DrawRequest) {
-        let gpu = &self.gpu;
-        let pixels = Vec2::new(gpu.config.width as f32, gpu.config.height as f32);
-        let model = request.bounds.filter(|b| !b.is_empty());
-        let mut scene = model.unwrap_or(Bounds::EMPTY);
-        match &request.turntable {
-            Some(disc) => {
-                self.turntable.prepare(gpu, disc, request.theme);
-                let corner = Vec3::new(disc.radius, disc.radius, 0.0);
-                let height = Vec3::Z * disc.height;
-                scene = scene.union(Bounds::from_corners(height - corner, height + corner));
-            }
-            None => {
-                let place = FloorPlace::under(model);
-                self.floor.prepare(gpu, place, request.theme);
-                scene = scene.union(place.bounds());
-            }
-        }
-        let depth = model.map_or(0.08, |b| b.radius() * 0.6).clamp(0.03, 0.3);
-        let segments: Vec<_> = request.frusta.iter().flat_map(|f| frustum::segments(f, depth, request.theme)).collect();
-        for segment in &segments {
-            scene.include(segment.from);
-            scene.include(segment.to);
-        }
-        self.frusta.write(gpu, &segments);
-        let forward = request.camera.forward();
-        let right = forward.cross(Vec3::Z).normalize_or(Vec3::X);
-        self.axes.write(gpu, &axes::segments(right, right.cross(forward)));
-        if let Some(side) = self.axes_side() {
-            self.axes_frame.write(gpu, &Frame::axes(&request.camera, side, self.scale));
-        }
-        self.frame.write(gpu, &Frame::scene(&request.camera, pixels, self.scale, scene));
-        self.background.prepare(gpu, request.theme);
-        self.points.prepare(gpu, request);
-        self.mesh.prepare(gpu, request);
-    }
-
-    /// Side of the axes' square in device pixels; none on a picture too small for it.
-    fn axes_side(&self) -> Option<f32> {
-        let side = AXES_SIDE * self.scale;
-        let room = self.gpu.config.width.min(self.gpu.config.height) as f32;
-        (side * 3.0 < room).then_some(side)
     }
 
     fn acquire(&self) -> Result<SurfaceTexture, RenderError> {
