@@ -17,65 +17,61 @@ HALF, EIGHT, SCALE = "_half", "_eight", "_scale"
 
 def store_halved(model: onnx.ModelProto) -> onnx.ModelProto:
     """The model with its large weights in 16 bits. A tensor with values beyond their range stays as it is."""
-    halved = onnx.ModelProto()
-    halved.CopyFrom(model)
-    graph, casts, kept = halved.graph, [], []
-    for tensor in graph.initializer:
+    kept, casts = [], []
+    for tensor in model.graph.initializer:
         values = numpy_helper.to_array(tensor)
-        fits = values.dtype == np.float32 and values.nbytes > SMALLEST
-        if fits and np.abs(values).max() <= np.finfo(np.float16).max:
+        if _is_large(values) and np.abs(values).max() <= np.finfo(np.float16).max:
             kept.append(numpy_helper.from_array(values.astype(np.float16), tensor.name + HALF))
             casts.append(helper.make_node("Cast", [tensor.name + HALF], [tensor.name], to=TensorProto.FLOAT))
         else:
             kept.append(tensor)
-    nodes = list(graph.node)
-    del graph.initializer[:], graph.node[:]
-    graph.initializer.extend(kept)
-    graph.node.extend([*casts, *nodes])
-    onnx.checker.check_model(halved)
-    return halved
+    return _rebuilt(model, kept, [*casts, *model.graph.node])
 
 
 def store_in_eight_bits(model: onnx.ModelProto) -> onnx.ModelProto:
     """The model with its large filters in 8 bits; the first axis of a filter is that of its output channels."""
-    stored = onnx.ModelProto()
-    stored.CopyFrom(model)
-    graph, widening, kept = stored.graph, [], []
-    filters = {node.input[1] for node in graph.node if node.op_type == "Conv"}
-    for tensor in graph.initializer:
-        values = numpy_helper.to_array(tensor)
-        if tensor.name not in filters or values.dtype != np.float32 or values.nbytes <= SMALLEST:
+    kept, widening = [], []
+    filters = {node.input[1] for node in model.graph.node if node.op_type == "Conv"}
+    for tensor in model.graph.initializer:
+        values, name = numpy_helper.to_array(tensor), tensor.name
+        if name not in filters or not _is_large(values):
             kept.append(tensor)
             continue
         scale = np.abs(values).max(axis=tuple(range(1, values.ndim)), keepdims=True) / np.float32(127)
         steps = np.round(values / np.where(scale > 0, scale, 1)).astype(np.int8)
-        name = tensor.name
         kept.append(numpy_helper.from_array(steps, name + EIGHT))
         kept.append(numpy_helper.from_array(scale.astype(np.float32), name + SCALE))
         widening.append(helper.make_node("Cast", [name + EIGHT], [name + "_steps"], to=TensorProto.FLOAT))
         widening.append(helper.make_node("Mul", [name + "_steps", name + SCALE], [name]))
-    nodes = list(graph.node)
-    del graph.initializer[:], graph.node[:]
-    graph.initializer.extend(kept)
-    graph.node.extend([*widening, *nodes])
-    onnx.checker.check_model(stored)
-    return stored
+    return _rebuilt(model, kept, [*widening, *model.graph.node])
 
 
 def widened(model: onnx.ModelProto) -> onnx.ModelProto:
     """The model with weights in 16 bits as plain ones again."""
-    plain = onnx.ModelProto()
-    plain.CopyFrom(model)
-    graph = plain.graph
-    halves = {t.name: t for t in graph.initializer if t.name.endswith(HALF)}
-    kept = [t for t in graph.initializer if t.name not in halves]
-    for name, tensor in halves.items():
-        kept.append(numpy_helper.from_array(numpy_helper.to_array(tensor).astype(np.float32), name.removesuffix(HALF)))
-    nodes = [n for n in graph.node if not (n.op_type == "Cast" and n.input[0] in halves)]
-    del graph.initializer[:], graph.node[:]
-    graph.initializer.extend(kept)
-    graph.node.extend(nodes)
-    return plain
+    halves = {tensor.name for tensor in model.graph.initializer if tensor.name.endswith(HALF)}
+
+    def plain(tensor):
+        if tensor.name not in halves:
+            return tensor
+        return numpy_helper.from_array(numpy_helper.to_array(tensor).astype(np.float32), tensor.name.removesuffix(HALF))
+
+    nodes = [node for node in model.graph.node if not (node.op_type == "Cast" and node.input[0] in halves)]
+    return _rebuilt(model, [plain(tensor) for tensor in model.graph.initializer], nodes)
+
+
+def _is_large(values: np.ndarray) -> bool:
+    return values.dtype == np.float32 and values.nbytes > SMALLEST
+
+
+def _rebuilt(model: onnx.ModelProto, initializers: list, nodes: list) -> onnx.ModelProto:
+    """The model with other weights and nodes, checked."""
+    rebuilt = onnx.ModelProto()
+    rebuilt.CopyFrom(model)
+    del rebuilt.graph.initializer[:], rebuilt.graph.node[:]
+    rebuilt.graph.initializer.extend(initializers)
+    rebuilt.graph.node.extend(nodes)
+    onnx.checker.check_model(rebuilt)
+    return rebuilt
 
 
 def whole_initializers(model: onnx.ModelProto) -> dict[str, np.ndarray]:

@@ -61,6 +61,16 @@ pub struct DomainScores {
 /// A model that was judged: its manifest, and its figures by domain.
 pub(super) type Judged = (Manifest, Vec<DomainScores>);
 
+/// Pictures that a model was trained on, repeats counted, where its manifest says so.
+pub(super) fn images_seen(manifest: &Manifest) -> Option<i64> {
+    manifest.training.get("images_seen")?.as_integer()
+}
+
+/// That number for people.
+pub(super) fn pictures(seen: Option<i64>) -> String {
+    seen.map_or_else(|| "-".to_owned(), |n| n.to_string())
+}
+
 /// Scores of each of `names` in each domain, and its manifest; `None` for models that are not there. Every model is asked
 /// once about the picture as it is; of an ensemble the first member is.
 pub(super) fn score_singles(

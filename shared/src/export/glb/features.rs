@@ -84,9 +84,8 @@ impl Features {
     }
 
     /// Feature ids of vertex `i`, one of each set.
-    pub(super) fn ids(&self, cloud: &SemanticCloud, i: usize) -> impl Iterator<Item = u16> + '_ {
-        let values = self.sets.iter().map(move |set| set.kind.of(cloud, i)).collect::<Vec<_>>();
-        self.sets.iter().zip(values).map(|(set, value)| set.rows.get(&value).copied().unwrap_or(set.null()))
+    pub(super) fn ids(&self, cloud: &SemanticCloud, i: usize) -> impl Iterator<Item = u16> {
+        self.sets.iter().map(move |set| set.rows.get(&set.kind.of(cloud, i)).copied().unwrap_or(set.null()))
     }
 
     /// `EXT_mesh_features` of a primitive of these vertices.

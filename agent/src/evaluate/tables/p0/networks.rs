@@ -4,7 +4,7 @@
 //! VGG16 and ResNet34, started from ImageNet, and pictures of real motors: its figures stand beside the same variant of
 //! ours for orientation, not for comparison.
 
-use super::super::setting::{Judged, NOT_TRAINED, score_singles};
+use super::super::setting::{Judged, NOT_TRAINED, images_seen, pictures, score_singles};
 use super::super::{DomainScores, NetworkSetting, Progress};
 use crate::evaluate::{NetworkError, TestDomain};
 use serde::Serialize;
@@ -66,7 +66,7 @@ pub fn run(setting: &NetworkSetting, progress: &mut Progress<'_>) -> Result<Repo
         Row {
             model: (*model).to_owned(),
             variant: (*variant).to_owned(),
-            images_seen: manifest.and_then(|m| m.training.get("images_seen")?.as_integer()),
+            images_seen: manifest.as_ref().and_then(images_seen),
             domains: domains.unwrap_or_default(),
             published: published.iter().map(|(name, iou)| ((*name).to_owned(), *iou)).collect(),
         }
@@ -96,8 +96,7 @@ pub fn print(out: &mut dyn Write, report: &Report) -> io::Result<()> {
     }
     writeln!(out, "   published")?;
     for row in &report.rows {
-        let pictures = row.images_seen.map_or_else(|| "-".to_owned(), |n| n.to_string());
-        write!(out, "{:<36}{pictures:>10}", row.variant)?;
+        write!(out, "{:<36}{:>10}", row.variant, pictures(row.images_seen))?;
         if row.domains.is_empty() {
             write!(out, "{:>42}", NOT_TRAINED)?;
         }

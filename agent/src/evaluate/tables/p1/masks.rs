@@ -11,7 +11,7 @@ use crate::evaluate::tables::{NetworkSetting, Progress};
 use crate::evaluate::{NetworkError, PixelScores, RiskCoverage, TestDomain, TestViews};
 use crate::segment::geometric::PatchMethod;
 use crate::segment::geometric::fusion_segmentation::FusionConfig;
-use crate::segment::network::{Augmentation, NetworkConfig, NetworkSegmenter, SelectError, Task};
+use crate::segment::network::{NetworkConfig, NetworkSegmenter, SelectError, Task};
 use crate::segment::{GeometricSegmenter, RecordedSegmenter, Segmenter};
 use serde::Serialize;
 use std::io::{self, Write};
@@ -84,9 +84,8 @@ pub fn run(setting: &NetworkSetting, mut hear: impl FnMut(usize, usize)) -> Resu
     let mut masks = vec![Masks { model: DETECTOR.into(), domains: Vec::new() }];
     let mut networks: Vec<(usize, NetworkSegmenter)> = Vec::new();
     let (shelf, source) = (setting.shelf()?, test_source());
-    let once = NetworkConfig { augmentations: vec![Augmentation::Identity], ..NetworkConfig::default() };
     if let Some(folder) = shelf.find(DETECTOR) {
-        networks.push((0, shelf.segmenter(&[folder], &source, &once)?));
+        networks.push((0, shelf.single(&folder, 0, &source)?));
     }
     let chosen = match shelf.chosen(&source.taxonomy) {
         Err(NetworkError::Select(SelectError::None { .. })) => Vec::new(),

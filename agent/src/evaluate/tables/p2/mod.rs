@@ -8,7 +8,7 @@ mod published;
 
 pub use published::Published;
 
-use super::setting::{NOT_TRAINED, score_singles};
+use super::setting::{Judged, NOT_TRAINED, images_seen, pictures, score_singles};
 use super::{DomainScores, NetworkSetting, Progress};
 use crate::evaluate::{NetworkError, PixelScores, TestDomain};
 use published::{TABLE_2, TABLE_3, TABLE_4};
@@ -62,6 +62,8 @@ pub struct Row {
     pub model: String,
     /// What it is.
     pub network: String,
+    /// Pictures that it was trained on, repeats counted, where its manifest says so.
+    pub images_seen: Option<i64>,
     /// Ours by domain; empty: not trained here.
     pub domains: Vec<DomainScores>,
 }
@@ -101,11 +103,7 @@ pub fn run(config: &Config, mut hear: impl FnMut(usize, usize)) -> Result<Report
     let mut progress = Progress::new(&mut hear);
     progress.expect(TestDomain::ALL.len() * setting.test.count());
     let scored = score_singles(&names, setting, &mut progress)?;
-    let domains = |model: &str| {
-        let place = names.iter().position(|name| *name == model);
-        let scored = place.and_then(|at| scored[at].as_ref());
-        scored.map_or_else(Vec::new, |(_, domains)| domains.clone())
-    };
+    let judged = |model: &str| -> Option<&Judged> { scored[names.iter().position(|name| *name == model)?].as_ref() };
     let table = |(number, title, rows): &(u32, &str, &[(&str, &str)])| Table {
         number: *number,
         title: (*title).to_owned(),
@@ -114,7 +112,8 @@ pub fn run(config: &Config, mut hear: impl FnMut(usize, usize)) -> Result<Report
             .map(|(model, network)| Row {
                 model: (*model).to_owned(),
                 network: (*network).to_owned(),
-                domains: domains(model),
+                images_seen: judged(model).and_then(|(manifest, _)| images_seen(manifest)),
+                domains: judged(model).map_or_else(Vec::new, |(_, domains)| domains.clone()),
             })
             .collect(),
         published: match number {
@@ -151,7 +150,8 @@ pub fn print(out: &mut dyn Write, report: &Report) -> io::Result<()> {
                 writeln!(out, "{:<50}{NOT_TRAINED}", row.network)?;
             }
             for DomainScores { domain, scores } in &row.domains {
-                line(out, &row.network, domain.name(), figures(scores))?;
+                let network = format!("{} ({} pictures)", row.network, pictures(row.images_seen));
+                line(out, &network, domain.name(), figures(scores))?;
             }
         }
         for p in &table.published {
