@@ -22,7 +22,7 @@ fn main() -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
             let (code, error) = failure.into_parts();
-            tracing::error!("{error:#}");
+            tracing::error!("{}", cli::told(&error));
             ExitCode::from(code)
         }
     }

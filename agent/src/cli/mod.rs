@@ -65,6 +65,15 @@ impl Failure {
     }
 }
 
+/// An error with its causes, outermost first. Messages that name a file carry the cause's own words already: those are
+/// not said again.
+pub(crate) fn told(error: &anyhow::Error) -> String {
+    error.chain().skip(1).fold(error.to_string(), |told, cause| {
+        let cause = cause.to_string();
+        if told.ends_with(&cause) { told } else { format!("{told}: {cause}") }
+    })
+}
+
 impl<E: Into<anyhow::Error>> From<E> for Failure {
     fn from(error: E) -> Self {
         let error = error.into();
@@ -92,5 +101,21 @@ impl Cli {
             Command::Tables(args) => args.run(),
             Command::Synth(args) => args.run(),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use anyhow::Context;
+
+    #[test]
+    fn a_cause_is_said_once() {
+        let missing = || std::io::Error::from(std::io::ErrorKind::NotFound);
+        let path = "rgb/000001.png".into();
+        let named = anyhow::Error::new(AcquireError::Io { path, source: missing() }).context("view 1");
+        assert_eq!(told(&named), "view 1: rgb/000001.png: entity not found");
+        let plain = Err::<(), _>(missing()).context("cannot open the scene").expect_err("an error");
+        assert_eq!(told(&plain), "cannot open the scene: entity not found");
     }
 }

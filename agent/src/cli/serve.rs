@@ -1,8 +1,8 @@
 //! `semascan serve` and `semascan demo`: the live stream and the viewer.
 
-use super::Failure;
 use super::config::{self, CellConfig};
 use super::run::{InspectionArgs, run, unique_id};
+use super::{Failure, told};
 use anyhow::{Context, anyhow};
 use clap::Args;
 use semascan_agent::acquire::Source;
@@ -179,8 +179,9 @@ fn inspect((mut source, args, out): Job, live: &Arc<LiveModel>, stop: &AtomicBoo
         }
         Err(failure) => {
             let (_, error) = failure.into_parts();
-            tracing::error!("inspection failed: {error:#}");
-            sink.fail(&format!("{error:#}"));
+            let error = told(&error);
+            tracing::error!("inspection failed: {error}");
+            sink.fail(&error);
         }
     }
 }

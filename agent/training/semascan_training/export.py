@@ -86,7 +86,8 @@ def export(run_folder: Path, out: Path, data: Path | None, bits: int = 16) -> di
         for file in files:
             write_whole(file, store_in_eight_bits(widened(onnx.load(str(file)))).SerializeToString())
         whole, metrics = metrics, evaluate_networks(files, samples, rows, run.recipe)
-        metrics["mean_iou_in_16_bits"] = whole["mean_iou"]
+        before = 16 if getattr(network, "halved", True) else 32
+        metrics[f"mean_iou_in_{before}_bits"] = whole["mean_iou"]
         if whole["mean_iou"] - metrics["mean_iou"] > EIGHT_BIT_COST:
             raise TrainingError(f"{out}: 8 bits lower mean IoU from {whole['mean_iou']} to {metrics['mean_iou']}")
     training = _training_table(run, epochs, logs, seconds, images)

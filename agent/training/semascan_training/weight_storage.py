@@ -29,9 +29,10 @@ def store_halved(model: onnx.ModelProto) -> onnx.ModelProto:
 
 
 def store_in_eight_bits(model: onnx.ModelProto) -> onnx.ModelProto:
-    """The model with its large filters in 8 bits; the first axis of a filter is that of its output channels."""
+    """The model with its large filters in 8 bits, with a scale for each entry of their first axis: an output channel,
+    but for transposed convolutions."""
     kept, widening = [], []
-    filters = {node.input[1] for node in model.graph.node if node.op_type == "Conv"}
+    filters = {node.input[1] for node in model.graph.node if node.op_type in ("Conv", "ConvTranspose", "Gemm")}
     for tensor in model.graph.initializer:
         values, name = numpy_helper.to_array(tensor), tensor.name
         if name not in filters or not _is_large(values):

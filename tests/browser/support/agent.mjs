@@ -33,13 +33,14 @@ export class Agent {
   }
 
   /**
-   * Starts `semascan demo` and waits until it listens.
-   * @param {{source?: string, port?: number, pace?: number, voxel?: number}} options `port` 0 takes a free one; `pace`
-   *   is the shortest time of a view in seconds, so that a test can act in the middle of an inspection; `voxel` is in
-   *   millimetres
+   * Starts `semascan demo`, or `semascan serve` if trained networks are to label the views, and waits until it listens.
+   * @param {{source?: string, port?: number, pace?: number, voxel?: number, models?: string}} options `port` 0 takes a
+   *   free one; `pace` is the shortest time of a view in seconds, so that a test can act in the middle of an inspection;
+   *   `voxel` is in millimetres; `models` names networks
    */
-  static async start({ source = SOURCE, port = 0, pace = 0, voxel } = {}) {
-    const args = ['demo', '--source', source, '--port', String(port), '--pace', String(pace), '--no-open'];
+  static async start({ source = SOURCE, port = 0, pace = 0, voxel, models } = {}) {
+    const command = models ? ['serve', '--labels', 'network', '--models', models] : ['demo', '--no-open'];
+    const args = [...command, '--source', source, '--port', String(port), '--pace', String(pace)];
     if (voxel !== undefined) args.push('--voxel', String(voxel));
     const agent = new Agent(spawn(BINARY, args, { stdio: ['ignore', 'pipe', 'pipe'] }));
     agent.url = await agent.#listening();

@@ -10,9 +10,9 @@ use std::path::{Path, PathBuf};
 /// Farthest from a rotation that a recorded matrix may be before it is refused instead of rounded.
 const ROTATION_TOLERANCE: f64 = 1e-2;
 
-/// A class of the scene: entry i is class i + 1.
+/// A component or a defect of the scene: entry i is class i + 1.
 #[derive(Clone, Debug)]
-pub(super) struct SceneObject {
+pub(super) struct SceneClass {
     pub(super) id: u64,
     pub(super) name: String,
 }
@@ -42,7 +42,9 @@ pub(super) struct SceneMetadata {
     cameras: Map<String, Value>,
     ground_truth_path: PathBuf,
     ground_truth: Option<Map<String, Value>>,
-    pub(super) objects: Vec<SceneObject>,
+    pub(super) objects: Vec<SceneClass>,
+    /// What the values of the pictures in `defects/` mean; empty if the scene records no defects.
+    pub(super) defects: Vec<SceneClass>,
 }
 
 impl SceneMetadata {
@@ -51,10 +53,13 @@ impl SceneMetadata {
         let cameras = read_object(&cameras_path)?;
         let ground_truth_path = folder.join("scene_gt.json");
         let ground_truth = ground_truth_path.is_file().then(|| read_object(&ground_truth_path)).transpose()?;
-        let names_path = folder.join("objects.json");
-        let names = if names_path.is_file() { read_object(&names_path)? } else { Map::new() };
-        let objects = objects(ground_truth.as_ref(), &names);
-        Ok(Self { cameras_path, cameras, ground_truth_path, ground_truth, objects })
+        let names = |file: &str| {
+            let path = folder.join(file);
+            if path.is_file() { read_object(&path) } else { Ok(Map::new()) }
+        };
+        let objects = classes(ground_truth.as_ref(), &names("objects.json")?);
+        let defects = classes(None, &names("defects.json")?);
+        Ok(Self { cameras_path, cameras, ground_truth_path, ground_truth, objects, defects })
     }
 
     /// Numbers of the views that have a camera entry.
@@ -154,8 +159,8 @@ impl Fields<'_> {
     }
 }
 
-/// Every object that the ground truth or the name list mentions, by id.
-fn objects(ground_truth: Option<&Map<String, Value>>, names: &Map<String, Value>) -> Vec<SceneObject> {
+/// Every class that the ground truth or the name list mentions, by id.
+fn classes(ground_truth: Option<&Map<String, Value>>, names: &Map<String, Value>) -> Vec<SceneClass> {
     let mut found: BTreeMap<u64, String> = BTreeMap::new();
     let listed = ground_truth.into_iter().flat_map(|gt| gt.values()).filter_map(Value::as_array).flatten();
     for id in listed.filter_map(|o| o.get("obj_id")?.as_u64()) {
@@ -166,7 +171,7 @@ fn objects(ground_truth: Option<&Map<String, Value>>, names: &Map<String, Value>
             found.insert(id, name.replace('_', " "));
         }
     }
-    found.into_iter().map(|(id, name)| SceneObject { id, name }).collect()
+    found.into_iter().map(|(id, name)| SceneClass { id, name }).collect()
 }
 
 fn read_object(path: &Path) -> Result<Map<String, Value>, AcquireError> {

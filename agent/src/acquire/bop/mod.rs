@@ -1,7 +1,8 @@
 //! BOP scene folders: `rgb/`, `depth/`, `scene_camera.json`, `mask_visib/`, `scene_gt.json`.
 //!
 //! The layout of the BOP benchmark (Hodan et al.): millimetres, world-to-camera poses. Masks become recorded labels;
-//! an `objects.json` beside them names the classes. A view that cannot be read is an error of its own; the rest go on.
+//! an `objects.json` beside them names the classes. Defects, which the benchmark does not know, are read from `defects/`
+//! (one value a pixel, 0 = none) if a `defects.json` names the values. A view that cannot be read is an error of its own; the rest go on.
 
 mod metadata;
 mod pictures;
@@ -55,12 +56,13 @@ impl BopSource {
     pub fn open(folder: &Path, mask: &CameraMask) -> Result<Self, AcquireError> {
         let metadata = SceneMetadata::read(folder)?;
         let views = pictures::view_numbers(folder, &metadata)?;
-        let names: Vec<&str> = metadata.objects.iter().map(|o| o.name.as_str()).collect();
+        let [components, defects] = [&metadata.objects, &metadata.defects]
+            .map(|classes| classes.iter().map(|c| c.name.as_str()).collect::<Vec<_>>());
         let part = folder.file_name().map_or("scene".into(), |n| n.to_string_lossy().into_owned());
         let info = SourceInfo {
             uri: folder.display().to_string(),
             part,
-            taxonomy: Taxonomy::from_names::<&str>(&names, &[]),
+            taxonomy: Taxonomy::from_names(&components, &defects),
             view_count: Some(views.len() as u32),
             turntable: None,
             volume: None,
@@ -136,7 +138,27 @@ impl BopSource {
                 instances[i] = k as u16 + 1;
             }
         }
-        Ok(Some(RecordedLabels { components, defects: vec![0; pixels], instances }))
+        let defects = self.read_defects(number, width, height)?;
+        Ok(Some(RecordedLabels { components, defects, instances }))
+    }
+
+    fn read_defects(&self, number: u32, width: u32, height: u32) -> Result<Vec<u16>, AcquireError> {
+        let nothing = || vec![0; (width * height) as usize];
+        if self.metadata.defects.is_empty() {
+            return Ok(nothing());
+        }
+        let Some(values) = pictures::read_defects(&self.folder, number, width, height)? else { return Ok(nothing()) };
+        let class = |value: u8| match value {
+            0 => Ok(0),
+            _ => {
+                let at = self.metadata.defects.iter().position(|d| d.id == u64::from(value));
+                at.map(|at| at as u16 + 1).ok_or_else(|| AcquireError::Format {
+                    path: pictures::path_of(&self.folder, "defects", number),
+                    reason: format!("a pixel has the value {value}, which defects.json does not name"),
+                })
+            }
+        };
+        values.into_iter().map(class).collect()
     }
 }
 

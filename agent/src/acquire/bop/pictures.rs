@@ -64,6 +64,24 @@ pub(super) fn read_object_mask(
     Ok(Some(mask.into_raw().into_iter().map(|m| m > 0).collect()))
 }
 
+/// The values of a view's picture in `defects/`; `None` if the scene holds no such file.
+pub(super) fn read_defects(
+    folder: &Path,
+    number: u32,
+    width: u32,
+    height: u32,
+) -> Result<Option<Vec<u8>>, AcquireError> {
+    let path = path_of(folder, "defects", number);
+    if !path.exists() {
+        return Ok(None);
+    }
+    let DynamicImage::ImageLuma8(picture) = read(&path)? else {
+        return Err(AcquireError::Format { path, reason: "defects are not an 8-bit grey picture".into() });
+    };
+    check_size(&path, picture.dimensions(), Some((width, height)))?;
+    Ok(Some(picture.into_raw()))
+}
+
 /// A camera mask: nonzero pixels are ignored.
 pub(super) fn read_mask(path: &Path) -> Result<Vec<bool>, AcquireError> {
     Ok(read(path)?.into_luma8().into_raw().into_iter().map(|m| m > 0).collect())

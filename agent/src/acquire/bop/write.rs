@@ -2,14 +2,14 @@
 //!
 //! Millimetres, world-to-camera poses, depth in tenths of a millimetre, one visible-pixel mask for each component that a
 //! view shows. What the layout of the benchmark cannot hold goes beside it: `labels/` and `defects/` with one class a
-//! pixel in one picture, which is what training reads.
+//! pixel in one picture, which is what training reads, and `defects.json` with the names of the latter.
 
 use super::pictures::path_of;
 use crate::acquire::{AcquireError, PoseEvidence, View};
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use image::{ExtendedColorType, ImageEncoder};
 use nalgebra::Isometry3;
-use semascan_shared::model::Taxonomy;
+use semascan_shared::model::{ClassDef, Taxonomy};
 use serde::Serialize;
 use serde_json::{Map, Value, json};
 use std::fs;
@@ -103,9 +103,11 @@ impl SceneWriter {
         let by_number = |of: fn(&SceneEntry) -> &Value| -> Map<String, Value> {
             entries.iter().map(|e| (e.number.to_string(), of(e).clone())).collect()
         };
-        let names: Map<String, Value> =
-            self.taxonomy.components.iter().skip(1).map(|c| (c.id.to_string(), json!(c.name))).collect();
-        write_json(&self.folder.join("objects.json"), &names)?;
+        let names = |classes: &[ClassDef]| -> Map<String, Value> {
+            classes.iter().skip(1).map(|c| (c.id.to_string(), json!(c.name))).collect()
+        };
+        write_json(&self.folder.join("objects.json"), &names(&self.taxonomy.components))?;
+        write_json(&self.folder.join("defects.json"), &names(&self.taxonomy.defects))?;
         write_json(&self.folder.join("scene_gt.json"), &by_number(|e| &e.objects))?;
         write_json(&self.folder.join("scene_camera.json"), &by_number(|e| &e.camera))
     }
@@ -173,7 +175,8 @@ mod tests {
         assert!(!BopSource::is_scene(&folder), "a scene without its JSON files is no scene yet");
         writer.finish(&entries).expect("finished");
         let mut source = BopSource::open(&folder, &CameraMask::None).expect("a scene");
-        let names = |t: &Taxonomy| t.components.iter().map(|c| c.name.clone()).collect::<Vec<_>>();
+        let names =
+            |t: &Taxonomy| [&t.components, &t.defects].map(|c| c.iter().map(|c| c.name.clone()).collect::<Vec<_>>());
         assert_eq!(names(&source.info().taxonomy), names(&taxonomy));
         for view in &views {
             let read = source.next_view().expect("as many views").expect("readable");
@@ -184,21 +187,36 @@ mod tests {
             assert!([k.fx - l.fx, k.fy - l.fy, k.cx - l.cx, k.cy - l.cy].iter().all(|d| d.abs() < 1e-9));
             let off = read.depth.metres.iter().zip(&view.depth.metres).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
             assert!(off < 5.1e-5, "{off} m");
-            assert_eq!(read.labels.map(|l| l.components), view.labels.as_ref().map(|l| l.components.clone()));
+            let (read_labels, labels) = (read.labels.expect("labels"), view.labels.as_ref().expect("labels"));
+            assert_eq!(read_labels.components, labels.components);
+            assert_eq!(read_labels.defects, labels.defects);
             let PoseEvidence::World { table_from_camera, .. } = read.pose else { panic!("a pose") };
             let truth = view.truth.as_ref().expect("truth").table_from_camera;
             assert!((table_from_camera.inverse() * truth).translation.vector.norm() < 1e-9);
         }
         assert!(source.next_view().is_none());
-        let defects = image::open(folder.join("defects/000001.png")).expect("a picture").into_luma8().into_raw();
-        let labels = views[1].labels.as_ref().expect("labels");
-        assert!(defects.iter().zip(&labels.defects).all(|(a, b)| u16::from(*a) == *b));
-        assert!(defects.iter().any(|d| *d != 0), "some defect is in view");
+        assert!(views.iter().flat_map(|v| &v.labels).any(|l| l.defects.iter().any(|d| *d != 0)), "a defect is in view");
         let text = fs::read_to_string(folder.join("scene_gt.json")).expect("reads");
         let truth: Value = serde_json::from_str(&text).expect("JSON");
         let pose = views[0].truth.as_ref().expect("truth").table_from_camera.inverse() * object;
         let z = truth["0"][0]["cam_t_m2c"][2].as_f64().expect("a number");
         assert!((z - pose.translation.vector.z * 1e3).abs() < 1e-9, "the object stands before the camera");
+    }
+
+    #[test]
+    fn a_defect_without_a_name_costs_its_view() {
+        let dir = tempfile::tempdir().expect("temporary folder");
+        let folder = dir.path().join("scene");
+        let mut cell =
+            open("virtual:starter-motor?seed=4&views=1&size=96x80&cell=3", &CameraMask::None).expect("opens");
+        let writer = SceneWriter::create(&folder, &cell.info().taxonomy, Isometry3::identity()).expect("made");
+        let entry = writer.write(&cell.next_view().expect("a view").expect("rendered")).expect("written");
+        writer.finish(&[entry]).expect("finished");
+        write_png(&folder.join("defects/000000.png"), &[99; 96 * 80], (96, 80), ExtendedColorType::L8)
+            .expect("written");
+        let mut source = BopSource::open(&folder, &CameraMask::None).expect("a scene");
+        let error = source.next_view().expect("a view").expect_err("an unknown defect").to_string();
+        assert!(error.contains("000000.png") && error.contains("99"), "{error}");
     }
 
     #[test]

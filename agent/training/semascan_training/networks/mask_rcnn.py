@@ -6,19 +6,39 @@ that reads semantic networks reads this one too; boxes, labels, scores and masks
 """
 
 from collections import OrderedDict
+from dataclasses import dataclass
 
 import torch
 from torch import nn
 from torchvision.models.detection import MaskRCNN
 from torchvision.models.detection.anchor_utils import AnchorGenerator
+from torchvision.models.detection.faster_rcnn import FastRCNNPredictor, TwoMLPHead
+from torchvision.models.detection.mask_rcnn import MaskRCNNHeads, MaskRCNNPredictor
 from torchvision.ops import FeaturePyramidNetwork, MultiScaleRoIAlign, masks_to_boxes
 from torchvision.ops.feature_pyramid_network import LastLevelMaxPool
 
 FINEST_STRIDE = 4
-PYRAMID_CHANNELS = 256
 SMALLEST_ANCHOR = 16
+BOX_CELLS, MASK_CELLS = 7, 14
+"""Side of the grid that a proposal's features are sampled on."""
 DETECTIONS = 20
 TINY = 1e-6
+
+
+@dataclass(frozen=True)
+class Size:
+    """How wide what follows the encoder is, and how many proposals it looks at."""
+
+    pyramid: int = 256  # channels, of the mask head as well
+    box: int = 1024  # width of the box head's two layers
+    candidates: int = 2000  # proposals a level, half of it at inference
+    sampled: int = 512  # proposals of one image that the heads learn from, a quarter of them on objects
+
+
+PUBLISHED = Size()
+"""Of the paper, for encoders of its size."""
+COMPACT = Size(pyramid=48, box=128, candidates=400, sampled=64)
+"""For the compact backbone: half a million parameters."""
 
 
 def pyramid_levels(encoder: nn.Module) -> list[int]:
@@ -26,10 +46,10 @@ def pyramid_levels(encoder: nn.Module) -> list[int]:
     return [i for i, stride in enumerate(encoder.strides) if stride >= FINEST_STRIDE]
 
 
-def make_pyramid(encoder: nn.Module) -> FeaturePyramidNetwork:
+def make_pyramid(encoder: nn.Module, size: Size) -> FeaturePyramidNetwork:
     """A feature pyramid over those levels."""
     channels = [encoder.channels[i] for i in pyramid_levels(encoder)]
-    return FeaturePyramidNetwork(channels, PYRAMID_CHANNELS, extra_blocks=LastLevelMaxPool())
+    return FeaturePyramidNetwork(channels, size.pyramid, extra_blocks=LastLevelMaxPool())
 
 
 def named(maps: list[torch.Tensor]) -> "OrderedDict[str, torch.Tensor]":
@@ -52,7 +72,7 @@ class MaskRcnn(nn.Module):
     halved = False  # non-maximum suppression turns a rounding of the weights into another set of boxes
     tolerance = 2e-3  # of an export: rounding in a box's corner moves the mask that is pasted there
 
-    def __init__(self, body: nn.Module, levels: int, channels: int, classes: int):
+    def __init__(self, body: nn.Module, levels: int, channels: int, classes: int, size: Size):
         super().__init__()
         self.classes = classes
         anchors = AnchorGenerator(
@@ -61,11 +81,19 @@ class MaskRcnn(nn.Module):
         maps = [str(i) for i in range(levels)]
         self.detector = MaskRCNN(
             body,
-            classes,
             rpn_anchor_generator=anchors,
-            box_roi_pool=MultiScaleRoIAlign(maps, 7, 2),
-            mask_roi_pool=MultiScaleRoIAlign(maps, 14, 2),
+            rpn_pre_nms_top_n_train=size.candidates,
+            rpn_post_nms_top_n_train=size.candidates,
+            rpn_pre_nms_top_n_test=size.candidates // 2,
+            rpn_post_nms_top_n_test=size.candidates // 2,
+            box_roi_pool=MultiScaleRoIAlign(maps, BOX_CELLS, 2),
+            box_head=TwoMLPHead(size.pyramid * BOX_CELLS**2, size.box),
+            box_predictor=FastRCNNPredictor(size.box, classes),
+            box_batch_size_per_image=size.sampled,
             box_detections_per_img=DETECTIONS,
+            mask_roi_pool=MultiScaleRoIAlign(maps, MASK_CELLS, 2),
+            mask_head=MaskRCNNHeads(size.pyramid, (size.pyramid,) * 4, 1),
+            mask_predictor=MaskRCNNPredictor(size.pyramid, size.pyramid, classes),
             image_mean=[0.0] * channels,
             image_std=[1.0] * channels,
             _skip_resize=True,

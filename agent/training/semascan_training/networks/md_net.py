@@ -6,18 +6,17 @@ from ..errors import TrainingError
 from ..recipe import Recipe
 from .backbones import features, make_backbone
 from .fusion import FUSIONS, FusedEncoder
-from .mask_rcnn import PYRAMID_CHANNELS, MaskRcnn, make_pyramid, named, pyramid_levels
+from .mask_rcnn import COMPACT, PUBLISHED, MaskRcnn, Size, make_pyramid, named, pyramid_levels
 from .stems import ColourStem, GeometryStem, StackedStem
 
 
 class OneEncoder(nn.Module):
     """Colour alone, or early fusion."""
 
-    out_channels = PYRAMID_CHANNELS
-
-    def __init__(self, stem: nn.Module, backbone: nn.Module):
+    def __init__(self, stem: nn.Module, backbone: nn.Module, size: Size):
         super().__init__()
-        self.stem, self.backbone, self.pyramid = stem, backbone, make_pyramid(backbone)
+        self.stem, self.backbone, self.pyramid = stem, backbone, make_pyramid(backbone, size)
+        self.out_channels = size.pyramid
         self.levels = pyramid_levels(backbone)
 
     def forward(self, x):
@@ -28,12 +27,11 @@ class OneEncoder(nn.Module):
 class FusedBeforePyramid(nn.Module):
     """Intermediate fusion: one pyramid over the fused features of two encoders."""
 
-    out_channels = PYRAMID_CHANNELS
-
-    def __init__(self, stems: tuple[nn.Module, nn.Module], encoder: FusedEncoder):
+    def __init__(self, stems: tuple[nn.Module, nn.Module], encoder: FusedEncoder, size: Size):
         super().__init__()
         self.colour_stem, self.depth_stem = stems
-        self.encoder, self.pyramid = encoder, make_pyramid(encoder)
+        self.encoder, self.pyramid = encoder, make_pyramid(encoder, size)
+        self.out_channels = size.pyramid
         self.levels = pyramid_levels(encoder)
 
     def forward(self, x):
@@ -44,12 +42,11 @@ class FusedBeforePyramid(nn.Module):
 class FusedAfterPyramid(nn.Module):
     """Late fusion: colour and depth apart from each other up to the end of their pyramids."""
 
-    out_channels = PYRAMID_CHANNELS
-
     def __init__(self, colour: OneEncoder, depth: OneEncoder, mixer: type[nn.Module]):
         super().__init__()
         self.colour, self.depth, self.levels = colour, depth, colour.levels
-        self.mixers = nn.ModuleList(mixer(PYRAMID_CHANNELS) for _ in range(len(self.levels) + 1))
+        self.out_channels = colour.out_channels
+        self.mixers = nn.ModuleList(mixer(self.out_channels) for _ in range(len(self.levels) + 1))
 
     def forward(self, x):
         colour, depth = self.colour(x), self.depth(x)
@@ -60,17 +57,18 @@ def md_net(recipe: Recipe, classes: int) -> MaskRcnn:
     """The recipe's Mask R-CNN or MD-Net."""
     fusion, backbone = recipe.network.fusion, recipe.network.backbone
     near, far = recipe.data.near, recipe.data.far
+    size = COMPACT if backbone == "edge" else PUBLISHED
     if recipe.network.architecture == "mask-rcnn" or fusion == "early":
         stem = StackedStem(near, far) if recipe.uses_depth else ColourStem()
-        body = OneEncoder(stem, make_backbone(backbone, stem.channels))
+        body = OneEncoder(stem, make_backbone(backbone, stem.channels), size)
     elif fusion in FUSIONS:
         mixer, intermediate = FUSIONS[fusion]
         stems = ColourStem(), GeometryStem(near, far)
         encoders = [make_backbone(backbone, stem.channels) for stem in stems]
         if intermediate:
-            body = FusedBeforePyramid(stems, FusedEncoder(*encoders, mixer, intermediate))
+            body = FusedBeforePyramid(stems, FusedEncoder(*encoders, mixer, intermediate), size)
         else:
-            body = FusedAfterPyramid(*(OneEncoder(s, e) for s, e in zip(stems, encoders)), mixer)
+            body = FusedAfterPyramid(*(OneEncoder(s, e, size) for s, e in zip(stems, encoders)), mixer)
     else:
         raise TrainingError(f"network.fusion: '{fusion}' is not early or one of {', '.join(FUSIONS)}")
-    return MaskRcnn(body, len(body.levels), len(recipe.data.channels), classes)
+    return MaskRcnn(body, len(body.levels), len(recipe.data.channels), classes, size)
