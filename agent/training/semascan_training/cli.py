@@ -6,7 +6,7 @@ import os
 import sys
 from pathlib import Path
 
-# Threads that wait must not spin: the machine is shared. Read by OpenMP when it starts, so before torch is imported.
+# Threads that wait must not spin: other work needs the cores. Read by OpenMP when it starts, so before torch is imported.
 os.environ.setdefault("OMP_WAIT_POLICY", "passive")
 
 from .errors import TrainingError

@@ -75,7 +75,7 @@ def export(run_folder: Path, out: Path, data: Path | None, bits: int = 16) -> di
     for log in logs.values():
         seconds += log[-1]["elapsed_s"] if log else 0.0
         images += sum(entry["images"] for entry in log)
-    metrics = {}
+    metrics, stored = {}, 16 if getattr(network, "halved", True) else 32
     if data is not None:
         samples = open_samples(data, run.recipe)
         if samples.classes != run.classes:
@@ -86,12 +86,12 @@ def export(run_folder: Path, out: Path, data: Path | None, bits: int = 16) -> di
         for file in files:
             write_whole(file, store_in_eight_bits(widened(onnx.load(str(file)))).SerializeToString())
         whole, metrics = metrics, evaluate_networks(files, samples, rows, run.recipe)
-        before = 16 if getattr(network, "halved", True) else 32
-        metrics[f"mean_iou_in_{before}_bits"] = whole["mean_iou"]
+        metrics[f"mean_iou_in_{stored}_bits"] = whole["mean_iou"]
+        stored = 8
         if whole["mean_iou"] - metrics["mean_iou"] > EIGHT_BIT_COST:
             raise TrainingError(f"{out}: 8 bits lower mean IoU from {whole['mean_iou']} to {metrics['mean_iou']}")
     training = _training_table(run, epochs, logs, seconds, images)
-    training["weights"] = f"{bits} bits"
+    training["weights"] = f"{stored} bits"
     outputs = {name: name for name in getattr(network, "outputs", ())}
     text = manifest_text(run.recipe, run.classes, files, outputs, training, metrics)
     write_whole(out / "model.toml", text.encode())
@@ -127,7 +127,7 @@ def _training_table(run: Run, epochs: list[int], logs: dict, seconds: float, ima
         "epochs": epochs,
         "images_seen": images,
         "hours": round(seconds / 3600, 3),
-        "device": "cuda" if torch.cuda.is_available() else "cpu, 1 thread",
+        "device": run.device,
         "start": ", ".join(run.started_from) or recipe.network.start,
         "loss": recipe.training.loss,
         "optimiser": recipe.training.optimiser,

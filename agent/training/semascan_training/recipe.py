@@ -9,6 +9,8 @@ from .errors import TrainingError
 TASKS = ("semantic", "defect", "instance", "two-stream")
 COLOUR = ("red", "green", "blue")
 STARTS = ("random", "frozen", "fine-tuned")
+FUSED = ("ud-net", "md-net")
+"""Architectures that `fusion` chooses among variants of."""
 HEADS = ("interpolated", "fine")
 LOSSES = ("dice", "focal", "dice+focal", "mask-rcnn")
 OPTIMISERS = ("sgd", "adam", "adamw")
@@ -159,6 +161,8 @@ def _check(recipe: Recipe) -> None:
     for name, value, allowed in choices:
         if value not in allowed:
             raise TrainingError(f"{name}: {value!r} is not one of {allowed}")
+    if recipe.network.fusion != "none" and recipe.network.architecture not in FUSED:
+        raise TrainingError(f"network.fusion: a {recipe.network.architecture} has none; {', '.join(FUSED)} have")
     if not 0 < recipe.data.near < recipe.data.far:
         raise TrainingError("data.near, data.far: 0 < near < far is expected")
     positive = (

@@ -27,6 +27,7 @@ class Run:
     classes: list[str]
     about: dict  # where the data come from
     started_from: list[str] = field(default_factory=list)  # names of runs or models whose weights were the start
+    device: str = "unknown"  # what trained it
 
     def stage(self, name: str) -> Path:
         """Folder of a stage, made if need be."""
@@ -50,6 +51,7 @@ class Run:
             "about": self.about,
             "split": self.split.to_table(),
             "started_from": self.started_from,
+            "device": self.device,
         }
         write_whole(self.folder / INDEX, json.dumps(table, indent=1).encode())
 
@@ -59,9 +61,8 @@ def open_run(folder: Path) -> Run:
     recipe = read_recipe(folder / RECIPE)
     try:
         table = json.loads((folder / INDEX).read_text(encoding="utf-8"))
-        return Run(
-            folder, recipe, Split(**table["split"]), table["classes"], table["about"], table.get("started_from", [])
-        )
+        split, started_from = Split(**table["split"]), table.get("started_from", [])
+        return Run(folder, recipe, split, table["classes"], table["about"], started_from, table.get("device", "unknown"))
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise TrainingError(f"{folder / INDEX}: {error}") from error
 

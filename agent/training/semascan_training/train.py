@@ -66,7 +66,9 @@ def train(recipe_path: Path, data: Path, out: Path, options: Options) -> Run:
     started_from = [path.name for path in options.start]
     if (out / INDEX).exists():  # resumed: what it began with stays true
         started_from = open_run(out).started_from or started_from
-    run = Run(out, recipe, split, samples.classes, samples.about, started_from)
+    threads = f"{options.threads} thread{'s' if options.threads > 1 else ''}"
+    used = device.type if device.type != "cpu" else f"cpu, {threads}"
+    run = Run(out, recipe, split, samples.classes, samples.about, started_from, used)
     run.save(recipe_path.read_text(encoding="utf-8"))
     validation = split.rows(samples.parts, "validation")
     limit = recipe.training.validation_images

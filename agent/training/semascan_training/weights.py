@@ -52,14 +52,15 @@ def load_start(network: torch.nn.Module, path: Path) -> list[str]:
     """Puts in whatever weights of an earlier run or of an exported model fit by name and shape.
 
     `path` is a run's folder, a `checkpoint.pt`, a model's folder or an `.onnx` file. One encoder's weights fill each
-    encoder and stream of a network that has several; the first filters of a network with early fusion are shared out to
-    colour and depth. Returns the names that were not filled.
+    encoder and stream of a network that has several, those of a U-Net or UD-Net the encoders of a Mask R-CNN or MD-Net;
+    the first filters of a network with early fusion are shared out to colour and depth. Returns the names that were not
+    filled.
     """
     given = _start_state(path)
     own = network.state_dict()
     missing = []
     for key, wanted in own.items():
-        found = given.get(key, given.get(_single_name(key)))
+        found = next((given[name] for name in _names(key) if name in given), None)
         fitting = None if found is None else _share(found, wanted)
         if fitting is not None:
             own[key] = fitting
@@ -79,10 +80,22 @@ SINGLE = (
     ("depth.", ""),
     ("instance_decoder.", "decoder."),
 )
+# The same for the encoders of a detector, and what they are called in a UD-Net of the same fusion.
+IN_DETECTOR = (
+    ("detector.backbone.colour.backbone.", "encoder.colour."),
+    ("detector.backbone.depth.backbone.", "encoder.depth."),
+    ("detector.backbone.", ""),
+)
 
 
-def _single_name(key: str) -> str:
-    return next((new + key.removeprefix(old) for old, new in SINGLE if key.startswith(old)), key)
+def _names(key: str) -> tuple[str, str, str]:
+    """What a weight may be called where it comes from, best first."""
+    body = _renamed(key, IN_DETECTOR)
+    return key, body, _renamed(body, SINGLE)
+
+
+def _renamed(key: str, prefixes: tuple[tuple[str, str], ...]) -> str:
+    return next((new + key.removeprefix(old) for old, new in prefixes if key.startswith(old)), key)
 
 
 def _share(given: torch.Tensor, wanted: torch.Tensor) -> torch.Tensor | None:

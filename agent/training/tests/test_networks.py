@@ -12,6 +12,7 @@ from semascan_training.losses import training_loss
 from semascan_training.networks import make_network
 from semascan_training.recipe import read_recipe
 from semascan_training.schedule import make_optimiser
+from semascan_training.weights import load_start
 
 FUSIONS = ("early", "intermediate-add", "intermediate-conv", "late-add", "late-network")
 RGB = ["red", "green", "blue"]
@@ -92,6 +93,19 @@ def test_detectors_give_losses_and_probabilities(tmp_path, data, architecture, f
     torch.testing.assert_close(outputs["probabilities"].sum(1), torch.ones(2, HEIGHT, WIDTH))
 
 
+@pytest.mark.parametrize("fusion", FUSIONS)
+def test_a_detector_starts_from_the_encoders_of_a_ud_net(tmp_path, fusion):
+    torch.manual_seed(0)
+    source = make_network(small_recipe(tmp_path, "ud-net", fusion, [*RGB, "depth"]), len(CLASSES))
+    torch.save({"network": source.state_dict()}, tmp_path / "checkpoint.pt")
+    detector = make_network(small_recipe(tmp_path, "md-net", fusion, [*RGB, "depth"]), len(CLASSES))
+    missing = load_start(detector, tmp_path / "checkpoint.pt")
+    assert not [name for name in missing if ".stages." in name]
+    filters = {name: value for name, value in source.state_dict().items() if name.endswith("stages.1.0.first.0.weight")}
+    own = [value for name, value in detector.state_dict().items() if name.endswith("stages.1.0.first.0.weight")]
+    assert len(own) == len(filters) and all(a.equal(b) for a, b in zip(own, filters.values()))
+
+
 @pytest.mark.parametrize("backbone", ["vgg16", "resnet34"])
 @pytest.mark.parametrize(
     ("architecture", "fusion"), [("u-net", "none"), ("ud-net", "intermediate-add"), ("fcn", "none")]
@@ -152,6 +166,7 @@ def test_every_recipe_can_be_built():
         ('name = "a"\ntask = "guess"\n[network]\narchitecture = "u-net"', "task"),
         ('name = "a"\ntask = "semantic"\nsize = 1\n[network]\narchitecture = "u-net"', "size"),
         ('name = "a"\ntask = "semantic"\n[network]\narchitecture = "u-net"\n[training]\nbatch = 0', "training.batch"),
+        ('name = "a"\ntask = "semantic"\n[network]\narchitecture = "u-net"\nfusion = "early"', "network.fusion"),
     ],
 )
 def test_wrong_recipes_name_the_field(tmp_path, text, field):
