@@ -1,5 +1,7 @@
 """Mask R-CNN (He et al. 2017) by torchvision, on any of our encoders, as a network that also gives class probabilities.
 
+Pyramid and heads are normalised, as in torchvision's second version, and while it is trained the finest map of the pyramid
+is asked for every pixel's class as well, as in Hybrid Task Cascade (Chen et al. 2019): both let it learn from few pictures.
 torchvision's own resizing and normalisation are switched off: the picture comes as the manifest says. Detections are
 turned into probabilities a pixel (the best score times mask of each class, the rest is background), so that everything
 that reads semantic networks reads this one too; boxes, labels, scores and masks are given beside them.
@@ -10,12 +12,17 @@ from dataclasses import dataclass
 
 import torch
 from torch import nn
+from torch.nn import functional as F
 from torchvision.models.detection import MaskRCNN
 from torchvision.models.detection.anchor_utils import AnchorGenerator
-from torchvision.models.detection.faster_rcnn import FastRCNNPredictor, TwoMLPHead
+from torchvision.models.detection.faster_rcnn import FastRCNNConvFCHead, FastRCNNPredictor
 from torchvision.models.detection.mask_rcnn import MaskRCNNHeads, MaskRCNNPredictor
+from torchvision.models.detection.rpn import RPNHead
+from torchvision.models.detection.transform import GeneralizedRCNNTransform
 from torchvision.ops import FeaturePyramidNetwork, MultiScaleRoIAlign, masks_to_boxes
 from torchvision.ops.feature_pyramid_network import LastLevelMaxPool
+
+from ..dataset.samples import IGNORE
 
 FINEST_STRIDE = 4
 SMALLEST_ANCHOR = 16
@@ -30,14 +37,16 @@ class Size:
     """How wide what follows the encoder is, and how many proposals it looks at."""
 
     pyramid: int = 256  # channels, of the mask head as well
-    box: int = 1024  # width of the box head's two layers
+    box_layers: int = 4  # convolutions of the box head
+    box: int = 1024  # width of its last layer
     candidates: int = 2000  # proposals a level, half of it at inference
-    sampled: int = 512  # proposals of one image that the heads learn from, a quarter of them on objects
+    sampled: int = 512  # proposals of one image that the heads learn from
+    on_objects: float = 0.25  # the share of them that lies on objects
 
 
 PUBLISHED = Size()
-"""Of the paper, for encoders of its size."""
-COMPACT = Size(pyramid=48, box=128, candidates=400, sampled=64)
+"""Torchvision's, for encoders like its own."""
+COMPACT = Size(pyramid=48, box_layers=2, box=128, candidates=400, sampled=96, on_objects=0.33)
 """For the compact backbone: half a million parameters."""
 
 
@@ -49,12 +58,31 @@ def pyramid_levels(encoder: nn.Module) -> list[int]:
 def make_pyramid(encoder: nn.Module, size: Size) -> FeaturePyramidNetwork:
     """A feature pyramid over those levels."""
     channels = [encoder.channels[i] for i in pyramid_levels(encoder)]
-    return FeaturePyramidNetwork(channels, size.pyramid, extra_blocks=LastLevelMaxPool())
+    return FeaturePyramidNetwork(channels, size.pyramid, LastLevelMaxPool(), nn.BatchNorm2d)
 
 
 def named(maps: list[torch.Tensor]) -> "OrderedDict[str, torch.Tensor]":
     """Feature maps as torchvision wants them."""
     return OrderedDict((str(i), m) for i, m in enumerate(maps))
+
+
+class ProposalHead(RPNHead):
+    """Proposals in 32 bits whatever the layers compute in: 16 bits place a corner to a pixel or two only."""
+
+    def forward(self, x):
+        scores, deltas = super().forward(x)
+        return [score.float() for score in scores], [delta.float() for delta in deltas]
+
+
+class AsItIs(GeneralizedRCNNTransform):
+    """Pictures keep their size and their normalisation; torchvision would enlarge them to 800 rows when it does not
+    train."""
+
+    def __init__(self, channels: int):
+        super().__init__(0, 0, [0.0] * channels, [1.0] * channels)
+
+    def resize(self, image, target=None):
+        return image, target
 
 
 class MaskRcnn(nn.Module):
@@ -82,27 +110,37 @@ class MaskRcnn(nn.Module):
         self.detector = MaskRCNN(
             body,
             rpn_anchor_generator=anchors,
+            rpn_head=ProposalHead(size.pyramid, anchors.num_anchors_per_location()[0]),
             rpn_pre_nms_top_n_train=size.candidates,
             rpn_post_nms_top_n_train=size.candidates,
             rpn_pre_nms_top_n_test=size.candidates // 2,
             rpn_post_nms_top_n_test=size.candidates // 2,
             box_roi_pool=MultiScaleRoIAlign(maps, BOX_CELLS, 2),
-            box_head=TwoMLPHead(size.pyramid * BOX_CELLS**2, size.box),
+            box_head=FastRCNNConvFCHead(
+                (size.pyramid, BOX_CELLS, BOX_CELLS), [size.pyramid] * size.box_layers, [size.box], nn.BatchNorm2d
+            ),
             box_predictor=FastRCNNPredictor(size.box, classes),
             box_batch_size_per_image=size.sampled,
+            box_positive_fraction=size.on_objects,
             box_detections_per_img=DETECTIONS,
             mask_roi_pool=MultiScaleRoIAlign(maps, MASK_CELLS, 2),
-            mask_head=MaskRCNNHeads(size.pyramid, (size.pyramid,) * 4, 1),
+            mask_head=MaskRCNNHeads(size.pyramid, (size.pyramid,) * 4, 1, nn.BatchNorm2d),
             mask_predictor=MaskRCNNPredictor(size.pyramid, size.pyramid, classes),
-            image_mean=[0.0] * channels,
-            image_std=[1.0] * channels,
-            _skip_resize=True,
         )
+        self.detector.transform = AsItIs(channels)
+        self.pixel_classes = nn.Conv2d(size.pyramid, classes, 1)
 
     def own_losses(self, image, labels, instances) -> dict[str, torch.Tensor]:
-        """The losses of the paper: objectness, box, class and mask."""
+        """The losses of the paper (objectness, box, class, mask) and that of the pixels' classes."""
         targets = [self.target(one, numbers) for one, numbers in zip(labels, instances)]
-        return self.detector(list(image), targets)
+        maps = {}
+        hook = self.detector.backbone.register_forward_hook(lambda _module, _input, output: maps.update(output))
+        try:
+            losses = self.detector(list(image), targets)
+        finally:
+            hook.remove()
+        scores = F.interpolate(self.pixel_classes(maps["0"]).float(), size=labels.shape[1:], mode="bilinear")
+        return {**losses, "loss_pixels": F.cross_entropy(scores, labels, ignore_index=IGNORE)}
 
     @staticmethod
     def target(labels, instances) -> dict[str, torch.Tensor]:
