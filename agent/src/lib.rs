@@ -1,5 +1,5 @@
 //! Semascan's edge agent: captures views of a part, segments, registers and fuses them into one semantic 3D model,
-//! and streams it while it grows. The rooms, from the bottom:
+//! and streams it while it grows. ARCHITECTURE.md says which room may use which.
 
 pub mod acquire;
 pub mod evaluate;

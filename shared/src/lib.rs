@@ -2,7 +2,7 @@
 //!
 //! | module | what |
 //! |---|---|
-//! | [`model`] | classes, the semantic point cloud, the inspection record |
+//! | [`model`] | classes, the semantic point cloud, the semantic mesh |
 //! | [`wire`] | the messages of the live stream and the chunk codec |
 //! | [`mesh`] | oriented semantic points to a semantic mesh |
 //! | [`measure`] | areas and distances, the same figures in agent and viewer |

@@ -1,3 +1,4 @@
+//! The developer commands: `cargo xtask demo`, `test`, `web`, `bench`, `onnxruntime`.
 //!
 //! Each command prepares what a fresh machine lacks, says what it does and why, and ends with one of the exit codes
 //! of `semascan` itself: 0 done, 1 the work failed, 2 a person has to do something first (the command to type is

@@ -81,11 +81,6 @@ impl IcpRegistrar {
         Self { config, selection, global: GlobalConfig::default(), pending, views, camera_is_frame: false }
     }
 
-    /// With other settings for views without a prior, the seed among them.
-    pub fn with_global(self, global: GlobalConfig) -> Self {
-        Self { global, ..self }
-    }
-
     /// How far the whole model may be off where the first view put it, seen from a camera at `table_from_camera`: the
     /// first view's covariance, carried there.
     fn model_covariance(&self, table_from_camera: &Isometry3<f64>) -> Matrix6<f64> {

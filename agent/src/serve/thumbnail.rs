@@ -1,5 +1,5 @@
-//! Small pictures of a view for the viewer's strip: the colour image, and what is laid over it: component classes and how
-//! uncertain they are.
+//! Small pictures of a view for the viewer's strip: the colour image, and what is laid over it: component classes, how
+//! uncertain they are, and what colour and depth contributed.
 
 use crate::acquire::View;
 use crate::segment::Segmentation;

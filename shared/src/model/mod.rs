@@ -1,4 +1,4 @@
-//! The data model: classes, semantic points, the semantic mesh, the record of an inspection.
+//! The data model: classes, semantic points, the semantic mesh.
 
 mod cloud;
 mod mesh;

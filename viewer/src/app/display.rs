@@ -3,7 +3,7 @@
 pub use crate::render::ColorMode;
 
 impl ColorMode {
-    /// The modes that every model has, in the order of the panel and of the number keys. Deviation needs a reference.
+    /// The modes that every model has, in the order of the panel. Deviation needs a reference.
     pub const ALL: [Self; 6] =
         [Self::Appearance, Self::Component, Self::Confidence, Self::Views, Self::Defect, Self::Sigma];
 

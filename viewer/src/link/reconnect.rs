@@ -88,6 +88,7 @@ impl Reconnect {
     }
 
     /// Whether it is over for good.
+    #[cfg(test)]
     pub fn is_stopped(&self) -> bool {
         self.state == State::Stopped
     }

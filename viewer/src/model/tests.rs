@@ -1,3 +1,5 @@
+//! The model follows the stream's events, in any order that a link may give them.
+
 use super::*;
 use semascan_shared::model::SemanticPoint;
 

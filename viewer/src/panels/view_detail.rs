@@ -1,4 +1,5 @@
-//! The selected view at large: its picture with labels or uncertainty over it, what became of it and how long it took.
+//! The selected view at large: its picture with labels, uncertainty or contributions over it, what became of it and
+//! how long it took.
 
 use super::Ui;
 use super::icons::{CLOSE, Icon, NEXT, PREVIOUS, WARNING};

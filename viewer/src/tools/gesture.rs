@@ -79,6 +79,7 @@ impl Gesture {
     }
 
     /// Whether anything is down.
+    #[cfg(test)]
     pub fn is_active(&self) -> bool {
         !self.pointers.is_empty()
     }

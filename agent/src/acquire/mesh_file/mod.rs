@@ -1,5 +1,8 @@
 //! Mesh files, and point clouds in PLY: OBJ, PLY, STL, glTF and GLB.
 //!
+//! The virtual cell's reader: unlike `semascan_shared::import`, which takes the geometry that figures are computed from, it
+//! keeps materials and textures, because the cell takes pictures of them.
+//!
 //! Each reader yields [`Piece`]s, checked: every coordinate a usable number, every corner a vertex that is there. Files
 //! are untrusted: whatever they hold, the answer is pieces or an error that names the file.
 

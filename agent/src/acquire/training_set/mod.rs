@@ -3,7 +3,7 @@
 //! ```text
 //! DIR/dataset.json      what the set is made of: see [`Manifest`]
 //! DIR/000000/           a part: rgb/ depth/ mask_visib/ scene_camera.json scene_gt.json objects.json (BOP),
-//!                       labels/ defects/ (one class a pixel), part.json (the part's own seed)
+//!                       labels/ defects/ (one class a pixel) defects.json, part.json (the part's own seed)
 //! ```
 //!
 //! A part is written beside its place and moved there when it is whole, so a part that is there is complete; a run that
@@ -144,8 +144,8 @@ mod tests {
         make(a.path(), &[0, 1]);
         make(b.path(), &[1]);
         let one = bytes_of(&a.path().join("000001"));
-        // Three views with four pictures each and some masks, four JSON files.
-        assert!(one.len() > 3 * 4 + 4 && one == bytes_of(&b.path().join("000001")));
+        // Three views with four pictures each and some masks, five JSON files.
+        assert!(one.len() > 3 * 4 + 5 && one == bytes_of(&b.path().join("000001")));
         assert_ne!(one, bytes_of(&a.path().join("000000")));
         let mut scene = BopSource::open(&a.path().join("000001"), &CameraMask::None).expect("a scene");
         assert_eq!(scene.info().view_count, Some(3));

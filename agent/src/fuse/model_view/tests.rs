@@ -1,3 +1,5 @@
+//! What a camera sees of maps whose surface is known in closed form.
+
 use super::*;
 use crate::acquire::DepthImage;
 use crate::fuse::{LabelledView, MapConfig, SemanticMap};

@@ -1,3 +1,5 @@
+//! Whatever has depth comes back bit by bit.
+
 use super::*;
 use proptest::prelude::*;
 

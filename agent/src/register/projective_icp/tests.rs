@@ -1,3 +1,5 @@
+//! Views of known surfaces, moved by known amounts, and what leaves a direction open.
+
 use super::*;
 use crate::acquire::DepthImage;
 use crate::register::twist::motion;

@@ -1,7 +1,8 @@
 //! Which models are installed, and which of them an inspection uses.
 //!
-//! Looked for in this order: the folder that the environment variable `SEMASCAN_MODELS` names, `models` beside the
-//! executable, and in a source tree `agent/models`, from the working directory or from cargo's target folder.
+//! Looked for in the folder that the environment variable `SEMASCAN_MODELS` names and nowhere else, or in this order:
+//! `models` beside the executable, `agent/models` in the working directory, `agent/models` of the source tree that cargo's
+//! target folder lies in.
 
 use super::manifest::{FILE_NAME, Manifest, ManifestError, Task};
 use super::taxonomy::shared;

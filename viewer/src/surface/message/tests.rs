@@ -1,3 +1,5 @@
+//! Messages between page and worker come back; broken ones are refused.
+
 use super::*;
 use proptest::prelude::*;
 use semascan_shared::model::SemanticPoint;

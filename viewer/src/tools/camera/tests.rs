@@ -1,3 +1,5 @@
+//! What dragging, zooming and fitting do to the camera.
+
 use super::*;
 
 fn camera() -> OrbitCamera {

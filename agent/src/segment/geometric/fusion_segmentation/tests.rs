@@ -1,3 +1,5 @@
+//! The 50 % rule on segments and masks made by hand.
+
 use super::*;
 use proptest::prelude::*;
 

@@ -1,3 +1,5 @@
+//! Supervoxels of scenes whose borders are known; any cloud is divided without loss.
+
 use super::*;
 use proptest::prelude::*;
 

@@ -1,3 +1,5 @@
+//! Voxels and neighbours against a search through all points.
+
 use super::*;
 use proptest::prelude::*;
 

@@ -1,3 +1,5 @@
+//! Manifests read back; what is wrong is named; any text is refused or read, never a panic.
+
 use super::*;
 use proptest::prelude::*;
 

@@ -1,3 +1,5 @@
+//! Sigma, its parts and its statistics against the closed form.
+
 use super::*;
 
 /// Two members, two augmentations, two classes, two pixels; the second pixel is unknown to the second augmentation.

@@ -1,3 +1,5 @@
+//! What the encoder writes the decoder reads, whatever the symbols.
+
 use super::*;
 use proptest::prelude::*;
 
