@@ -2,6 +2,7 @@
 
 use crate::{semascan, stderr};
 use std::path::Path;
+use std::process::Output;
 
 #[test]
 fn synth_writes_a_set_goes_on_with_it_and_refuses_another() {
