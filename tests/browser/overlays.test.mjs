@@ -42,6 +42,8 @@ onEveryBackend(
     it('are offered as far as the network gives them', LIMIT, async () => {
       const offered = await card.locator('input[name=overlay]').evaluateAll((inputs) => inputs.map((i) => i.value));
       assert.deepEqual(offered, ['none', 'labels', 'sigma', 'contribution']);
+      const [needed, there] = await card.evaluate((element) => [element.scrollWidth, element.clientWidth]);
+      assert.ok(needed <= there, `the card needs ${needed} pixels and has ${there}`);
     });
 
     it('lie on the picture, pixel on pixel, and each shows something else', LIMIT, async () => {
