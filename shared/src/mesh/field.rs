@@ -114,8 +114,7 @@ impl Field {
         }
     }
 
-    /// Adds one point to the nodes around it. Columns beyond its reach are left out, a sixth of them; single nodes beyond it
-    /// get a weight of zero: that is cheaper than asking.
+    /// Adds one point to the nodes around it. Nodes beyond its reach get a weight of zero: that is cheaper than asking.
     fn add<const N: usize>(&mut self, local: &Local, scale: f32) {
         let Placed { within, normal, weight, .. } = local.point;
         let offset = offsets::<N>(within);
@@ -125,11 +124,8 @@ impl Field {
             let x = offset[0][i];
             for j in ys.clone() {
                 let y = offset[1][j];
-                let (across, along) = (1.0 - (x * x + y * y) * scale, normal[0] * x + normal[1] * y);
-                if across <= 0.0 {
-                    continue;
-                }
                 let column = column::<N>(local.cell, i, j);
+                let (across, along) = (1.0 - (x * x + y * y) * scale, normal[0] * x + normal[1] * y);
                 self.active[column] |= reach;
                 let first = column as i32 * NODES as i32 + local.cell[2] - low::<N>();
                 let nodes = (first + zs.start as i32) as usize..(first + zs.end as i32) as usize;
