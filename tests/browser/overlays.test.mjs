@@ -37,8 +37,6 @@ onEveryBackend(
     }, LIMIT);
     after(() => viewer?.close());
 
-    const choose = (kind) => card.locator('label').filter({ has: viewer.page.getByTestId(`overlay-${kind}`) }).click();
-
     it('are offered as far as the network gives them', LIMIT, async () => {
       const offered = await card.locator('input[name=overlay]').evaluateAll((inputs) => inputs.map((i) => i.value));
       assert.deepEqual(offered, ['none', 'labels', 'sigma', 'contribution']);
@@ -50,7 +48,7 @@ onEveryBackend(
       const photo = await decoded(card.locator('.picture-photo'));
       const sources = new Set();
       for (const kind of ['labels', 'sigma', 'contribution']) {
-        await choose(kind);
+        await viewer.choose(`overlay-${kind}`);
         const overlay = card.locator('.picture-overlay');
         sources.add(await overlay.getAttribute('src'));
         const shown = await decoded(overlay);
@@ -59,7 +57,7 @@ onEveryBackend(
         assert.ok(shown.colours >= 3, `${kind}: ${shown.colours} colours`);
       }
       assert.equal(sources.size, 3);
-      await choose('none');
+      await viewer.choose('overlay-none');
       await card.locator('.picture-overlay').waitFor({ state: 'detached' });
     });
 

@@ -11,9 +11,6 @@ import { Viewer } from './support/viewer.mjs';
 /** What an element says of itself in its data attributes. */
 const said = (viewer, id) => viewer.page.getByTestId(id).evaluate((element) => ({ ...element.dataset }));
 
-/** Clicks the label of a radio button, as a person does. */
-const choose = (viewer, id) => viewer.page.locator('label').filter({ has: viewer.page.getByTestId(id) }).click();
-
 onEveryBackend(
   'the surface',
   (session) => {
@@ -27,7 +24,7 @@ onEveryBackend(
     it('is meshed when it is asked for, and drawn in place of the points', LIMIT, async () => {
       assert.equal((await said(viewer, 'mesh')).state, 'none');
       const points = await viewer.picture();
-      await choose(viewer, 'show-mesh');
+      await viewer.choose('show-mesh');
       await viewer.until((s) => Number(s.triangles) > 1000 && s.points === '0', null, 'the mesh in the picture');
       const mesh = await said(viewer, 'mesh');
       assert.equal(mesh.state, 'ready');
@@ -104,7 +101,7 @@ onEveryBackend(
     });
 
     it('gives way to the points again', LIMIT, async () => {
-      await choose(viewer, 'show-points');
+      await viewer.choose('show-points');
       await viewer.until((s) => s.triangles === '0' && Number(s.points) > 0, null, 'the points in the picture');
     });
 

@@ -1,4 +1,5 @@
-//! What the whole-system tests and the benchmarks of latency and accuracy share: inspections, a served agent, a native client.
+//! What the whole-system tests and the benchmarks of latency and accuracy share: inspections, a served agent, a
+//! native client.
 
 pub mod client;
 pub mod data;

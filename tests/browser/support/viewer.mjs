@@ -105,10 +105,14 @@ export class Viewer {
 
   /** Chooses what colours mean: `appearance`, `component`, `confidence`, `views`, `defect`. */
   async colorMode(mode) {
-    const radio = this.page.getByTestId(`color-mode-${mode}`);
-    if (await radio.isChecked()) return;
-    // A person clicks the label; the radio button itself is for the keyboard.
-    await this.redrawn(() => this.page.locator('label').filter({ has: radio }).click());
+    const id = `color-mode-${mode}`;
+    if (await this.page.getByTestId(id).isChecked()) return;
+    await this.redrawn(() => this.choose(id));
+  }
+
+  /** Chooses the radio button with this test id: a person clicks its label, the button itself is for the keyboard. */
+  async choose(id) {
+    await this.page.locator('label').filter({ has: this.page.getByTestId(id) }).click();
   }
 
   /** Shows or hides a component by its class. */

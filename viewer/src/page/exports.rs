@@ -1,4 +1,5 @@
-//! The visible part of the model as the bytes of a file. The writers are those of `semascan inspect` and `semascan export`.
+//! The visible part of the model as the bytes of a file. The writers are those of `semascan inspect` and
+//! `semascan export`.
 
 use super::scene::hidden_flags;
 use crate::app::{AppState, units};

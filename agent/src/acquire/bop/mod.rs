@@ -2,7 +2,8 @@
 //!
 //! The layout of the BOP benchmark (Hodan et al.): millimetres, world-to-camera poses. Masks become recorded labels;
 //! an `objects.json` beside them names the classes. Defects, which the benchmark does not know, are read from `defects/`
-//! (one value a pixel, 0 = none) if a `defects.json` names the values. A view that cannot be read is an error of its own; the rest go on.
+//! (one value a pixel, 0 = none) if a `defects.json` names the values. A view that cannot be read is an error of its own;
+//! the rest go on.
 
 mod metadata;
 mod pictures;
@@ -142,21 +143,20 @@ impl BopSource {
         Ok(Some(RecordedLabels { components, defects, instances }))
     }
 
+    /// Defect classes of a view's pixels: none where the scene records none.
     fn read_defects(&self, number: u32, width: u32, height: u32) -> Result<Vec<u16>, AcquireError> {
-        let nothing = || vec![0; (width * height) as usize];
-        if self.metadata.defects.is_empty() {
-            return Ok(nothing());
-        }
-        let Some(values) = pictures::read_defects(&self.folder, number, width, height)? else { return Ok(nothing()) };
-        let class = |value: u8| match value {
-            0 => Ok(0),
-            _ => {
-                let at = self.metadata.defects.iter().position(|d| d.id == u64::from(value));
-                at.map(|at| at as u16 + 1).ok_or_else(|| AcquireError::Format {
-                    path: pictures::path_of(&self.folder, "defects", number),
-                    reason: format!("a pixel has the value {value}, which defects.json does not name"),
-                })
+        let known = &self.metadata.defects;
+        let values = if known.is_empty() { None } else { pictures::read_defects(&self.folder, number, width, height)? };
+        let Some(values) = values else { return Ok(vec![0; (width * height) as usize]) };
+        let class = |value: u8| {
+            if value == 0 {
+                return Ok(0);
             }
+            let at = known.iter().position(|d| d.id == u64::from(value));
+            at.map(|at| at as u16 + 1).ok_or_else(|| AcquireError::Format {
+                path: pictures::path_of(&self.folder, "defects", number),
+                reason: format!("a pixel has the value {value}, which defects.json does not name"),
+            })
         };
         values.into_iter().map(class).collect()
     }

@@ -159,19 +159,25 @@ mod tests {
     use super::*;
     use crate::acquire::{Source, open};
 
+    /// Two views, and a scene whose pictures of them are written.
+    fn begun(folder: &Path, object: Isometry3<f64>) -> (Vec<View>, SceneWriter, Vec<SceneEntry>) {
+        let mut cell =
+            open("virtual:starter-motor?seed=4&views=2&size=96x80&cell=3", &CameraMask::None).expect("opens");
+        let writer = SceneWriter::create(folder, &cell.info().taxonomy, object).expect("made");
+        let views: Vec<View> = std::iter::from_fn(|| cell.next_view()).map(|v| v.expect("a view")).collect();
+        let entries = views.iter().map(|v| writer.write(v).expect("written")).collect();
+        (views, writer, entries)
+    }
+
     /// What goes out as a scene comes back as the same views, but for the steps of the depth and the numbering of what
     /// is visible.
     #[test]
     fn a_written_scene_reads_back() {
         let dir = tempfile::tempdir().expect("temporary folder");
         let folder = dir.path().join("000000");
-        let mut cell =
-            open("virtual:starter-motor?seed=4&views=2&size=96x80&cell=3", &CameraMask::None).expect("opens");
-        let taxonomy = cell.info().taxonomy.clone();
         let object = Isometry3::translation(0.01, 0.02, 0.03);
-        let writer = SceneWriter::create(&folder, &taxonomy, object).expect("made");
-        let views: Vec<View> = std::iter::from_fn(|| cell.next_view()).map(|v| v.expect("a view")).collect();
-        let entries: Vec<SceneEntry> = views.iter().map(|v| writer.write(v).expect("written")).collect();
+        let (views, writer, entries) = begun(&folder, object);
+        let taxonomy = writer.taxonomy.clone();
         assert!(!BopSource::is_scene(&folder), "a scene without its JSON files is no scene yet");
         writer.finish(&entries).expect("finished");
         let mut source = BopSource::open(&folder, &CameraMask::None).expect("a scene");
@@ -207,11 +213,8 @@ mod tests {
     fn a_defect_without_a_name_costs_its_view() {
         let dir = tempfile::tempdir().expect("temporary folder");
         let folder = dir.path().join("scene");
-        let mut cell =
-            open("virtual:starter-motor?seed=4&views=1&size=96x80&cell=3", &CameraMask::None).expect("opens");
-        let writer = SceneWriter::create(&folder, &cell.info().taxonomy, Isometry3::identity()).expect("made");
-        let entry = writer.write(&cell.next_view().expect("a view").expect("rendered")).expect("written");
-        writer.finish(&[entry]).expect("finished");
+        let (_, writer, entries) = begun(&folder, Isometry3::identity());
+        writer.finish(&entries).expect("finished");
         write_png(&folder.join("defects/000000.png"), &[99; 96 * 80], (96, 80), ExtendedColorType::L8)
             .expect("written");
         let mut source = BopSource::open(&folder, &CameraMask::None).expect("a scene");
