@@ -4,7 +4,8 @@
 //! inwards at the edge of a cloud: Adamson and Alexa, "Approximating bounded, nonorientable surfaces from points", SMI
 //! 2004), and the field rises in the direction of the points' normals, which between two parallel layers it does not.
 
-use super::field::{Field, Node, bits, dot};
+use super::field::{Field, bits, dot};
+use super::node::Node;
 use super::tile::{CELLS, HALO, NODES, TILE_EDGE, coordinates, node_index};
 use super::topology::{EDGE_CORNERS, Loops, crossed, loops, others, whole_loops};
 

@@ -12,33 +12,22 @@
 //! All distances are in grid cells, taken from whole numbers and the points' places in their cells, and points come in the
 //! same order in every tile: a node has the same value, bit by bit, in each tile that holds it.
 
+use super::columns::{Columns, Share};
+use super::node::{Node, Sums};
 use super::points::Placed;
 use super::tile::{Local, NODES};
-use bytemuck::{Pod, Zeroable};
+use glam::{BVec4A, Mat4, Vec4};
 
-/// Normals around a node whose mean is longer than this agree, and need no gate.
-const AGREEMENT: f32 = 0.9;
-
-/// What the points say of one node: sums over them at first, then their means. Eight numbers in a row, which are added to
-/// as one.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
-pub(super) struct Node {
-    /// Weight of the points; 0 where none reaches.
-    pub(super) weight: f32,
-    /// Sum of weighted plane distances; then the signed distance in cells, negative inside.
-    pub(super) value: f32,
-    /// Sum of weighted normals; then the unit normal.
-    pub(super) normal: [f32; 3],
-    /// Sum of weighted offsets of the node from its points; then how far it lies from their middle along the surface.
-    pub(super) drift: [f32; 3],
-}
-
-/// The point nearest to a node.
+/// A node whose points disagree: it goes by those that agree with the nearest.
 #[derive(Clone, Copy, Debug)]
-struct Nearest {
-    squared: f32,
+struct Disputed {
+    node: usize,
+    /// Squared distance of the nearest point.
+    nearest: f32,
+    /// Normal of the nearest point.
     normal: [f32; 3],
+    /// As in [`Sums`].
+    sums: [Vec4; 2],
 }
 
 /// The kernel's reach and the gate between normals.
@@ -53,28 +42,31 @@ pub(super) struct Kernel {
 /// The nodes of a tile. Columns along z are words of a bit a node.
 #[derive(Debug)]
 pub(super) struct Field {
+    /// Meaningful where they are active.
     pub(super) nodes: Vec<Node>,
     /// Nodes that points reach.
     pub(super) active: Vec<u64>,
     /// Active nodes with a negative value.
     pub(super) inside: Vec<u64>,
+    columns: Columns,
     /// Nodes whose points disagree.
     split: Vec<u64>,
-    /// Place in `nearest` of each node in `split`.
+    /// Place in `disputed` of each node in `split`.
     slots: Vec<u32>,
-    nearest: Vec<Nearest>,
+    disputed: Vec<Disputed>,
 }
 
 impl Default for Field {
     fn default() -> Self {
         let columns = || vec![0; NODES * NODES];
         Self {
-            nodes: vec![Node::default(); NODES * NODES * NODES],
+            nodes: vec![Node::default(); NODES * NODES * NODES + 4],
             active: columns(),
             inside: columns(),
+            columns: Columns::default(),
             split: columns(),
             slots: vec![0; NODES * NODES * NODES],
-            nearest: Vec::new(),
+            disputed: Vec::new(),
         }
     }
 }
@@ -82,130 +74,137 @@ impl Default for Field {
 impl Field {
     /// Computes the field of `points`.
     pub(super) fn fill(&mut self, points: &[Local], kernel: Kernel) {
-        match kernel.radius {
-            r if r <= 2.0 => self.fill_within::<4>(points, kernel),
-            r if r <= 3.0 => self.fill_within::<6>(points, kernel),
-            _ => self.fill_within::<8>(points, kernel),
+        if kernel.radius <= 2.0 {
+            self.fill_within::<4, 1>(points, kernel);
+        } else {
+            self.fill_within::<8, 2>(points, kernel);
         }
     }
 
-    /// With `N` nodes along an edge of the cube around a point's reach.
-    fn fill_within<const N: usize>(&mut self, points: &[Local], kernel: Kernel) {
-        for (c, column) in self.active.iter_mut().enumerate() {
-            bits(std::mem::take(column), |z| self.nodes[c * NODES + z] = Node::default());
-        }
+    /// With `N` nodes along an edge of the cube around a point's reach, `M` times four.
+    fn fill_within<const N: usize, const M: usize>(&mut self, points: &[Local], kernel: Kernel) {
+        self.active.fill(0);
         let scale = 1.0 / (kernel.radius * kernel.radius);
         for local in points.iter().filter(|l| l.point.normal != [0.0; 3]) {
-            self.add::<N>(local, scale);
+            self.add::<N, M>(local, scale);
         }
-        self.resolve::<N>(points, kernel);
-        for c in 0..NODES * NODES {
-            let (mut active, mut inside) = (0, 0);
-            bits(self.active[c], |z| {
-                let node = &mut self.nodes[c * NODES + z];
-                if node.weight > 0.0 {
-                    node.finish();
-                    active |= 1 << z;
-                    inside |= u64::from(node.value < 0.0) << z;
-                }
-            });
-            // Nodes without weight keep their zeros.
-            (self.active[c], self.inside[c]) = (active, inside);
+        self.disputed.clear();
+        for column in 0..NODES * NODES {
+            self.settle(column);
+        }
+        if !self.disputed.is_empty() {
+            self.resolve::<N>(points, kernel);
         }
     }
 
     /// Adds one point to the nodes around it. Nodes beyond its reach get a weight of zero: that is cheaper than asking.
-    fn add<const N: usize>(&mut self, local: &Local, scale: f32) {
+    fn add<const N: usize, const M: usize>(&mut self, local: &Local, scale: f32) {
         let Placed { within, normal, weight, .. } = local.point;
         let offset = offsets::<N>(within);
         let [xs, ys, zs] = ranges::<N>(local.cell);
+        if zs.is_empty() {
+            return;
+        }
         let reach = column_bits(&zs, local.cell[2], N);
+        let first = local.cell[2] - low::<N>();
+        let along: [Vec4; M] = std::array::from_fn(|m| Vec4::from_slice(&offset[2][4 * m..]));
         for i in xs {
             let x = offset[0][i];
             for j in ys.clone() {
                 let y = offset[1][j];
+                let (across, level) = (1.0 - (x * x + y * y) * scale, normal[0] * x + normal[1] * y);
+                let weight = along.map(|z| {
+                    let near = (across - z * z * scale).max(Vec4::ZERO);
+                    weight * near * near * near
+                });
+                let plane = along.map(|z| level + normal[2] * z);
                 let column = column::<N>(local.cell, i, j);
-                let (across, along) = (1.0 - (x * x + y * y) * scale, normal[0] * x + normal[1] * y);
                 self.active[column] |= reach;
-                let first = column as i32 * NODES as i32 + local.cell[2] - low::<N>();
-                let nodes = (first + zs.start as i32) as usize..(first + zs.end as i32) as usize;
-                for (node, &z) in self.nodes[nodes].iter_mut().zip(&offset[2][zs.clone()]) {
-                    let near = (across - z * z * scale).max(0.0);
-                    node.add(weight * near * near * near, along + normal[2] * z, normal, [x, y, z]);
-                }
+                self.columns.add(column, first, &Share { weight, plane, normal, across: [x, y], along });
             }
         }
     }
 
-    /// Computes the nodes whose points disagree again, from those that agree with the nearest.
+    /// Turns the sums of a column into its nodes and forgets them. Nodes whose points disagree are disputed.
+    fn settle(&mut self, column: usize) {
+        let touched = std::mem::take(&mut self.active[column]);
+        let (mut rest, mut active, mut inside, mut split) = (touched, 0, 0, 0);
+        while rest != 0 {
+            let z = rest.trailing_zeros() as usize;
+            let four = rest & 0b1111 << z;
+            rest ^= four;
+            let sums = self.columns.four(column, z);
+            let (nodes, below) = sums.nodes();
+            let bits = |mask: BVec4A| u64::from(mask.bitmask()) << z & four;
+            let reached = bits(sums.reached());
+            active |= reached;
+            inside |= bits(below) & reached;
+            split |= bits(sums.disputed());
+            // What lies beyond the column is overwritten by the next, where it is active there.
+            let first = column * NODES + z;
+            self.nodes[first..first + 4].copy_from_slice(&nodes);
+        }
+        bits(split, |z| {
+            let node = column * NODES + z;
+            self.slots[node] = self.disputed.len() as u32;
+            let (nearest, normal, sums) = (f32::INFINITY, [0.0; 3], [Vec4::ZERO; 2]);
+            self.disputed.push(Disputed { node, nearest, normal, sums });
+        });
+        if touched != 0 {
+            self.columns.clear(column, touched);
+        }
+        (self.active[column], self.inside[column], self.split[column]) = (active, inside, split);
+    }
+
+    /// Computes the disputed nodes again.
     fn resolve<const N: usize>(&mut self, points: &[Local], kernel: Kernel) {
-        self.nearest.clear();
-        for c in 0..NODES * NODES {
-            let mut split = 0;
-            bits(self.active[c], |z| {
-                let node = &mut self.nodes[c * NODES + z];
-                let limit = AGREEMENT * node.weight;
-                if dot(node.normal, node.normal) < limit * limit {
-                    split |= 1 << z;
-                    *node = Node::default();
-                    self.slots[c * NODES + z] = self.nearest.len() as u32;
-                    self.nearest.push(Nearest { squared: f32::INFINITY, normal: [0.0; 3] });
-                }
-            });
-            self.split[c] = split;
-        }
-        if self.nearest.is_empty() {
-            return;
-        }
         let limit = kernel.radius * kernel.radius;
         let oriented = || points.iter().filter(|l| l.point.normal != [0.0; 3]);
+        let (split, slots, disputed) = (&self.split, &self.slots, &mut self.disputed);
         for local in oriented() {
-            let normal = local.point.normal;
-            let (slots, nearest) = (&self.slots, &mut self.nearest);
-            around::<N>(&self.split, local, limit, |node, _, squared| {
-                let nearest = &mut nearest[slots[node] as usize];
-                if squared < nearest.squared {
-                    *nearest = Nearest { squared, normal };
+            around::<N>(split, local, limit, |node, _, squared| {
+                let at = &mut disputed[slots[node] as usize];
+                if squared < at.nearest {
+                    (at.nearest, at.normal) = (squared, local.point.normal);
                 }
             });
         }
         let scale = 1.0 / limit;
         for local in oriented() {
             let Placed { normal, weight, .. } = local.point;
-            let (slots, nearest, nodes) = (&self.slots, &self.nearest, &mut self.nodes);
-            around::<N>(&self.split, local, limit, |node, offset, squared| {
-                if dot(nearest[slots[node] as usize].normal, normal) < kernel.gate {
+            around::<N>(split, local, limit, |node, offset, squared| {
+                let at = &mut disputed[slots[node] as usize];
+                if dot(at.normal, normal) < kernel.gate {
                     return;
                 }
                 let near = 1.0 - squared * scale;
-                nodes[node].add(weight * near * near * near, dot(normal, offset), normal, offset);
+                let (w, [nx, ny, nz], [x, y, z]) = (weight * near * near * near, normal, offset);
+                at.sums[0] += w * Vec4::new(1.0, dot(normal, offset), nx, ny);
+                at.sums[1] += w * Vec4::new(nz, x, y, z);
             });
+        }
+        for four in self.disputed.chunks(4) {
+            let of = |k: usize| four.get(k).map_or([Vec4::ZERO; 2], |d| d.sums);
+            let [low, high] = [0, 1].map(|half| {
+                let columns = Mat4::from_cols(of(0)[half], of(1)[half], of(2)[half], of(3)[half]).transpose();
+                [0, 1, 2, 3].map(|k| columns.col(k))
+            });
+            let [[w, plane, nx, ny], [nz, x, y, z]] = [low, high];
+            let sums = Sums([w, plane, nx, ny, nz, x, y, z]);
+            let ((nodes, below), reached) = (sums.nodes(), sums.reached());
+            for (k, disputed) in four.iter().enumerate() {
+                let (column, bit) = (disputed.node / NODES, 1 << (disputed.node % NODES));
+                self.nodes[disputed.node] = nodes[k];
+                set(&mut self.active[column], bit, reached.test(k));
+                set(&mut self.inside[column], bit, reached.test(k) && below.test(k));
+            }
         }
     }
 }
 
-impl Node {
-    /// Adds a point of weight `w`, its plane at distance `plane`, the node at `offset` from it.
-    #[inline]
-    fn add(&mut self, w: f32, plane: f32, normal: [f32; 3], offset: [f32; 3]) {
-        let [nx, ny, nz] = normal;
-        let [x, y, z] = offset;
-        let sums: &mut [f32; 8] = bytemuck::cast_mut(self);
-        for (sum, v) in sums.iter_mut().zip([1.0, plane, nx, ny, nz, x, y, z]) {
-            *sum += w * v;
-        }
-    }
-
-    /// Turns sums into means.
-    fn finish(&mut self) {
-        let share = 1.0 / self.weight;
-        let length = dot(self.normal, self.normal).sqrt().max(f32::MIN_POSITIVE);
-        self.normal = self.normal.map(|c| c / length);
-        let middle = self.drift.map(|c| c * share);
-        let height = dot(self.normal, middle);
-        self.value = 0.5 * (self.value * share + height);
-        self.drift = std::array::from_fn(|a| middle[a] - height * self.normal[a]);
-    }
+/// Sets or clears a bit.
+fn set(word: &mut u64, bit: u64, to: bool) {
+    *word = if to { *word | bit } else { *word & !bit };
 }
 
 /// How many nodes of the cube lie below the point's cell.

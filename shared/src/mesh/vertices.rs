@@ -1,7 +1,8 @@
 //! Where a vertex lies and what it says: position from the field, everything else from the evidence around it.
 
 use super::cells::corner_step;
-use super::field::{Kernel, Node, dot};
+use super::field::{Kernel, dot};
+use super::node::Node;
 use super::points::Points;
 use super::tile::{Local, NODES, coordinates, node_index};
 use super::topology::EDGE_CORNERS;
