@@ -1,12 +1,13 @@
 """From rows of a data set to tensors; order and augmentations depend on seed, member and epoch alone."""
 
-from collections import deque
 from collections.abc import Iterator
-from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import cache
+from typing import NamedTuple
 
 import numpy as np
 import torch
+from torch.utils.data import DataLoader, Dataset
 
 from .augment import View, augment
 from .dataset import Samples
@@ -26,27 +27,47 @@ class Batch:
     labels: torch.Tensor
     instances: torch.Tensor
 
-    def to(self, device: torch.device) -> "Batch":
-        """The batch on a device; the image in the memory layout that convolutions like."""
-        image = self.image.to(device, memory_format=torch.channels_last)
-        return Batch(image, self.labels.to(device), self.instances.to(device))
+
+class Pictures(NamedTuple):
+    """A batch in as few bytes as the data set has: what passes between processes and to a GPU."""
+
+    rgb: torch.Tensor | None  # [N, H, W, 3] u8
+    depth: torch.Tensor | None  # [N, H, W] i32, DEPTH_UNIT
+    labels: torch.Tensor  # [N, H, W] u8
+    instances: torch.Tensor  # [N, H, W] u8
+
+    def batch(self, recipe: Recipe, device: torch.device) -> Batch:
+        """The batch on a device, widened there; the image in the memory layout that convolutions like."""
+        there = Pictures(*(plane if plane is None else plane.to(device, non_blocking=True) for plane in self))
+        image = picture_tensor(there.rgb, there.depth, recipe.data.near, recipe.data.far)
+        image = image.contiguous(memory_format=torch.channels_last)
+        return Batch(image, there.labels.long(), there.instances.long())
 
 
-def picture_tensor(rgb: np.ndarray | None, depth: np.ndarray | None, near: float, far: float) -> torch.Tensor:
-    """What the manifest's [input] says: colour [N, H, W, 3] u8 and depth [N, H, W] u16 to [N, C, H, W] float."""
+def picture_tensor(rgb: torch.Tensor | None, depth: torch.Tensor | None, near: float, far: float) -> torch.Tensor:
+    """What the manifest's [input] says: colour [N, H, W, 3] u8 and depth [N, H, W] i32 to [N, C, H, W] float."""
     planes = []
     if rgb is not None:
-        colour = torch.from_numpy(np.ascontiguousarray(rgb)).permute(0, 3, 1, 2).float().div_(255)
-        planes.append(colour.sub_(torch.tensor(MEAN).view(3, 1, 1)).div_(torch.tensor(STD).view(3, 1, 1)))
+        colour = rgb.permute(0, 3, 1, 2).float().div_(255)
+        mean, std = _colour_statistics(rgb.device)
+        planes.append(colour.sub_(mean).div_(std))
     if depth is not None:
-        metres = torch.from_numpy(depth.astype(np.float32)).unsqueeze(1) * DEPTH_UNIT
+        metres = depth.float().unsqueeze(1) * DEPTH_UNIT
         normal = ((metres - near) / (far - near)).clamp_(0.0, 1.0)
         planes.append(normal * (metres > 0))
     return torch.cat(planes, 1)
 
 
-def make_batch(samples: Samples, rows: np.ndarray, recipe: Recipe, rngs: list[np.random.Generator] | None) -> Batch:
-    """One batch; with generators, one a row, the views are augmented."""
+@cache
+def _colour_statistics(device: torch.device) -> tuple[torch.Tensor, torch.Tensor]:
+    mean, std = (torch.tensor(values, device=device).view(3, 1, 1) for values in (MEAN, STD))
+    return mean, std
+
+
+def make_pictures(
+    samples: Samples, rows: np.ndarray, recipe: Recipe, rngs: list[np.random.Generator] | None
+) -> Pictures:
+    """The views of some rows; with generators, one a row, they are augmented."""
     depth = samples.depth if recipe.uses_depth else None
     views = []
     for i, row in enumerate(rows):
@@ -57,54 +78,95 @@ def make_batch(samples: Samples, rows: np.ndarray, recipe: Recipe, rngs: list[np
             np.asarray(samples.instances[row]),
         )
         views.append(augment(view, rngs[i], recipe.data.augment) if rngs else view)
-    return Batch(
-        picture_tensor(
-            np.stack([v.rgb for v in views]) if recipe.uses_colour else None,
-            np.stack([v.depth for v in views]) if depth is not None else None,
-            recipe.data.near,
-            recipe.data.far,
-        ),
-        torch.from_numpy(np.stack([v.labels for v in views]).astype(np.int64)),
-        torch.from_numpy(np.stack([v.instances for v in views]).astype(np.int64)),
+
+    def stack(planes: list[np.ndarray]) -> torch.Tensor:
+        return torch.from_numpy(np.stack(planes))
+
+    return Pictures(
+        stack([v.rgb for v in views]) if recipe.uses_colour else None,
+        stack([v.depth.astype(np.int32) for v in views]) if depth is not None else None,
+        stack([v.labels for v in views]),
+        stack([v.instances for v in views]),
     )
 
 
-def training_batches(
-    samples: Samples, rows: np.ndarray, recipe: Recipe, stage: int, epoch: int, workers: int = 0
-) -> Iterator[Batch]:
-    """One epoch: the rows in a new order, augmented. `stage` tells trunk and members apart. Whole batches only.
+CPU = torch.device("cpu")
 
-    With `workers`, so many threads prepare batches ahead, for a GPU that would wait for them; the batches are the same.
+
+def make_batch(
+    samples: Samples,
+    rows: np.ndarray,
+    recipe: Recipe,
+    rngs: list[np.random.Generator] | None,
+    device: torch.device = CPU,
+) -> Batch:
+    """One batch; with generators, one a row, the views are augmented."""
+    return make_pictures(samples, rows, recipe, rngs).batch(recipe, device)
+
+
+class Epoch(Dataset):
+    """The batches of one epoch: the rows in a new order, augmented. Whole batches only.
+
+    An epoch of more images than there are rows goes through them again, in another order.
     """
-    seed = [recipe.training.seed, stage, epoch]
-    order = rows[np.random.default_rng(seed).permutation(len(rows))]
-    if recipe.training.epoch_images:
-        order = order[: recipe.training.epoch_images]
-    size = min(recipe.training.batch, len(order))
 
-    def prepare(first: int) -> Batch:
-        rngs = [np.random.default_rng([*seed, first + i]) for i in range(size)]
-        return make_batch(samples, order[first : first + size], recipe, rngs)
+    def __init__(self, samples: Samples, rows: np.ndarray, recipe: Recipe, stage: int, epoch: int):
+        self.samples, self.recipe = samples, recipe
+        self.seed = [recipe.training.seed, stage, epoch]
+        rng = np.random.default_rng(self.seed)
+        images = recipe.training.epoch_images or len(rows)
+        passes = [rows[rng.permutation(len(rows))] for _ in range(-(-images // len(rows)))]
+        self.order = np.concatenate(passes)[:images]
+        self.size = min(recipe.training.batch, len(self.order))
 
-    starts = range(0, len(order) - size + 1, size)
+    def __len__(self) -> int:
+        return len(self.order) // self.size
+
+    def __getitem__(self, batch: int) -> Pictures:
+        first = batch * self.size
+        rngs = [np.random.default_rng([*self.seed, first + i]) for i in range(self.size)]
+        return make_pictures(self.samples, self.order[first : first + self.size], self.recipe, rngs)
+
+
+def training_batches(
+    samples: Samples,
+    rows: np.ndarray,
+    recipe: Recipe,
+    stage: int,
+    epoch: int,
+    workers: int = 0,
+    device: torch.device = CPU,
+) -> Iterator[Batch]:
+    """One epoch's batches on a device. `stage` tells trunk and members apart.
+
+    With `workers`, so many processes prepare batches ahead, for a GPU that would wait for them (threads would wait for
+    one another: half of an augmentation is Python's own work); the batches are the same.
+    """
+    batches = Epoch(samples, rows, recipe, stage, epoch)
     if not workers:
-        yield from map(prepare, starts)
+        for number in range(len(batches)):
+            yield batches[number].batch(recipe, device)
         return
-    with ThreadPoolExecutor(workers) as pool:
-        ahead: deque[Future[Batch]] = deque()
-        for first in starts:
-            ahead.append(pool.submit(prepare, first))
-            if len(ahead) > 2 * workers:
-                yield ahead.popleft().result()
-        while ahead:
-            yield ahead.popleft().result()
+    # Forked processes share the arrays. Those that an epoch leaves behind early end with the loader.
+    loader = DataLoader(
+        batches,
+        batch_size=None,
+        num_workers=workers,
+        pin_memory=device.type == "cuda",
+        prefetch_factor=4,
+        multiprocessing_context="fork",
+    )
+    for pictures in loader:
+        yield pictures.batch(recipe, device)
 
 
-def evaluation_batches(samples: Samples, rows: np.ndarray, recipe: Recipe, augmented: bool) -> Iterator[Batch]:
+def evaluation_batches(
+    samples: Samples, rows: np.ndarray, recipe: Recipe, augmented: bool, device: torch.device = CPU
+) -> Iterator[Batch]:
     """The rows in order, as they are or, if asked, augmented the same way every time."""
     size = recipe.training.batch
     for first in range(0, len(rows), size):
         some = rows[first : first + size]
         seed = [recipe.training.seed, 1 << 20, first]
         rngs = [np.random.default_rng([*seed, i]) for i in range(len(some))] if augmented else None
-        yield make_batch(samples, some, recipe, rngs)
+        yield make_batch(samples, some, recipe, rngs, device)

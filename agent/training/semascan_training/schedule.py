@@ -34,7 +34,8 @@ def make_optimiser(network: torch.nn.Module, recipe: Recipe) -> torch.optim.Opti
     weights = [p for p in network.parameters() if p.ndim > 1]
     others = [p for p in network.parameters() if p.ndim <= 1]
     groups = [{"params": weights, "weight_decay": training.weight_decay}, {"params": others, "weight_decay": 0.0}]
+    fused = all(p.is_cuda for p in network.parameters())  # one step of all weights in a few kernels
     if training.optimiser == "sgd":
-        return torch.optim.SGD(groups, training.learning_rate, momentum=0.9)
+        return torch.optim.SGD(groups, training.learning_rate, momentum=0.9, fused=fused)
     kind = torch.optim.Adam if training.optimiser == "adam" else torch.optim.AdamW
-    return kind(groups, training.learning_rate)
+    return kind(groups, training.learning_rate, fused=fused)

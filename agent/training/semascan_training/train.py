@@ -58,7 +58,7 @@ def train(recipe_path: Path, data: Path, out: Path, options: Options) -> Run:
     recipe = read_recipe(recipe_path)
     if (out / RECIPE).exists() and not options.resume:
         raise TrainingError(f"{out}: holds a run already; continue it with --resume or name another folder")
-    samples = open_samples(data, recipe)
+    samples = open_samples(data, recipe, options.threads)
     split = split_by_part(samples.parts, recipe.data.split_seed, recipe.data.test_parts)
     weights = recipe.training.class_weights
     if weights and len(weights) != len(samples.classes):
@@ -89,6 +89,7 @@ def prepare(threads: int) -> torch.device:
     """Sets the number of threads and chooses the device: a GPU if there is one."""
     torch.set_num_threads(threads)
     cv2.setNumThreads(1)
+    torch.backends.cudnn.benchmark = True  # all batches of a training have one size
     return torch.device("cuda" if torch.cuda.is_available() else "cpu")
 
 
@@ -178,25 +179,26 @@ class Trainer:
         """One epoch, or what the time limit leaves of it; mean loss, number of images, last learning rate."""
         self.network.train()
         torch.manual_seed((self.recipe.training.seed << 20) + (self.stage.number << 12) + self.epoch)
-        size = len(self.stage.rows)
-        size = min(size, self.recipe.training.epoch_images or size)
+        size = self.recipe.training.epoch_images or len(self.stage.rows)
         losses, images, rate = [], 0, 0.0
         workers = torch.get_num_threads() - 1 if self.device.type == "cuda" else 0
-        for batch in training_batches(samples, self.stage.rows, self.recipe, self.stage.number, self.epoch, workers):
+        stage = self.stage
+        for batch in training_batches(samples, stage.rows, self.recipe, stage.number, self.epoch, workers, self.device):
             progress = self.progress(images / size, time.monotonic() - begin)
             if progress >= 1.0:
                 break
             self.freeze(progress)
-            rate = learning_rate(self.recipe, self.stage.peak_rate, progress)
+            rate = learning_rate(self.recipe, stage.peak_rate, progress)
             for group in self.optimiser.param_groups:
                 group["lr"] = rate
-            loss = training_loss(self.network, batch.to(self.device), self.recipe)
+            loss = training_loss(self.network, batch, self.recipe)
             self.optimiser.zero_grad(set_to_none=True)
             loss.backward()
             self.optimiser.step()
-            losses.append(float(loss.detach()))
+            losses.append(loss.detach())  # read at the end: a GPU need not wait for each
             images += len(batch.labels)
-        if losses and not np.isfinite(losses).all():
+        losses = torch.stack(losses).tolist() if losses else []
+        if not np.isfinite(losses).all():
             raise TrainingError(f"{self.folder}: the loss is not finite in epoch {self.epoch}; lower the learning rate")
         return float(np.mean(losses)) if losses else 0.0, images, rate
 
@@ -219,7 +221,7 @@ def validate(
     """Metrics of the network in its present state."""
     network.eval()
     confusion = Confusion.empty(len(samples.classes))
-    for batch in evaluation_batches(samples, rows, recipe, recipe.data.augment_validation):
-        logits = network(batch.to(device).image)["logits"]
-        confusion.add(batch.labels.numpy(), logits.argmax(1).cpu().numpy())
+    for batch in evaluation_batches(samples, rows, recipe, recipe.data.augment_validation, device):
+        logits = network(batch.image)["logits"]
+        confusion.add(batch.labels.cpu().numpy(), logits.argmax(1).cpu().numpy())
     return confusion.table(samples.classes)

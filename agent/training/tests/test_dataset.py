@@ -1,14 +1,15 @@
 """Reading, splitting and augmenting."""
 
 import json
+import shutil
 
 import cv2
 import numpy as np
 import pytest
-from conftest import CLASSES, VIEWS, draw_view, write_recipe
+from conftest import CLASSES, VIEWS, draw_view, write_recipe, write_set
 
 from semascan_training.augment import View, augment, draw_motion, move
-from semascan_training.batches import training_batches
+from semascan_training.batches import Epoch, training_batches
 from semascan_training.dataset import composition, open_samples, split_by_part
 from semascan_training.dataset.samples import IGNORE
 from semascan_training.errors import TrainingError
@@ -97,8 +98,31 @@ def test_an_epoch_depends_on_its_seed_alone(tmp_path, data):
     first, again, other = (list(training_batches(samples, rows, recipe, 0, epoch)) for epoch in (1, 1, 2))
     assert all(a.image.equal(b.image) and a.labels.equal(b.labels) for a, b in zip(first, again))
     assert not all(a.image.equal(b.image) for a, b in zip(first, other))
-    threaded = list(training_batches(samples, rows, recipe, 0, 1, workers=2))
-    assert len(threaded) == len(first) and all(a.image.equal(b.image) for a, b in zip(first, threaded))
+    ahead = list(training_batches(samples, rows, recipe, 0, 1, workers=2))
+    assert len(ahead) == len(first)
+    assert all(a.image.equal(b.image) and a.labels.equal(b.labels) for a, b in zip(first, ahead))
+
+
+def test_an_epoch_may_go_through_the_rows_several_times(tmp_path, data):
+    recipe = read_recipe(write_recipe(tmp_path / "r.toml", training={"epoch_images": 20}))
+    epoch = Epoch(open_samples(data, recipe), np.arange(8), recipe, 0, 1)
+    assert len(epoch) == 5 and sorted(epoch.order[:8]) == sorted(epoch.order[8:16]) == list(range(8))
+    assert list(epoch.order[:8]) != list(epoch.order[8:16])
+
+
+def test_decoding_in_threads_gives_the_same(tmp_path):
+    recipe = read_recipe(write_recipe(tmp_path / "r.toml"))
+    read = []
+    for threads in (1, 3):
+        (folder := tmp_path / f"{threads}").mkdir()
+        write_set(folder, parts=10)
+        read.append(open_samples(folder, recipe, threads))
+    for plane in ("rgb", "depth", "labels", "instances"):
+        assert np.array_equal(getattr(read[0], plane), getattr(read[1], plane))
+    (tmp_path / "3" / "000007" / "depth" / "000002.png").write_bytes(b"broken")
+    shutil.rmtree(tmp_path / "3" / ".training-cache")
+    with pytest.raises(TrainingError, match="000007/depth/000002.png"):
+        open_samples(tmp_path / "3", recipe, 3)
 
 
 def test_labelme_polygons_become_masks(tmp_path):

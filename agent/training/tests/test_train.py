@@ -6,7 +6,9 @@ import pytest
 import torch
 from conftest import write_recipe
 
+from semascan_training.dataset.samples import IGNORE
 from semascan_training.errors import TrainingError
+from semascan_training.losses import dice_loss
 from semascan_training.networks import make_network
 from semascan_training.recipe import read_recipe
 from semascan_training.run import load_checkpoint
@@ -29,6 +31,22 @@ def test_a_resumed_run_ends_where_an_uninterrupted_one_does(tmp_path, data):
     whole, parts = weights(tmp_path / "whole" / "member-0"), weights(tmp_path / "parts" / "member-0")
     assert all(whole[name].equal(parts[name]) for name in whole)
     assert load_checkpoint(tmp_path / "parts" / "member-0")["epoch"] == 3
+
+
+def test_dice_means_over_the_classes_that_are_shown():
+    labels = torch.zeros(2, 8, 8, dtype=torch.long)
+    labels[:, :2] = 1
+    labels[:, 6:] = IGNORE
+    scores = torch.zeros(2, 3, 8, 8)
+    scores[:, 0] = scores[:, 2] = 0.5
+    scores.requires_grad_(True)
+    loss = dice_loss(scores, labels)
+    # Of 96 known pixels 64 are of class 0 and 32 of class 1; class 2 is not shown.
+    nothing, one = (2 * 32 + 1) / (48 + 64 + 1), 1 / (32 + 1)
+    assert loss.item() == pytest.approx(1 - (nothing + one) / 2)
+    loss.backward()
+    assert scores.grad[:, 2].abs().sum() == 0 and scores.grad[:, :, 6:].abs().sum() == 0
+    assert dice_loss(scores, torch.full_like(labels, IGNORE)).item() == 0
 
 
 def test_members_fork_from_a_trunk_and_part_ways(tmp_path, data):

@@ -1,6 +1,7 @@
 """The data set that `semascan synth` writes: one BOP scene folder a part, with label pictures beside it."""
 
 import json
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import cv2
@@ -16,14 +17,14 @@ SCHEMA = 1
 MILLIMETRE = 1e-3
 
 
-def read(folder: Path, recipe: Recipe) -> Samples:
+def read(folder: Path, recipe: Recipe, threads: int = 1) -> Samples:
     """All complete parts of the folder; labels are components or, for a defect network, defects."""
     index = _index(folder / INDEX)
     defects = recipe.task == "defect"
     views = [(scene, view) for scene in _scenes(folder) for view in _views(scene)]
     if not views:
         raise TrainingError(f"{folder}: no part with rgb, depth, labels and defects in it")
-    arrays = _arrays(folder, index, views)
+    arrays = _arrays(folder, index, views, threads)
     labels = {kind: arrays.pop(kind) for kind in ("labels", "defects")}["defects" if defects else "labels"]
     about = {k: index[k] for k in ("generator", "seed", "views", "size", "window") if k in index}
     classes = index["defects" if defects else "classes"]
@@ -41,7 +42,7 @@ def _index(path: Path) -> dict:
     return index
 
 
-def _arrays(folder: Path, index: dict, views: list[tuple[Path, str]]) -> dict[str, np.ndarray]:
+def _arrays(folder: Path, index: dict, views: list[tuple[Path, str]], threads: int) -> dict[str, np.ndarray]:
     """Everything of all views, components and defects, so that one decoding serves every recipe."""
     height, width = _picture(views[0][0] / "rgb" / f"{views[0][1]}.png").shape[:2]
     plane = (len(views), height, width)
@@ -49,22 +50,28 @@ def _arrays(folder: Path, index: dict, views: list[tuple[Path, str]]) -> dict[st
     kinds = {"labels": len(index["classes"]), "defects": len(index["defects"])}
     shapes |= {kind: (plane, "u1") for kind in kinds}
 
+    cameras = {}
+
+    def decode(arrays: dict, row: int) -> None:
+        scene, view = views[row]
+        picture = _picture(scene / "rgb" / f"{view}.png")
+        if picture.shape[:2] != (height, width):
+            raise TrainingError(f"{scene / 'rgb' / view}.png: {width}x{height} is expected, as the first view has")
+        arrays["rgb"][row] = cv2.cvtColor(picture, cv2.COLOR_BGR2RGB)
+        arrays["depth"][row] = _depth(scene, view, cameras[scene])
+        arrays["instances"][row] = _instances(scene, view, (height, width))
+        for kind, classes in kinds.items():
+            labels = _plane(scene / kind / f"{view}.png")
+            if labels.max() >= classes:
+                raise TrainingError(f"{scene / kind / view}.png: class {labels.max()} of {classes}")
+            arrays[kind][row] = labels
+
     def fill(arrays: dict) -> None:
-        cameras = {}
-        for row, (scene, view) in enumerate(views):
-            if scene not in cameras:
-                cameras[scene] = _json(scene / "scene_camera.json")
-            picture = _picture(scene / "rgb" / f"{view}.png")
-            if picture.shape[:2] != (height, width):
-                raise TrainingError(f"{scene / 'rgb' / view}.png: {width}x{height} is expected, as the first view has")
-            arrays["rgb"][row] = cv2.cvtColor(picture, cv2.COLOR_BGR2RGB)
-            arrays["depth"][row] = _depth(scene, view, cameras[scene])
-            arrays["instances"][row] = _instances(scene, view, (height, width))
-            for kind, classes in kinds.items():
-                labels = _plane(scene / kind / f"{view}.png")
-                if labels.max() >= classes:
-                    raise TrainingError(f"{scene / kind / view}.png: class {labels.max()} of {classes}")
-                arrays[kind][row] = labels
+        for scene in {scene for scene, _ in views}:
+            cameras[scene] = _json(scene / "scene_camera.json")
+        with ThreadPoolExecutor(threads) as pool:
+            for _ in pool.map(lambda row: decode(arrays, row), range(len(views))):
+                pass  # raises what a decoding raised
 
     key = {"index": index, "views": [f"{scene.name}/{view}" for scene, view in views]}
     return cached(folder, key, shapes, fill)
