@@ -35,8 +35,9 @@ const USE_NETWORKS: [&str; 2] = ["network", "inspection"];
 /// mesher.
 const IN_WASM: [&str; 2] = ["codec_wasm", "mesh_wasm"];
 
-/// Scripts of `tests/browser/bench` that time the viewer in Chromium: the mesh of half a million points.
-const IN_CHROMIUM: [&str; 1] = ["mesh"];
+/// Scripts of `tests/browser/bench` that time the viewer in Chromium: the mesh of half a million points, the picture of
+/// millions.
+const IN_CHROMIUM: [&str; 2] = ["mesh", "render"];
 
 /// A 2 M voxel motor: high resolution and small voxels, so that the stream is measured at the size it must stand.
 const MOTOR: [&str; 3] = ["virtual:starter-motor?seed=7&views=12&size=1920x1200", "--voxel", "0.5"];

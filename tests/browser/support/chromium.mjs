@@ -1,4 +1,5 @@
-// Chromium with a software rasterizer, one set of flags for each graphics backend of the viewer.
+// Chromium with a software rasterizer, one set of flags for each graphics backend of the viewer, or on the machine's
+// graphics.
 
 import { chromium } from 'playwright-core';
 
@@ -30,21 +31,36 @@ const FLAGS = {
   none: ['--disable-gpu', '--disable-3d-apis'],
 };
 
+/**
+ * Flags for the machine's own graphics on either backend: through Vulkan, which needs no screen. Without a fit driver
+ * the page may get software in its place, or nothing, or the browser may end.
+ */
+const HARDWARE = [
+  '--ignore-gpu-blocklist',
+  '--enable-unsafe-webgpu',
+  // For the adapter's name in full.
+  '--enable-webgpu-developer-features',
+  '--use-angle=vulkan',
+  '--enable-features=Vulkan',
+  '--disable-vulkan-surface',
+];
+
 /** The graphics backends that the viewer must work on. */
 export const BACKENDS = ['webgl2', 'webgpu'];
 
 /** Size of the page in every test: small, because every pixel is drawn by the processor. */
 export const VIEWPORT = { width: 960, height: 600 };
 
-/** Starts a browser for a backend (`none`: without any), with a profile of its own. */
-export function launch(backend) {
-  return chromium.launch({ executablePath: EXECUTABLE, headless: true, args: [...COMMON, ...FLAGS[backend]] });
+/** Starts a browser for a backend (`none`: without any), with a profile of its own; `hardware`: on the machine's. */
+export function launch(backend, { hardware = false } = {}) {
+  const args = [...COMMON, ...(hardware ? HARDWARE : FLAGS[backend])];
+  return chromium.launch({ executablePath: EXECUTABLE, headless: true, args });
 }
 
 /** Opens an empty page whose looks do not depend on the machine. */
-export async function newPage(browser) {
+export async function newPage(browser, viewport = VIEWPORT) {
   const context = await browser.newContext({
-    viewport: VIEWPORT,
+    viewport,
     deviceScaleFactor: 1,
     colorScheme: 'dark',
     reducedMotion: 'reduce',
