@@ -5,6 +5,7 @@ pub mod acquire;
 pub mod evaluate;
 pub mod fuse;
 pub mod inspect;
+pub mod organized;
 pub mod pipeline;
 pub mod register;
 pub mod segment;

@@ -13,7 +13,8 @@ use crate::fuse::{
     AssociationTest, FuseError, Integration, Misidentification, OutlierFilter, SemanticMap, TouchedChunk,
     UncertaintyRule,
 };
-use crate::register::{JointRefinement, OrganizedCloud, Registrar, Registration};
+use crate::organized::OrganizedCloud;
+use crate::register::{JointRefinement, Registrar, Registration};
 use crate::segment::{Segmentation, Segmenter};
 use fusion::Fusion;
 use std::sync::atomic::{AtomicBool, Ordering};

@@ -12,7 +12,7 @@ mod synthetic;
 use cpu::{Seconds, cheapest, measure};
 use nalgebra::Isometry3;
 use semascan_agent::fuse::{MapConfig, OutlierFilter, SemanticMap};
-use semascan_agent::register::OrganizedCloud;
+use semascan_agent::organized::OrganizedCloud;
 use serde_json::json;
 use synthetic::{Labels, SyntheticScene};
 

@@ -7,7 +7,7 @@ use rand_pcg::Pcg32;
 use rayon::prelude::*;
 use semascan_agent::acquire::{DepthImage, Intrinsics};
 use semascan_agent::fuse::LabelledView;
-use semascan_agent::register::OrganizedCloud;
+use semascan_agent::organized::OrganizedCloud;
 use semascan_agent::segment::{ClassField, Segmentation};
 
 /// How views are labelled.

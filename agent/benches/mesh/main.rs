@@ -14,7 +14,7 @@ use rand::{RngExt, SeedableRng};
 use semascan_agent::acquire::virtual_cell::{VirtualCell, VirtualCellSpec};
 use semascan_agent::acquire::{DepthImage, Source, SourceInfo, TrueMesh, View};
 use semascan_agent::fuse::{LabelledView, MapConfig, OutlierFilter, SemanticMap};
-use semascan_agent::register::OrganizedCloud;
+use semascan_agent::organized::OrganizedCloud;
 use semascan_agent::segment::{RecordedSegmenter, Segmentation, Segmenter};
 use semascan_shared::measure::SurfaceIndex;
 use semascan_shared::mesh::{MeshOptions, mesh_cloud};

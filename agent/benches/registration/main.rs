@@ -16,7 +16,8 @@ use rand_pcg::Pcg64;
 use semascan_agent::acquire::virtual_cell::{VirtualCell, VirtualCellSpec};
 use semascan_agent::acquire::{Source, View, covariance_of_prior};
 use semascan_agent::fuse::{LabelledView, MapConfig, SemanticMap, voxel_for};
-use semascan_agent::register::{IcpConfig, OrganizedCloud, SourcePoints, align, twist};
+use semascan_agent::organized::OrganizedCloud;
+use semascan_agent::register::{IcpConfig, SourcePoints, align, twist};
 use semascan_agent::segment::{RecordedSegmenter, Segmenter};
 use semascan_shared::model::{PointFlags, SemanticCloud};
 

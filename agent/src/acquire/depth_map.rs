@@ -50,7 +50,7 @@ impl DepthMap {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::register::OrganizedCloud;
+    use crate::organized::OrganizedCloud;
     use nalgebra::Vector3;
     use proptest::prelude::*;
 

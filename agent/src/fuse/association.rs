@@ -7,7 +7,8 @@
 //!
 //! Both are pure functions. What they refuse is an event of the inspection, with its reason; it is not dropped silently.
 
-use crate::register::{ModelView, OrganizedCloud};
+use crate::organized::OrganizedCloud;
+use crate::register::ModelView;
 use crate::segment::Segmentation;
 use nalgebra::{Isometry3, Point3};
 use std::collections::BTreeMap;

@@ -7,7 +7,7 @@ use super::association::{
     Association, GravityCentre, Misidentification, ObjectCloud, Overlap, by_gravity_centre, by_overlap,
 };
 use super::map::SemanticMap;
-use crate::register::OrganizedCloud;
+use crate::organized::OrganizedCloud;
 use crate::segment::Segmentation;
 use nalgebra::{Isometry3, Point3};
 use std::collections::BTreeMap;

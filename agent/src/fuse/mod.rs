@@ -31,7 +31,7 @@ pub use kept_views::KeptViews;
 pub use map::{Integration, SemanticMap, TouchedChunk};
 pub use map_config::{MapConfig, Uncertain, UncertaintyRule};
 
-use crate::register::OrganizedCloud;
+use crate::organized::OrganizedCloud;
 use crate::segment::Segmentation;
 use image::RgbImage;
 use nalgebra::Isometry3;

@@ -2,7 +2,7 @@
 
 use super::{LabelledView, MapConfig, SemanticMap, Uncertain, UncertaintyRule};
 use crate::acquire::{DepthImage, Intrinsics};
-use crate::register::OrganizedCloud;
+use crate::organized::OrganizedCloud;
 use crate::segment::{ClassField, Segmentation};
 use image::RgbImage;
 use nalgebra::{Isometry3, Vector3};

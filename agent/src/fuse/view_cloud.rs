@@ -48,7 +48,7 @@ fn best(field: &ClassField, i: usize) -> (u16, f32) {
 mod tests {
     use super::*;
     use crate::acquire::{DepthImage, Intrinsics};
-    use crate::register::OrganizedCloud;
+    use crate::organized::OrganizedCloud;
     use crate::segment::Segmentation;
     use image::{Rgb, RgbImage};
     use nalgebra::Isometry3;

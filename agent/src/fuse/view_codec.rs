@@ -7,7 +7,7 @@
 
 use super::LabelledView;
 use crate::acquire::{DepthImage, Intrinsics};
-use crate::register::OrganizedCloud;
+use crate::organized::OrganizedCloud;
 use crate::segment::{ClassField, Segmentation};
 use image::RgbImage;
 use nalgebra::Isometry3;

@@ -4,7 +4,8 @@
 use super::{InFlight, InspectionSink, PipelineConfig, PipelineError, Stage, Surface, ViewOutcome, staged};
 use crate::acquire::{SourceInfo, View};
 use crate::fuse::{Associator, FuseError, Integration, LabelledView, MapConfig, SemanticMap, TouchedChunk, voxel_for};
-use crate::register::{Arrival, Method, ModelSurface, OrganizedCloud, Registrar, Registration};
+use crate::organized::OrganizedCloud;
+use crate::register::{Arrival, Method, ModelSurface, Registrar, Registration};
 use image::RgbImage;
 use std::time::Duration;
 

@@ -1,9 +1,9 @@
 //! View -> pose: where the camera was when it took a view, in the table frame, with covariance.
 //!
-//! The steps in the order of a view's way: [`KinematicRegistrar`] (P0 Eq. 1) gives the prior, [`OrganizedCloud`] points
-//! with normals, [`SourcePoints`] those of the object (P1's segment ICP), `projective_icp` aligns them with a
-//! [`ModelView`] of the model so far, `degeneracy` tells which directions the data hold, and `joint_refinement` moves all
-//! views at once when the turn is complete. [`IcpRegistrar`] puts them together.
+//! The steps in the order of a view's way: [`KinematicRegistrar`] (P0 Eq. 1) gives the prior, [`SourcePoints`] the points
+//! of the object with their normals (P1's segment ICP), `projective_icp` aligns them with a [`ModelView`] of the model so
+//! far, `degeneracy` tells which directions the data hold, and `joint_refinement` moves all views at once when the turn is
+//! complete. [`IcpRegistrar`] puts them together.
 //!
 //! Clouds that are not organized take another way: [`SurfelCloud`] thins them and fits normals, [`gicp`] aligns them from
 //! a guess, and [`global`] without one. A view without a prior is found in the model by the latter (`lost_prior`).
@@ -11,7 +11,6 @@
 mod base_frame;
 mod correspondences;
 mod degeneracy;
-mod edges;
 pub mod gicp;
 pub mod global;
 mod icp_registrar;
@@ -19,8 +18,6 @@ mod joint_refinement;
 mod kinematics;
 mod lost_prior;
 mod model_view;
-mod normals;
-mod organized;
 mod projective_icp;
 pub mod rigid;
 mod source_points;
@@ -35,12 +32,12 @@ pub use joint_refinement::{JointRefinement, RefinedView};
 pub use kinematics::{KinematicRegistrar, Prior, prior};
 pub use lost_prior::Relocalised;
 pub use model_view::{ModelSurface, ModelView, OrientedPoints};
-pub use organized::OrganizedCloud;
 pub use projective_icp::{Aligned, IcpConfig, IcpReport, NotAligned, align};
 pub use source_points::SourcePoints;
 pub use surfels::{CloudError, Facing, SurfelCloud};
 
 use crate::acquire::View;
+use crate::organized::OrganizedCloud;
 use crate::segment::Segmentation;
 use global::GlobalError;
 use nalgebra::{Isometry3, Matrix6};

@@ -1,7 +1,8 @@
 //! The points of a view that take part in its registration: those of the object (P1's segment ICP), thinned.
 
-use super::{ModelView, OrganizedCloud};
+use super::ModelView;
 use crate::acquire::Intrinsics;
+use crate::organized::OrganizedCloud;
 use nalgebra::{Isometry3, Point3};
 
 /// Points with normals and labels in the camera frame, metres.

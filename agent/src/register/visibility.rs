@@ -80,7 +80,7 @@ impl Visibility {
 mod tests {
     use super::*;
     use crate::acquire::{DepthImage, Intrinsics, PoseEvidence, View};
-    use crate::register::OrganizedCloud;
+    use crate::organized::OrganizedCloud;
     use crate::segment::{ClassField, Segmentation};
     use image::RgbImage;
     use nalgebra::Isometry3;

@@ -3,7 +3,7 @@
 use super::*;
 use crate::acquire::DepthImage;
 use crate::fuse::{LabelledView, MapConfig, SemanticMap};
-use crate::register::OrganizedCloud;
+use crate::organized::OrganizedCloud;
 use crate::segment::{ClassField, Segmentation};
 use image::RgbImage;
 use nalgebra::{Point3, Vector3};

@@ -2,8 +2,9 @@
 
 use super::*;
 use crate::acquire::DepthImage;
+use crate::organized::OrganizedCloud;
+use crate::register::OrientedPoints;
 use crate::register::twist::motion;
-use crate::register::{OrganizedCloud, OrientedPoints};
 use nalgebra::{Vector3, Vector6};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;

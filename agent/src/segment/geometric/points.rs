@@ -1,7 +1,7 @@
 //! Coloured points as geometric segmentation reads them: those of an organized view, or any others.
 
 use crate::acquire::Intrinsics;
-use crate::register::OrganizedCloud;
+use crate::organized::OrganizedCloud;
 use image::RgbImage;
 
 /// Points with colours, in the order of their source: one a pixel, row-major, or one a line of a file.

@@ -4,9 +4,10 @@ use super::objects::TableObject;
 use super::stitching::Stitched;
 use crate::acquire::View;
 use crate::fuse::{FuseError, LabelledView, MapConfig, SemanticMap, voxel_for};
+use crate::organized::OrganizedCloud;
 use crate::register::{
-    Arrival, IcpConfig, IcpRegistrar, KinematicRegistrar, Method as PoseMethod, ModelSurface, OrganizedCloud,
-    RegisterError, Registrar, Selection,
+    Arrival, IcpConfig, IcpRegistrar, KinematicRegistrar, Method as PoseMethod, ModelSurface, RegisterError, Registrar,
+    Selection,
 };
 use crate::segment::geometric::PatchMethod;
 use crate::segment::geometric::fusion_segmentation::FusionConfig;

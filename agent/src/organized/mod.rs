@@ -1,12 +1,14 @@
 //! A view's depth as points with normals on the pixel grid.
 //!
-//! Flying pixels are found first ([`super::edges`]), so that they bend no normal; then planes are fitted
-//! ([`super::normals`]).
+//! Flying pixels are found first ([`edges`]), so that they bend no normal; then planes are fitted ([`normals`]).
 
-use super::edges::flying_pixels;
-use super::normals::{Fits, Grid, fit_planes};
+mod edges;
+mod normals;
+
 use crate::acquire::{DepthImage, Intrinsics};
+use edges::flying_pixels;
 use nalgebra::Point3;
+use normals::{Fits, Grid, fit_planes};
 
 /// Points and normals in the camera frame, one a pixel, row-major.
 #[derive(Clone, Debug)]
