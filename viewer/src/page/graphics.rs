@@ -103,6 +103,11 @@ impl Graphics {
         }
     }
 
+    /// Whether a frame would have to wait for earlier ones.
+    pub(super) fn is_busy(&self) -> bool {
+        self.renderer.borrow().as_ref().is_some_and(Renderer::is_busy)
+    }
+
     /// Draws a frame; the reason if the device turns out to be lost. Without a renderer there is nothing to do.
     pub(super) fn draw(&self, request: &DrawRequest, size: Size) -> Option<String> {
         let mut renderer = self.renderer.borrow_mut();

@@ -1,8 +1,8 @@
 //! How many points a frame may have while the camera moves.
 //!
 //! A still picture always has every point. While the camera moves on a machine that cannot draw them all in time, the
-//! picture is thinned until it follows the hand again: the time from one animation frame to the next is the measure,
-//! because it is the only one that a browser gives for both graphics interfaces.
+//! picture is thinned until it follows the hand again. The measure is the time from one frame to the next: no frame is
+//! drawn while the graphics processor is at earlier ones, so it tells how long they take.
 
 /// Longest time between frames that still feels like moving the model, in milliseconds.
 const SLOW_MS: f64 = 45.0;

@@ -173,6 +173,10 @@ impl Stage {
                 self.ticker.request();
             }
         }
+        if self.draw_due.get() && self.graphics.is_busy() {
+            self.ticker.request();
+            return;
+        }
         let points = self.model.borrow().point_count();
         let moving = now - self.moved_at.get() < MOVING_MS;
         let mut pace = self.pace.get();

@@ -11,7 +11,7 @@
 //! | [`loss`] | losing the device |
 //! | `points`, `mesh`, `background`, `turntable`, `floor`, `lines` | the primitives (browser only) |
 //! | `frame`, `pipeline`, `lookup` | what primitives share (browser only) |
-//! | `gpu`, `self_test`, `renderer` | device and canvas, fallback, the frame (browser only) |
+//! | `gpu`, `self_test`, `flight`, `renderer` | device and canvas, fallback, frames on their way, the frame (browser only) |
 //!
 //! How a page uses it:
 //!
@@ -26,7 +26,9 @@
 //!     None => {}
 //! }
 //! renderer.resize(css_width, css_height, device_pixel_ratio);
-//! let stats: FrameStats = renderer.draw(&request)?;   // on demand, at most once per animation frame
+//! if !renderer.is_busy() {                            // else in the next animation frame
+//!     let stats: FrameStats = renderer.draw(&request)?;   // on demand, at most once per animation frame
+//! }
 //! ```
 
 pub mod axes;
@@ -47,6 +49,8 @@ pub mod thinning;
 mod background;
 #[cfg(target_arch = "wasm32")]
 mod error;
+#[cfg(target_arch = "wasm32")]
+mod flight;
 #[cfg(target_arch = "wasm32")]
 mod floor;
 #[cfg(target_arch = "wasm32")]

@@ -8,6 +8,7 @@ mod prepare;
 
 use super::background::Background;
 use super::error::RenderError;
+use super::flight::Flight;
 use super::floor::Floor;
 use super::frame::{self, FrameUniform};
 use super::gpu::{Backend, Gpu, replace_canvas};
@@ -52,6 +53,7 @@ pub struct Renderer {
     frusta: LineBuffer,
     axes: LineBuffer,
     depth: TextureView,
+    flight: Flight,
     scale: f32,
     frames: u64,
     sequence: u64,
@@ -109,6 +111,7 @@ impl Renderer {
             frusta: LineBuffer::default(),
             axes: LineBuffer::default(),
             depth: depth_buffer(&gpu),
+            flight: Flight::default(),
             scale: 1.0,
             frames: 0,
             sequence: 0,
@@ -176,6 +179,11 @@ impl Renderer {
         self.mesh.set(&self.gpu, mesh);
     }
 
+    /// Whether the graphics processor is still at earlier frames, so that another would only come late.
+    pub fn is_busy(&self) -> bool {
+        self.flight.is_full(&self.gpu.device) && self.loss().is_none()
+    }
+
     /// Draws one frame.
     ///
     /// # Errors
@@ -227,6 +235,7 @@ impl Renderer {
         }
         self.gpu.queue.submit([encoder.finish()]);
         self.gpu.queue.present(texture);
+        self.flight.launch(&self.gpu.queue);
         self.frames += 1;
         let (points, triangles) = if request.mesh { (0, self.mesh.shown()) } else { (self.points.shown(request), 0) };
         let stats = FrameStats { points, triangles, frames: self.frames };
