@@ -1,4 +1,4 @@
-//! What the mesh worker does: a state machine that hears orders and works in slices.
+//! What the mesh worker does: a state machine that hears orders and works a little at a time.
 
 use super::message::{Deviation, Order, Reply};
 use super::reference::Reference;
@@ -6,9 +6,9 @@ use semascan_shared::measure::percentile;
 use semascan_shared::mesh::{MeshOptions, Mesher};
 use semascan_shared::model::SemanticCloud;
 
-/// Tiles meshed in a slice: some tens of milliseconds.
+/// Tiles meshed in one go: some milliseconds.
 const TILES: usize = 8;
-/// Vertices compared in a slice.
+/// Vertices compared in one go.
 const VERTICES: usize = 20_000;
 
 /// The worker's work.
@@ -84,7 +84,7 @@ impl Job {
         self.meshing.is_some() || self.compared.is_some()
     }
 
-    /// Works for some tens of milliseconds; what there is to say then.
+    /// Works for some milliseconds; what there is to say then.
     pub fn work(&mut self) -> Vec<Reply> {
         if let Some(total) = self.meshing {
             return self.mesh(total);

@@ -2,11 +2,14 @@
 
 use super::job::Job;
 use super::message::{Order, Reply};
-use js_sys::{Array, ArrayBuffer, Uint8Array};
+use js_sys::{Array, ArrayBuffer, Date, Uint8Array};
 use std::cell::{Cell, RefCell};
 use std::rc::Rc;
 use wasm_bindgen::prelude::*;
 use web_sys::{DedicatedWorkerGlobalScope, MessageEvent};
+
+/// Work between two looks at what orders there are, milliseconds: browsers wait for four before each.
+const SLICE_MS: f64 = 30.0;
 
 /// Entry point of the mesh worker's script.
 ///
@@ -26,8 +29,7 @@ pub fn mesh_worker_start() -> Result<(), JsValue> {
     let slice = Closure::<dyn FnMut()>::new(move || {
         if let Some(worker) = slices.upgrade() {
             worker.next.set(false);
-            let said = worker.job.borrow_mut().work();
-            worker.tell(&said);
+            worker.tell(&worker.work());
             worker.go_on();
         }
     });
@@ -55,6 +57,19 @@ struct Worker {
 }
 
 impl Worker {
+    /// Works for a slice; what there is to say then.
+    fn work(&self) -> Vec<Reply> {
+        let begun = Date::now();
+        let mut said = Vec::new();
+        let mut job = self.job.borrow_mut();
+        while job.is_busy() && Date::now() - begun < SLICE_MS {
+            // Of several words of progress the last is enough.
+            said.retain(|reply| !matches!(reply, Reply::Progress { .. }));
+            said.extend(job.work());
+        }
+        said
+    }
+
     fn tell(&self, replies: &[Reply]) {
         for reply in replies {
             let buffer = Uint8Array::from(reply.encode().as_slice()).buffer();
