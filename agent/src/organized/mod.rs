@@ -1,6 +1,6 @@
 //! A view's depth as points with normals on the pixel grid.
 //!
-//! Flying pixels are found first ([`edges`]), so that they bend no normal; then planes are fitted ([`normals`]).
+//! Flying pixels are found first (`edges`), so that they bend no normal; then planes are fitted (`normals`).
 
 mod edges;
 mod normals;
