@@ -60,6 +60,7 @@ impl Default for Field {
     fn default() -> Self {
         let columns = || vec![0; NODES * NODES];
         Self {
+            // Nodes are written four at a time, from the last column beyond the end.
             nodes: vec![Node::default(); NODES * NODES * NODES + 4],
             active: columns(),
             inside: columns(),

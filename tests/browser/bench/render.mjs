@@ -4,7 +4,7 @@
 // Without graphics hardware Chromium's software rasterizer draws; `adapter` says who did. `frame_ms` is the time
 // between frames while the model turns, as a person sees it: at best the screen's, and of as many points as the viewer
 // then draws. `draw_ms` is the time of a frame of the whole model until a pixel of it can be read, `read_ms` what the
-// reading alone takes: the time between frames may only tell how fast they are handed over.
+// reading alone takes.
 
 import assert from 'node:assert/strict';
 import { mkdir, writeFile } from 'node:fs/promises';
