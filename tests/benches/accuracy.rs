@@ -5,12 +5,12 @@
 //! the surface point to triangle. One JSON object goes to stdout.
 
 use anyhow::{Context, Result};
-use semascan_agent::acquire::bop::CameraMask;
-use semascan_agent::acquire::open;
-use semascan_agent::pipeline::PipelineConfig;
-use semascan_agent::register::{IcpConfig, IcpRegistrar, Selection};
-use semascan_agent::store::Recorder;
+use semascan_evaluation::judge_inspection;
+use semascan_inspection::pipeline::PipelineConfig;
+use semascan_inspection::record::Recorder;
+use semascan_perception::register::{IcpConfig, IcpRegistrar, Selection};
 use semascan_tests::served::run_with;
+use semascan_tests::sources::open;
 use serde_json::json;
 use std::io::Write as _;
 
@@ -25,13 +25,16 @@ fn main() -> Result<()> {
     let mut worse_than_kinematics = 0;
     for seed in FIRST_SEED..FIRST_SEED + motors {
         let uri = format!("virtual:starter-motor?seed={seed}&views=12&size=1920x1200&errors=rough&noise=zivid");
-        let mut source = open(&uri, &CameraMask::Auto)?;
+        let mut source = open(&uri)?;
         let (config, recorder) = (PipelineConfig::default(), Recorder::default());
         let mut registrar = IcpRegistrar::new(IcpConfig::default(), Selection::Object);
-        let mut map = run_with(source.as_mut(), &mut registrar, &config, &recorder)?;
+        let map = run_with(source.as_mut(), &mut registrar, &config, &recorder)?;
         let cloud = map.cloud();
-        let record = recorder.finish("bench", source.as_ref(), "source", Some(&mut map), &cloud, &config.filter);
-        let aligned = record.truth.and_then(|t| t.aligned).context("the virtual cell knows the truth")?;
+        let recorded = recorder.finish("bench", source.info(), "source", Some(&map), &cloud);
+        let mesh = source.truth().context("the virtual cell knows the truth")?;
+        let taxonomy = &source.info().taxonomy;
+        let truth = judge_inspection(&recorded, Some(&map), &cloud, taxonomy, mesh, &config.filter);
+        let aligned = truth.aligned.context("the virtual cell knows the poses")?;
         let median = |mut values: Vec<f64>| {
             values.sort_by(f64::total_cmp);
             values.get(values.len() / 2).copied().unwrap_or(f64::NAN)

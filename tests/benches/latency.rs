@@ -7,15 +7,16 @@
 use anyhow::{Context, Result};
 use futures_util::SinkExt;
 use prost::Message as _;
-use semascan_agent::acquire::bop::CameraMask;
-use semascan_agent::acquire::{AcquireError, Source, SourceInfo, View, open};
-use semascan_agent::fuse::{SemanticMap, TouchedChunk};
-use semascan_agent::pipeline::{InspectionSink, PipelineConfig, Stage, StageStatus, ViewOutcome};
-use semascan_agent::register::JointRefinement;
-use semascan_agent::serve::{LiveModel, LiveSink};
-use semascan_shared::wire::{ClientMessage, Hello, Phase, SUBPROTOCOL, client_message};
+use semascan_inspection::pipeline::{InspectionSink, PipelineConfig, Stage, StageStatus, ViewOutcome};
+use semascan_inspection::source::{AcquireError, Source, SourceInfo};
+use semascan_perception::fuse::{SemanticMap, TouchedChunk};
+use semascan_perception::register::JointRefinement;
+use semascan_perception::view::View;
+use semascan_protocol::{ClientMessage, Hello, Phase, SUBPROTOCOL, client_message};
+use semascan_server::{LiveModel, LiveSink};
 use semascan_tests::client::{Client, Holdings, open_socket};
 use semascan_tests::served::{Served, run};
+use semascan_tests::sources::open;
 use serde_json::json;
 use std::io::Write as _;
 use std::net::SocketAddr;
@@ -100,7 +101,7 @@ async fn crawl(address: SocketAddr) -> Result<()> {
 }
 
 fn main() -> Result<()> {
-    let mut source = open(SOURCE, &CameraMask::None)?;
+    let mut source = open(SOURCE)?;
     let mut views = Vec::new();
     while let Some(view) = source.next_view() {
         views.push(view?);

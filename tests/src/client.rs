@@ -3,9 +3,9 @@
 use anyhow::{Context, Result, bail};
 use futures_util::{SinkExt, StreamExt};
 use prost::Message as _;
-use semascan_shared::wire::chunk::{ChunkDecoder, DecodedChunk, model_hash};
-use semascan_shared::wire::server_message::Body;
-use semascan_shared::wire::{
+use semascan_protocol::chunk::{ChunkDecoder, DecodedChunk, model_hash};
+use semascan_protocol::server_message::Body;
+use semascan_protocol::{
     ChunkId, ClientMessage, HeldChunk, Hello, Inspection, Phase, Progress, SUBPROTOCOL, ViewReport, Welcome,
     client_message, decode_server,
 };

@@ -5,4 +5,5 @@ pub mod client;
 pub mod data;
 pub mod scene;
 pub mod served;
+pub mod sources;
 pub mod unposed;

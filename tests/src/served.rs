@@ -1,14 +1,14 @@
 //! An agent served on a free loopback port, and inspections told to it.
 
+use crate::sources::open;
 use anyhow::Result;
-use semascan_agent::acquire::Source;
-use semascan_agent::acquire::bop::CameraMask;
-use semascan_agent::acquire::open;
-use semascan_agent::fuse::SemanticMap;
-use semascan_agent::pipeline::{self, InspectionSink, PipelineConfig};
-use semascan_agent::register::{KinematicRegistrar, Registrar};
-use semascan_agent::segment::RecordedSegmenter;
-use semascan_agent::serve::{AccessRule, LiveModel, LiveSink, Server, ServerConfig};
+use semascan_inspection::pipeline;
+use semascan_inspection::pipeline::{InspectionSink, PipelineConfig};
+use semascan_inspection::source::Source;
+use semascan_perception::fuse::SemanticMap;
+use semascan_perception::register::{KinematicRegistrar, Registrar};
+use semascan_perception::segment::RecordedSegmenter;
+use semascan_server::{AccessRule, LiveModel, LiveSink, Server, ServerConfig};
 use std::net::{Ipv4Addr, SocketAddr};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -52,7 +52,7 @@ impl Served {
     pub fn inspect(&self, uri: &str, id: &str, pace: Duration) -> std::thread::JoinHandle<Result<SemanticMap>> {
         let (live, uri, id) = (Arc::clone(&self.live), uri.to_owned(), id.to_owned());
         std::thread::spawn(move || {
-            let mut source = open(&uri, &CameraMask::Auto)?;
+            let mut source = open(&uri)?;
             let sink = LiveSink::begin(live, source.info(), &id);
             run(source.as_mut(), &PipelineConfig { pace, ..PipelineConfig::default() }, &sink)
         })

@@ -1,6 +1,7 @@
 //! A source whose views lost their pose evidence.
 
-use semascan_agent::acquire::{AcquireError, PoseEvidence, Source, SourceInfo, TrueMesh, View};
+use semascan_inspection::source::{AcquireError, Source, SourceInfo, TrueMesh};
+use semascan_perception::view::{PoseEvidence, View};
 
 /// Another source, of whose views those that `lost` names come without any evidence of their pose.
 pub struct Unposed<S> {

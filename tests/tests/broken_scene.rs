@@ -1,9 +1,8 @@
 //! Broken BOP scenes: each view that cannot be used says which file or field is at fault, and the others go on.
 
-use semascan_agent::acquire::bop::CameraMask;
-use semascan_agent::acquire::open;
-use semascan_agent::pipeline::PipelineConfig;
-use semascan_agent::store::Recorder;
+use semascan_inspection::pipeline::PipelineConfig;
+use semascan_inspection::record::Recorder;
+use semascan_tests::sources::open;
 use semascan_tests::{scene, served};
 use std::path::Path;
 
@@ -12,7 +11,7 @@ fn reason_for(break_view_1: impl FnOnce(&Path)) -> String {
     let dir = tempfile::tempdir().expect("temporary folder");
     scene::write(dir.path(), 3).expect("scene");
     break_view_1(dir.path());
-    let mut source = open(dir.path().to_str().expect("UTF-8"), &CameraMask::Auto).expect("the scene opens");
+    let mut source = open(dir.path().to_str().expect("UTF-8")).expect("the scene opens");
     let recorder = Recorder::default();
     let map = served::run(source.as_mut(), &PipelineConfig::default(), &recorder).expect("two good views");
     assert_eq!(map.kept_views().len(), 2, "the other views are fused");
@@ -86,6 +85,6 @@ fn a_scene_whose_own_files_are_broken_does_not_open() {
     let dir = tempfile::tempdir().expect("temporary folder");
     scene::write(dir.path(), 2).expect("scene");
     std::fs::write(dir.path().join("scene_camera.json"), "{ \"0\": ").expect("writes");
-    let error = open(dir.path().to_str().expect("UTF-8"), &CameraMask::Auto).err().expect("refused");
+    let error = open(dir.path().to_str().expect("UTF-8")).err().expect("refused");
     assert!(error.to_string().contains("scene_camera.json"), "{error}");
 }

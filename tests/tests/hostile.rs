@@ -3,8 +3,8 @@
 use anyhow::Result;
 use futures_util::{SinkExt, StreamExt};
 use prost::Message as _;
-use semascan_shared::wire::server_message::Body;
-use semascan_shared::wire::{ClientMessage, Hello, MAX_CLIENT_MESSAGE, SUBPROTOCOL, client_message};
+use semascan_protocol::server_message::Body;
+use semascan_protocol::{ClientMessage, Hello, MAX_CLIENT_MESSAGE, SUBPROTOCOL, client_message};
 use semascan_tests::client::{Client, Holdings, next_body, open_socket};
 use semascan_tests::served::{SMALL_MOTOR, Served};
 use std::time::Duration;

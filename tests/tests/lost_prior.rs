@@ -3,17 +3,19 @@
 use anyhow::{Context, Result};
 use image::GrayImage;
 use nalgebra::{Isometry3, Point3, Quaternion, UnitQuaternion};
-use semascan_agent::acquire::bop::CameraMask;
-use semascan_agent::acquire::virtual_cell::{VirtualCell, VirtualCellSpec};
-use semascan_agent::acquire::{Source, open};
-use semascan_agent::evaluate::{PosePair, align_poses, aligned_pose_errors, judge_aligned, pose_error};
-use semascan_agent::fuse::SemanticMap;
-use semascan_agent::pipeline::{self, PipelineConfig};
-use semascan_agent::register::{IcpConfig, IcpRegistrar, Selection};
-use semascan_agent::segment::RecordedSegmenter;
-use semascan_agent::store::{InspectionRecord, PoseRecord, Recorder, ViewRecord};
-use semascan_shared::model::SemanticCloud;
+use semascan_evaluation::{PosePair, align_poses, aligned_pose_errors, judge_aligned, pose_error};
+use semascan_inspection::pipeline;
+use semascan_inspection::pipeline::PipelineConfig;
+use semascan_inspection::record::{InspectionRecord, PoseRecord, Recorder, ViewRecord};
+use semascan_inspection::source::Source;
+use semascan_model::SemanticCloud;
+use semascan_perception::fuse::SemanticMap;
+use semascan_perception::register::{IcpConfig, IcpRegistrar, Selection};
+use semascan_perception::segment::RecordedSegmenter;
+use semascan_simulation::{VirtualCell, VirtualCellSpec};
+use semascan_sources::bop::CameraMask;
 use semascan_tests::data;
+use semascan_tests::sources::open;
 use semascan_tests::unposed::Unposed;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
@@ -29,7 +31,7 @@ fn inspect(source: &mut dyn Source, selection: Selection) -> Result<(InspectionR
     let (mut labels, stop) = (RecordedSegmenter { required: false }, AtomicBool::new(false));
     let inspected = pipeline::run(source, &mut labels, &mut registrar, &config, &recorder, &stop)?;
     let map = inspected.map.context("no view could be used")?;
-    let record = recorder.finish("test", source, "source", None, &SemanticCloud::default(), &config.filter);
+    let record = recorder.finish("test", source.info(), "source", None, &SemanticCloud::default()).record;
     for view in &record.views {
         let how = view.registration.as_ref().map(|r| (&r.method, &r.global));
         eprintln!("view {}: {how:?} {}", view.index, view.reason.as_deref().unwrap_or_default());
@@ -121,14 +123,18 @@ fn a_real_scene_without_camera_poses_is_put_together() -> Result<()> {
     let shelf = data::folder("shelf-eye-in-hand")?;
     let folder = tempfile::tempdir()?;
     let mask = folder.path().join("gripper.png");
-    let mut posed = open(&shelf.display().to_string(), &CameraMask::Auto)?;
+    let mut posed = open(&shelf.display().to_string())?;
     write_camera_mask(posed.as_mut(), &mask)?;
-    let (reference, _) =
-        inspect(open(&shelf.display().to_string(), &CameraMask::File(mask.clone()))?.as_mut(), Selection::Everything)?;
+    let (reference, _) = inspect(
+        semascan_sources::open(&shelf.display().to_string(), &CameraMask::File(mask.clone()))?.as_mut(),
+        Selection::Everything,
+    )?;
     let scene = folder.path().join("scene");
     without_camera_poses(&shelf, &scene)?;
-    let (record, _) =
-        inspect(open(&scene.display().to_string(), &CameraMask::File(mask))?.as_mut(), Selection::Everything)?;
+    let (record, _) = inspect(
+        semascan_sources::open(&scene.display().to_string(), &CameraMask::File(mask))?.as_mut(),
+        Selection::Everything,
+    )?;
     let both = reference.views.iter().zip(&record.views).filter(|(a, b)| a.accepted && b.accepted);
     let pairs: Vec<PosePair> = both
         .map(|(a, b)| Some(PosePair { truth: pose(a.pose.as_ref()?), estimate: pose(b.pose.as_ref()?) }))
@@ -193,7 +199,7 @@ const BY_OPEN3D: [([f64; 3], [f64; 3]); 4] = [
 #[cfg_attr(not(semascan_data), ignore = "SEMASCAN_DATA is not set")]
 fn five_real_clouds_without_poses_make_one_room() -> Result<()> {
     let folder = data::folder("point-clouds/pairwise")?;
-    let mut source = open(&folder.display().to_string(), &CameraMask::Auto)?;
+    let mut source = open(&folder.display().to_string())?;
     let (record, _) = inspect(source.as_mut(), Selection::Everything)?;
     let found: Option<Vec<_>> = record.views.iter().map(|v| v.pose.as_ref().map(pose)).collect();
     let found = found.context("a view was left out")?;

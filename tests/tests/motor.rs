@@ -1,16 +1,15 @@
 //! A simulated starter motor against its own truth.
 
-use semascan_agent::acquire::bop::CameraMask;
-use semascan_agent::acquire::open;
-use semascan_agent::evaluate::judge;
-use semascan_agent::pipeline::PipelineConfig;
-use semascan_agent::store::Recorder;
+use semascan_evaluation::judge;
+use semascan_inspection::pipeline::PipelineConfig;
+use semascan_inspection::record::Recorder;
 use semascan_tests::served;
+use semascan_tests::sources::open;
 
 #[test]
 fn labels_of_a_fused_motor_are_true() {
     let uri = "virtual:starter-motor?seed=7&views=12&errors=none";
-    let mut source = open(uri, &CameraMask::Auto).expect("opens");
+    let mut source = open(uri).expect("opens");
     let map = served::run(source.as_mut(), &PipelineConfig::default(), &Recorder::default()).expect("inspects");
     let report = judge(&map.cloud(), source.truth().expect("the virtual cell knows the truth"));
     assert!(report.accuracy >= 0.98, "label accuracy {:.4}", report.accuracy);

@@ -1,11 +1,12 @@
 //! Real point clouds: Kinect captures and laser scans in PCD files.
 
 use nalgebra::{Isometry3, Point3, Vector3};
-use semascan_agent::acquire::pcd;
-use semascan_agent::register::gicp::{self, GicpConfig};
-use semascan_agent::register::global::{CloudInput, GlobalConfig, GlobalError, register_globally};
-use semascan_agent::register::{Facing, SurfelCloud};
-use semascan_shared::measure::{NearestPoints, percentile};
+use semascan_geometry::measure::{NearestPoints, percentile};
+use semascan_perception::register::gicp;
+use semascan_perception::register::gicp::GicpConfig;
+use semascan_perception::register::global::{CloudInput, GlobalConfig, GlobalError, register_globally};
+use semascan_perception::register::{Facing, SurfelCloud};
+use semascan_sources::pcd;
 use semascan_tests::data;
 
 /// File, points, finite points and their mean, points labelled 1, as Open3D 0.20 reads them.

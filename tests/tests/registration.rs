@@ -1,13 +1,13 @@
 //! Views against each other: a simulated motor whose true poses are known, and real captures of a shelf.
 
 use anyhow::Result;
-use semascan_agent::acquire::bop::CameraMask;
-use semascan_agent::acquire::open;
-use semascan_agent::fuse::SemanticMap;
-use semascan_agent::pipeline::PipelineConfig;
-use semascan_agent::register::{IcpConfig, IcpRegistrar, Selection};
-use semascan_agent::store::Recorder;
-use semascan_shared::measure::NearestPoints;
+use semascan_evaluation::judge_inspection;
+use semascan_geometry::measure::NearestPoints;
+use semascan_inspection::pipeline::PipelineConfig;
+use semascan_inspection::record::Recorder;
+use semascan_perception::fuse::SemanticMap;
+use semascan_perception::register::{IcpConfig, IcpRegistrar, Selection};
+use semascan_tests::sources::open;
 use semascan_tests::{data, served};
 
 fn icp(selection: Selection) -> IcpRegistrar {
@@ -17,14 +17,16 @@ fn icp(selection: Selection) -> IcpRegistrar {
 #[test]
 fn a_robot_off_by_a_degree_is_set_right() -> Result<()> {
     let uri = "virtual:starter-motor?seed=8&views=12&errors=rough&noise=zivid";
-    let mut source = open(uri, &CameraMask::Auto)?;
+    let mut source = open(uri)?;
     let recorder = Recorder::default();
     let config = PipelineConfig::default();
-    let mut map = served::run_with(source.as_mut(), &mut icp(Selection::Object), &config, &recorder)?;
+    let map = served::run_with(source.as_mut(), &mut icp(Selection::Object), &config, &recorder)?;
     assert_eq!(map.epoch(), 2, "the map was made anew with the refined poses");
     let cloud = map.cloud();
-    let record = recorder.finish("test", source.as_ref(), "source", Some(&mut map), &cloud, &config.filter);
-    let truth = record.truth.expect("the virtual cell knows the truth");
+    let recorded = recorder.finish("test", source.info(), "source", Some(&map), &cloud);
+    let mesh = source.truth().expect("the virtual cell knows the truth");
+    let taxonomy = &source.info().taxonomy;
+    let truth = judge_inspection(&recorded, Some(&map), &cloud, taxonomy, mesh, &config.filter);
     let aligned = truth.aligned.expect("all poses are known");
     let mut turned: Vec<f64> = aligned.poses.iter().map(|p| p.1.to_degrees()).collect();
     let mut shifted: Vec<f64> = aligned.poses.iter().map(|p| p.2 * 1e3).collect();
@@ -46,7 +48,7 @@ fn real_views_of_a_shelf_agree_better_once_registered() -> Result<()> {
     let shelf = data::folder("shelf-eye-in-hand")?;
     let mut agreement = Vec::new();
     for registered in [false, true] {
-        let mut source = open(&shelf.display().to_string(), &CameraMask::Auto)?;
+        let mut source = open(&shelf.display().to_string())?;
         let (config, sink) = (PipelineConfig::default(), Recorder::default());
         let map = if registered {
             served::run_with(source.as_mut(), &mut icp(Selection::Everything), &config, &sink)?

@@ -3,11 +3,12 @@
 //! The fused labels are projected back into each view: a pixel with depth takes the label of the nearest model point
 //! within 4 mm, and is compared with the recorded mask.
 
-use semascan_agent::acquire::bop::{BopSource, CameraMask};
-use semascan_agent::acquire::{PoseEvidence, Source};
-use semascan_agent::pipeline::PipelineConfig;
-use semascan_agent::store::Recorder;
-use semascan_shared::model::SemanticCloud;
+use semascan_inspection::pipeline::PipelineConfig;
+use semascan_inspection::record::Recorder;
+use semascan_inspection::source::Source;
+use semascan_model::SemanticCloud;
+use semascan_perception::view::PoseEvidence;
+use semascan_sources::bop::{BopSource, CameraMask};
 use semascan_tests::{data, served};
 use std::collections::HashMap;
 

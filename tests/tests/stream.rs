@@ -1,6 +1,6 @@
 //! The live stream over real sockets: every client, however it comes and goes, ends with the same model.
 
-use semascan_shared::wire::Phase;
+use semascan_protocol::Phase;
 use semascan_tests::client::{Client, Holdings};
 use semascan_tests::served::{SMALL_MOTOR, Served};
 use std::time::Duration;

@@ -4,9 +4,9 @@
 //! under-segmentation the share in a segment whose majority belongs to another region; points that are missing or
 //! unlabelled do not count.
 
-use semascan_agent::acquire::pcd;
-use semascan_agent::evaluate::{PartitionScore, compare_partitions};
-use semascan_agent::segment::geometric::{ColouredPoints, GeometricConfig, NONE, SegmentedCloud};
+use semascan_evaluation::{PartitionScore, compare_partitions};
+use semascan_perception::segment::geometric::{ColouredPoints, GeometricConfig, NONE, SegmentedCloud};
+use semascan_sources::pcd;
 use semascan_tests::data;
 
 fn score(name: &str, config: &GeometricConfig) -> PartitionScore {

@@ -36,7 +36,7 @@ use display::Display;
 use legend::Legend;
 use notices::{Level, Notices};
 use progress::RunProgress;
-use semascan_shared::wire::{Inspection, Phase, StageState};
+use semascan_protocol::{Inspection, Phase, StageState};
 use surface::{Surface, SurfaceEvent};
 use timings::Timings;
 use views::Views;

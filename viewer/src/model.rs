@@ -6,10 +6,10 @@
 use crate::link::{DecodedChunk, LinkEvent};
 use crate::render::HiddenFlags;
 use crate::tools::Bounds;
-use semascan_shared::measure::surfel_area;
-use semascan_shared::model::{PointFlags, SemanticCloud};
-use semascan_shared::wire::chunk::model_hash;
-use semascan_shared::wire::{Inspection, Phase, Progress};
+use semascan_geometry::measure::surfel_area;
+use semascan_model::{PointFlags, SemanticCloud};
+use semascan_protocol::chunk::model_hash;
+use semascan_protocol::{Inspection, Phase, Progress};
 use std::collections::BTreeMap;
 
 /// The marks that can hide a point.

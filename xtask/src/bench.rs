@@ -23,7 +23,14 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 /// The packages that have benchmarks.
-const PACKAGES: [&str; 3] = ["semascan-shared", "semascan-agent", "semascan-tests"];
+const PACKAGES: [&str; 6] = [
+    "semascan-protocol",
+    "semascan-geometry",
+    "semascan-perception",
+    "semascan-simulation",
+    "semascan-cli",
+    "semascan-tests",
+];
 
 /// The benchmark that measures the chunk codec, on a `cloud.ply` when it is given one.
 const STREAM: &str = "stream";
@@ -31,9 +38,9 @@ const STREAM: &str = "stream";
 /// Benchmarks that run networks, in ONNX Runtime.
 const USE_NETWORKS: [&str; 2] = ["network", "inspection"];
 
-/// Examples of the shared crate that are timed in WebAssembly, each by the script of its name: the chunk codec, the
-/// mesher.
-const IN_WASM: [&str; 2] = ["codec_wasm", "mesh_wasm"];
+/// Examples of shared crates (folder below `shared/`, example) that are timed in WebAssembly, each by the script of its
+/// name: the chunk codec, the mesher.
+const IN_WASM: [(&str, &str); 2] = [("protocol", "codec_wasm"), ("geometry", "mesh_wasm")];
 
 /// Scripts of `tests/browser/bench` that time the viewer in Chromium: the mesh of half a million points, the picture of
 /// millions.
@@ -74,7 +81,7 @@ pub(crate) fn run(options: &Options) -> Result<()> {
         }
     }
     for example in IN_WASM {
-        if options.name.as_deref().is_none_or(|part| example.contains(part)) {
+        if options.name.as_deref().is_none_or(|part| example.1.contains(part)) {
             rows.extend(in_wasm(&workspace, &folder, example)?);
         }
     }
@@ -198,7 +205,7 @@ fn clouds(workspace: &Workspace, folder: &Path) -> Result<Vec<PathBuf>> {
 
 /// Builds the agent as it is shipped.
 fn agent(workspace: &Workspace) -> Result<PathBuf> {
-    let build = ["build", "--release", "--package", "semascan-agent", "--bin", "semascan"];
+    let build = ["build", "--release", "--package", "semascan-cli", "--bin", "semascan"];
     run_command(cargo().current_dir(&workspace.root).args(build))?;
     Ok(workspace.target.join("release").join(format!("semascan{}", std::env::consts::EXE_SUFFIX)))
 }
@@ -212,24 +219,25 @@ fn in_chromium(workspace: &Workspace, folder: &Path, script: &str, name: &str) -
 }
 
 /// Measures code of the shared crate as a browser runs it: in WebAssembly, in Node's engine.
-fn in_wasm(workspace: &Workspace, folder: &Path, example: &str) -> Result<Vec<Row>> {
-    heading(&format!("semascan-shared: {example}"));
+fn in_wasm(workspace: &Workspace, folder: &Path, (room, example): (&str, &str)) -> Result<Vec<Row>> {
+    let package = format!("semascan-{room}");
+    heading(&format!("{package}: {example}"));
     let toolchain = Toolchain::prepare(workspace)?;
     run_command(toolchain.cargo_build().current_dir(&workspace.root).args([
         "--package",
-        "semascan-shared",
+        package.as_str(),
         "--example",
         example,
         "--release",
     ]))?;
     let built = toolchain.target_dir(workspace).join(TARGET).join("release/examples").join(format!("{example}.wasm"));
-    let script = workspace.root.join("shared/benches").join(format!("{example}.mjs"));
+    let script = workspace.root.join("shared").join(room).join("benches").join(format!("{example}.mjs"));
     keep(Command::new("node").arg(script).arg(built), folder, example)
 }
 
 /// Measures Draco's kd-tree coder on the same cloud.
 fn draco(workspace: &Workspace, folder: &Path, cloud: &Path) -> Result<Vec<Row>> {
-    let script = workspace.root.join("shared/benches/draco_compare.py");
+    let script = workspace.root.join("shared/protocol/benches/draco_compare.py");
     let python = rivals::python(workspace)?;
     keep(Command::new(python).arg(script).arg(cloud), folder, &format!("draco-{}", stem(cloud)))
 }

@@ -25,7 +25,7 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     let workspace = web::run(&web::Options { dev: options.dev })?;
     heading("Agent");
     let mut agent = cargo();
-    agent.current_dir(&workspace.root).args(["run", "--package", "semascan-agent", "--bin", "semascan"]);
+    agent.current_dir(&workspace.root).args(["run", "--package", "semascan-cli", "--bin", "semascan"]);
     if !options.dev {
         agent.arg("--release");
     }

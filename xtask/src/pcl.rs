@@ -56,8 +56,8 @@ mod tests {
     #[test]
     fn the_program_beside_a_bench_is_found() {
         let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
-        let found = beside(&root.join("agent/benches/geometric_segmentation")).expect("there is one");
+        let found = beside(&root.join("agent/perception/benches/geometric_segmentation")).expect("there is one");
         assert!(found.ends_with("pcl_segmentation.cpp"), "{}", found.display());
-        assert!(beside(&root.join("agent/benches")).is_none());
+        assert!(beside(&root.join("agent/perception/benches")).is_none());
     }
 }

@@ -1,7 +1,7 @@
 //! The component classes: which are shown, and what the model holds of each.
 
-use semascan_shared::model::{ClassDef, Taxonomy};
-use semascan_shared::wire::Inspection;
+use semascan_model::{ClassDef, Taxonomy};
+use semascan_protocol::Inspection;
 
 /// What the model holds of one component class.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -1,6 +1,7 @@
 //! Where the inspection stands.
 
-use semascan_shared::wire::{self, Phase};
+use semascan_protocol as wire;
+use semascan_protocol::Phase;
 
 /// Where the inspection stands; the latest [`wire::Progress`], made consistent.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]

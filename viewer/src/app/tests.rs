@@ -8,10 +8,8 @@ use super::timings::STAGES;
 use super::views::Views;
 use super::{AppState, Event};
 use proptest::prelude::*;
-use semascan_shared::model::Taxonomy;
-use semascan_shared::wire::{
-    Inspection, Phase, Pose, Progress, Stage, StageEvent, StageState, StageTiming, ViewReport,
-};
+use semascan_model::Taxonomy;
+use semascan_protocol::{Inspection, Phase, Pose, Progress, Stage, StageEvent, StageState, StageTiming, ViewReport};
 
 fn inspection(id: &str, epoch: u32, components: &[&str]) -> Inspection {
     let mut inspection = Inspection { id: id.into(), epoch, ..Inspection::default() };
@@ -200,10 +198,8 @@ fn any_inspection() -> impl Strategy<Value = Inspection> {
         |(id, epoch, names, views_expected)| {
             let mut i = Inspection { id: id.to_string(), epoch, views_expected, ..Inspection::default() };
             // Class lists come as the wire has them: maybe empty, ids maybe wrong.
-            i.components = names
-                .into_iter()
-                .map(|name| semascan_shared::wire::ClassDef { id: 7, name, color: u32::MAX })
-                .collect();
+            i.components =
+                names.into_iter().map(|name| semascan_protocol::ClassDef { id: 7, name, color: u32::MAX }).collect();
             i
         },
     )

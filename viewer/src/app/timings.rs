@@ -4,7 +4,7 @@
 //! report (and after a reconnection with the report alone). Durations are therefore kept by view and stage, so that
 //! each counts once.
 
-use semascan_shared::wire::{Stage, StageEvent, StageState, ViewReport};
+use semascan_protocol::{Stage, StageEvent, StageState, ViewReport};
 use std::collections::BTreeMap;
 
 /// The stages in the order a view passes through them.

@@ -1,6 +1,6 @@
 //! The captured views, as the agent reported them.
 
-use semascan_shared::wire::{Intrinsics, Pose, ViewReport};
+use semascan_protocol::{Intrinsics, Pose, ViewReport};
 use std::sync::Arc;
 
 /// One captured view.

@@ -1,8 +1,8 @@
 //! What the page hears from the live link, in the order in which it happened.
 
-use semascan_shared::wire;
+use semascan_protocol as wire;
 
-pub use semascan_shared::wire::chunk::DecodedChunk;
+pub use semascan_protocol::chunk::DecodedChunk;
 
 /// One thing that happened on the link. The worker makes them, the page consumes them; see [`super::transfer`] for how
 /// they cross.

@@ -108,7 +108,7 @@ fn wait_ms(failures: u32, random: f32) -> u32 {
 
 /// What a viewer says of an agent that picked another subprotocol; `None` if it picked ours.
 pub fn protocol_mismatch(picked: &str) -> Option<String> {
-    use semascan_shared::wire::SUBPROTOCOL;
+    use semascan_protocol::SUBPROTOCOL;
     if picked == SUBPROTOCOL {
         return None;
     }

@@ -4,9 +4,9 @@
 //! Passing an event to the page cannot fail, so what this side remembers is what the page holds.
 
 use super::LinkEvent;
-use semascan_shared::wire::chunk::ChunkDecoder;
-use semascan_shared::wire::server_message::Body;
-use semascan_shared::wire::{
+use semascan_protocol::chunk::ChunkDecoder;
+use semascan_protocol::server_message::Body;
+use semascan_protocol::{
     ChunkGone, ChunkId, ChunkUpdate, ClientMessage, HeldChunk, Hello, Inspection, Welcome, WireError, client_message,
     decode_server,
 };
@@ -134,9 +134,9 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
     use prost::Message;
-    use semascan_shared::model::{PointFlags, SemanticPoint};
-    use semascan_shared::wire::chunk::{VoxelChunk, encode};
-    use semascan_shared::wire::{Clear, Progress, Refused, ServerMessage};
+    use semascan_model::{PointFlags, SemanticPoint};
+    use semascan_protocol::chunk::{VoxelChunk, encode};
+    use semascan_protocol::{Clear, Progress, Refused, ServerMessage};
 
     fn bytes(body: Body) -> Vec<u8> {
         ServerMessage { body: Some(body) }.encode_to_vec()

@@ -8,8 +8,8 @@
 use super::{DecodedChunk, LinkEvent};
 use crate::columns;
 use prost::Message;
-use semascan_shared::model::{PointFlags, SemanticCloud};
-use semascan_shared::wire;
+use semascan_model::{PointFlags, SemanticCloud};
+use semascan_protocol as wire;
 
 /// Why a block could not be read.
 #[derive(Debug, thiserror::Error, PartialEq, Eq)]
@@ -199,7 +199,7 @@ impl Reader<'_> {
 mod tests {
     use super::*;
     use proptest::prelude::*;
-    use semascan_shared::model::SemanticPoint;
+    use semascan_model::SemanticPoint;
 
     fn chunk(n: usize) -> DecodedChunk {
         let point = |i: usize| SemanticPoint {

@@ -8,7 +8,7 @@ use super::session::Session;
 use super::{LinkEvent, page, transfer};
 use js_sys::{Array, ArrayBuffer, Uint8Array};
 use prost::Message;
-use semascan_shared::wire::SUBPROTOCOL;
+use semascan_protocol::SUBPROTOCOL;
 use std::cell::RefCell;
 use std::rc::Rc;
 use wasm_bindgen::prelude::*;

@@ -1,7 +1,7 @@
 //! The model follows the stream's events, in any order that a link may give them.
 
 use super::*;
-use semascan_shared::model::SemanticPoint;
+use semascan_model::SemanticPoint;
 
 const VOXEL: f32 = 0.002;
 

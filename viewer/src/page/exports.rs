@@ -3,9 +3,9 @@
 
 use super::scene::hidden_flags;
 use crate::app::{AppState, units};
-use semascan_shared::export::glb::GlbOptions;
-use semascan_shared::export::{ExportError, ExportFilter, components, file_part, glb, obj, ply, stl};
-use semascan_shared::model::{SemanticCloud, SemanticMesh};
+use semascan_formats::export::glb::GlbOptions;
+use semascan_formats::export::{ExportError, ExportFilter, components, file_part, glb, obj, ply, stl};
+use semascan_model::{SemanticCloud, SemanticMesh};
 
 /// A file to export the model's points to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -154,8 +154,8 @@ fn filter(state: &AppState) -> ExportFilter {
 mod tests {
     use super::*;
     use crate::app::Event;
-    use semascan_shared::model::{PointFlags, SemanticPoint, Taxonomy};
-    use semascan_shared::wire::Inspection;
+    use semascan_model::{PointFlags, SemanticPoint, Taxonomy};
+    use semascan_protocol::Inspection;
 
     fn point(label: u16, flags: u16) -> SemanticPoint {
         SemanticPoint {

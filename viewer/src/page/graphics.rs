@@ -9,7 +9,7 @@ use crate::model::{LiveModel, ModelChange};
 use crate::render::{BackendChoice, DrawRequest, RenderError, Renderer};
 use crate::tools::CameraPointer;
 use leptos::prelude::Callable;
-use semascan_shared::model::SemanticMesh;
+use semascan_model::SemanticMesh;
 use std::cell::{Cell, RefCell};
 use std::rc::Rc;
 use wasm_bindgen::prelude::*;

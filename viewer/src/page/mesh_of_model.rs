@@ -8,7 +8,7 @@ use crate::link::DecodedChunk;
 use crate::model::ModelChange;
 use crate::surface::{MeshWorker, Order, Reply};
 use leptos::prelude::*;
-use semascan_shared::model::SemanticMesh;
+use semascan_model::SemanticMesh;
 use std::cell::RefCell;
 use std::collections::BTreeSet;
 use std::rc::Rc;

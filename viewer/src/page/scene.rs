@@ -2,7 +2,7 @@
 
 use crate::app::AppState;
 use crate::render::{CameraFrustum, ClassMask, ColorMode, DrawRequest, HiddenFlags, Palette, Theme, Turntable};
-use semascan_shared::wire::ViewReport;
+use semascan_protocol::ViewReport;
 
 /// The part of the state that shows in the picture; when it is equal, the picture is.
 #[derive(Clone, Debug, PartialEq)]
@@ -75,8 +75,8 @@ fn frusta(state: &AppState) -> Vec<CameraFrustum> {
 mod tests {
     use super::*;
     use crate::app::Event;
-    use semascan_shared::model::Taxonomy;
-    use semascan_shared::wire::{Inspection, Intrinsics, Pose};
+    use semascan_model::Taxonomy;
+    use semascan_protocol::{Inspection, Intrinsics, Pose};
 
     fn view(index: u32, accepted: bool) -> Event {
         Event::View(ViewReport {

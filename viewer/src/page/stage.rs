@@ -13,7 +13,7 @@ use crate::model::{LiveModel, ModelChange};
 use crate::render::{BackendChoice, DrawRequest};
 use crate::tools::{CameraInput, OrbitCamera};
 use leptos::prelude::*;
-use semascan_shared::model::SemanticCloud;
+use semascan_model::SemanticCloud;
 use std::cell::{Cell, RefCell};
 use std::rc::Rc;
 use web_sys::{Document, Window};

@@ -96,6 +96,6 @@ fn known(row: &Row, figure: impl FnOnce() -> String) -> String {
 }
 
 /// A colour as styles have it.
-pub(super) fn css_color([r, g, b]: semascan_shared::model::Color) -> String {
+pub(super) fn css_color([r, g, b]: semascan_model::Color) -> String {
     format!("#{r:02x}{g:02x}{b:02x}")
 }

@@ -5,7 +5,7 @@ use super::icons::{DONE, Icon, WARNING};
 use crate::app::timings::{STAGES, StageTime, stage_key, stage_label};
 use crate::app::units;
 use leptos::prelude::*;
-use semascan_shared::wire::{Phase, Stage};
+use semascan_protocol::{Phase, Stage};
 
 /// The inspection at a glance.
 #[component]

@@ -11,7 +11,7 @@ use crate::render::colormap::css_gradient;
 use crate::render::{SIGMA_TOP, deviation};
 use crate::tools::CameraInput;
 use leptos::prelude::*;
-use semascan_shared::wire::Phase;
+use semascan_protocol::Phase;
 
 /// Everything over the canvas.
 #[component]

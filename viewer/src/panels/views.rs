@@ -6,7 +6,7 @@ use super::picture::Picture;
 use crate::app::views::{Overlay, ViewEntry};
 use crate::app::{Event, units};
 use leptos::prelude::*;
-use semascan_shared::wire::Phase;
+use semascan_protocol::Phase;
 
 /// The strip, newest view at its end and kept in sight unless the person has scrolled away or selected one.
 #[component]

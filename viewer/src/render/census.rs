@@ -1,7 +1,7 @@
 //! How many points a frame shows: counts by class and mark, kept per chunk.
 
 use super::request::{ClassMask, HiddenFlags};
-use semascan_shared::model::SemanticCloud;
+use semascan_model::SemanticCloud;
 use std::collections::BTreeMap;
 
 /// Counts of one chunk.
@@ -34,7 +34,7 @@ impl Census {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use semascan_shared::model::PointFlags;
+    use semascan_model::PointFlags;
 
     #[test]
     fn it_counts_what_the_shader_shows() {

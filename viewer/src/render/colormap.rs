@@ -3,7 +3,7 @@
 //! Viridis (Smith and van der Walt, 2015): even steps for the eye, rising lightness, told apart with any colour vision.
 //! Kept as 16 samples of the published table; between them the ramp is straight, a few levels from the table at most.
 
-use semascan_shared::model::Color;
+use semascan_model::Color;
 
 const VIRIDIS: [Color; 16] = [
     [68, 1, 84],

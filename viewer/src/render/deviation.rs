@@ -1,7 +1,7 @@
 //! The colours of deviations, shared by picture and legend: one green band within tolerance, then yellow to red where the
 //! surface stands out and cyan to blue where it falls short, up to four tolerances.
 
-use semascan_shared::model::Color;
+use semascan_model::Color;
 
 /// Ends of the scale, in tolerances.
 pub const TOP: f32 = 4.0;

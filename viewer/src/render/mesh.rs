@@ -7,7 +7,7 @@ use super::mesh_vertex::{self, MeshVertex};
 use super::pipeline::{Primitive, buffer, uniform_entry};
 use super::request::{ClassMask, ColorMode, DrawRequest};
 use bytemuck::{Pod, Zeroable};
-use semascan_shared::model::SemanticMesh;
+use semascan_model::SemanticMesh;
 use std::ops::Range;
 use wgpu::{
     BindGroup, BindGroupDescriptor, BindGroupEntry, BindGroupLayoutDescriptor, BindGroupLayoutEntry, BindingResource,

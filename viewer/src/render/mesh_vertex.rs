@@ -2,7 +2,7 @@
 //! hidden by not drawing its range.
 
 use bytemuck::{Pod, Zeroable};
-use semascan_shared::model::SemanticMesh;
+use semascan_model::SemanticMesh;
 use std::collections::BTreeMap;
 use std::ops::Range;
 
@@ -27,7 +27,7 @@ pub const NO_DEVIATION: f32 = 1e30;
 
 /// The vertices of a mesh; `deviations` may be empty.
 pub fn pack(mesh: &SemanticMesh, deviations: &[f32]) -> Vec<MeshVertex> {
-    let vertex = |(i, p): (usize, semascan_shared::model::SemanticPoint)| {
+    let vertex = |(i, p): (usize, semascan_model::SemanticPoint)| {
         let [x, y, z] = p.normal.map(|c| (c.clamp(-1.0, 1.0) * 127.0).round() as i8);
         let [r, g, b] = p.color;
         let rim = mesh.boundary.get(i).copied().unwrap_or(false);
@@ -61,7 +61,7 @@ pub fn by_component(mesh: &SemanticMesh) -> (Vec<u32>, Vec<(u16, Range<u32>)>) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use semascan_shared::model::{PointFlags, SemanticPoint};
+    use semascan_model::{PointFlags, SemanticPoint};
 
     fn mesh() -> SemanticMesh {
         let point = |label: u16| SemanticPoint {

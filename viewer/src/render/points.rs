@@ -10,7 +10,7 @@ use super::record::{EMPTY, RECORD_WORDS, pack};
 use super::request::{ColorMode, DrawRequest};
 use super::thinning::{deal, slots_within};
 use bytemuck::{Pod, Zeroable};
-use semascan_shared::model::SemanticCloud;
+use semascan_model::SemanticCloud;
 use std::collections::BTreeMap;
 use wgpu::{
     BindGroup, BindGroupDescriptor, BindGroupEntry, BindGroupLayout, BindGroupLayoutDescriptor, BindGroupLayoutEntry,

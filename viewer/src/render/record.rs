@@ -8,7 +8,7 @@
 //! Marks: bit 31 = there is a point, bit 30 = its normal is known; bits 0..8 sigma, 8..16 defect confidence.
 //! The octahedral map folds the unit sphere onto a square (Cigolle et al. 2014).
 
-use semascan_shared::model::SemanticPoint;
+use semascan_model::SemanticPoint;
 
 /// Words of a record.
 pub const RECORD_WORDS: usize = 8;
@@ -69,7 +69,7 @@ mod tests {
     use super::*;
     use glam::{Vec2, Vec3};
     use proptest::prelude::*;
-    use semascan_shared::model::PointFlags;
+    use semascan_model::PointFlags;
 
     fn point(position: [f32; 3], normal: [f32; 3]) -> SemanticPoint {
         SemanticPoint {

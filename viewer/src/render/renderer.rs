@@ -20,7 +20,7 @@ use super::request::{BackendChoice, DrawRequest};
 use super::self_test;
 use super::turntable::Turntable;
 use prepare::AXES_MARGIN;
-use semascan_shared::model::{SemanticCloud, SemanticMesh};
+use semascan_model::{SemanticCloud, SemanticMesh};
 use web_sys::HtmlCanvasElement;
 use wgpu::{
     Color, CommandEncoderDescriptor, CurrentSurfaceTexture, Extent3d, LoadOp, Operations, RenderPassColorAttachment,

@@ -2,8 +2,8 @@
 
 use crate::tools::{Bounds, OrbitCamera};
 use glam::{Quat, Vec3};
-use semascan_shared::model::{Color, Taxonomy};
-use semascan_shared::wire;
+use semascan_model::{Color, Taxonomy};
+use semascan_protocol as wire;
 
 /// Which graphics interface to use.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -104,7 +104,7 @@ impl Default for HiddenFlags {
 impl HiddenFlags {
     /// The bits of `PointFlags` that hide a point.
     pub fn bits(self) -> u16 {
-        use semascan_shared::model::PointFlags;
+        use semascan_model::PointFlags;
         let outliers = if self.outliers { PointFlags::OUTLIER | PointFlags::UNCERTAIN } else { 0 };
         let background = if self.background { PointFlags::BACKGROUND } else { 0 };
         outliers | background
@@ -123,7 +123,7 @@ pub struct Palette {
 impl Palette {
     /// The colours of a taxonomy.
     pub fn from_taxonomy(taxonomy: &Taxonomy) -> Self {
-        let colors = |classes: &[semascan_shared::model::ClassDef]| classes.iter().map(|c| c.color).collect();
+        let colors = |classes: &[semascan_model::ClassDef]| classes.iter().map(|c| c.color).collect();
         Self { components: colors(&taxonomy.components), defects: colors(&taxonomy.defects) }
     }
 }

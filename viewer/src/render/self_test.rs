@@ -10,7 +10,7 @@ use super::request::{ColorMode, DrawRequest, Palette};
 use crate::tools::{Bounds, OrbitCamera};
 use glam::Vec3;
 use js_sys::{Function, Promise};
-use semascan_shared::model::{PointFlags, SemanticCloud, SemanticPoint};
+use semascan_model::{PointFlags, SemanticCloud, SemanticPoint};
 use wasm_bindgen::prelude::*;
 use wasm_bindgen_futures::JsFuture;
 use web_sys::{CanvasRenderingContext2d, HtmlCanvasElement};

@@ -2,9 +2,9 @@
 
 use super::message::{Deviation, Order, Reply};
 use super::reference::Reference;
-use semascan_shared::measure::percentile;
-use semascan_shared::mesh::{MeshOptions, Mesher};
-use semascan_shared::model::SemanticCloud;
+use semascan_geometry::measure::percentile;
+use semascan_geometry::mesh::{MeshOptions, Mesher};
+use semascan_model::SemanticCloud;
 
 /// Tiles meshed in one go: some milliseconds.
 const TILES: usize = 8;
@@ -146,8 +146,8 @@ fn figures(deviations: &[f32]) -> Deviation {
 mod tests {
     use super::*;
     use crate::link::DecodedChunk;
-    use semascan_shared::mesh::mesh_cloud;
-    use semascan_shared::model::{PointFlags, SemanticMesh, SemanticPoint};
+    use semascan_geometry::mesh::mesh_cloud;
+    use semascan_model::{PointFlags, SemanticMesh, SemanticPoint};
 
     const VOXEL: f32 = 0.001;
 

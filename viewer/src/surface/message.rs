@@ -5,7 +5,7 @@
 
 use crate::columns;
 use crate::link::{DecodedChunk, LinkEvent, transfer};
-use semascan_shared::model::{PointFlags, SemanticCloud, SemanticMesh};
+use semascan_model::{PointFlags, SemanticCloud, SemanticMesh};
 
 /// What the page wants.
 #[derive(Clone, Debug)]

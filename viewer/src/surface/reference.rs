@@ -1,7 +1,7 @@
 //! A file that the surface is compared with: a mesh, or a cloud where it has no triangles.
 
-use semascan_shared::import::{ImportError, Shape};
-use semascan_shared::measure::{NearestPoints, PseudoNormals, SurfaceIndex};
+use semascan_formats::import::{ImportError, Shape};
+use semascan_geometry::measure::{NearestPoints, PseudoNormals, SurfaceIndex};
 
 /// Parts are not this long, in metres: a longer reference is in millimetres (OBJ and STL do not name their unit).
 const LONGEST: f32 = 5.0;
@@ -81,7 +81,7 @@ impl Reference {
             }
             Index::Cloud { index, positions, normals } => {
                 let found = index.nearest_of_all(points);
-                let signed = |(p, n): (&[f32; 3], Option<semascan_shared::measure::Neighbour>)| {
+                let signed = |(p, n): (&[f32; 3], Option<semascan_geometry::measure::Neighbour>)| {
                     let Some(n) = n else { return f32::NAN };
                     let i = n.index as usize;
                     let side = normals

@@ -2,7 +2,7 @@
 
 use super::*;
 use proptest::prelude::*;
-use semascan_shared::model::SemanticPoint;
+use semascan_model::SemanticPoint;
 
 fn mesh(n: usize) -> SemanticMesh {
     let point = |i: usize| SemanticPoint {

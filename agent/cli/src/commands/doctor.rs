@@ -1,0 +1,135 @@
+//! `semascan doctor`: whether everything that inspections need is there.
+
+use super::{Failure, config, models};
+use anyhow::anyhow;
+use clap::Args;
+use semascan_perception::segment::network::engine::{self, Engine, EngineChoice, EngineError, OnnxRuntime};
+use semascan_perception::segment::network::{Provider, installed, search_path};
+use semascan_server::has_embedded_viewer;
+use serde::Serialize;
+use serde_json::{Value, json};
+use std::io::Write;
+use std::path::PathBuf;
+
+/// Arguments of `semascan doctor`.
+#[derive(Debug, Args)]
+pub(crate) struct DoctorArgs {
+    /// Configuration of the cell
+    #[arg(long, value_name = "TOML")]
+    config: Option<PathBuf>,
+    /// Print one JSON object on stdout
+    #[arg(long)]
+    json: bool,
+}
+
+/// How something stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+enum Health {
+    Ok,
+    /// It works, but not as well as it could.
+    Warning,
+    /// It does not work.
+    Failed,
+}
+
+/// One thing that was looked at.
+#[derive(Debug, Serialize)]
+struct Finding {
+    what: &'static str,
+    health: Health,
+    text: String,
+    details: Value,
+}
+
+impl DoctorArgs {
+    pub(crate) fn run(self) -> Result<(), Failure> {
+        let config = config::read(self.config.as_deref()).map_err(Failure::Call)?;
+        let (library, provider) = config.network.runtime();
+        let findings = [runtime(library.as_deref(), provider), tract(), networks(), viewer()];
+        let mut out = std::io::stderr().lock();
+        for finding in &findings {
+            let mark = match finding.health {
+                Health::Ok => "ok     ",
+                Health::Warning => "warning",
+                Health::Failed => "FAILED ",
+            };
+            writeln!(out, "{mark}  {:<13} {}", finding.what, finding.text)?;
+        }
+        let failed: Vec<&str> = findings.iter().filter(|f| f.health == Health::Failed).map(|f| f.what).collect();
+        if self.json {
+            let report = json!({ "healthy": failed.is_empty(), "findings": findings });
+            writeln!(std::io::stdout().lock(), "{report}")?;
+        }
+        if failed.is_empty() {
+            Ok(())
+        } else {
+            Err(Failure::Work(anyhow!("not as it should be: {}", failed.join(", "))))
+        }
+    }
+}
+
+/// ONNX Runtime and what it can compute on.
+fn runtime(library: Option<&std::path::Path>, provider: Provider) -> Finding {
+    let what = "ONNX Runtime";
+    match OnnxRuntime::open(library, provider) {
+        Ok(runtime) => {
+            let about = runtime.description();
+            let providers: Vec<&str> = runtime.providers().into_iter().map(Provider::name).collect();
+            let path = about.library.as_ref().map_or_else(String::new, |p| p.display().to_string());
+            let text = format!("{} from {path}, computes on {}", about.version, providers.join(", "));
+            let details = json!({ "version": about.version, "library": about.library, "providers": providers });
+            Finding { what, health: Health::Ok, text, details }
+        }
+        Err(error @ EngineError::NotFound { .. }) => {
+            let (health, instead) = match engine::HAS_TRACT {
+                true => (Health::Warning, "networks run in tract, several times slower"),
+                false => (Health::Warning, "--labels network cannot run; `cargo xtask onnxruntime` fetches it"),
+            };
+            Finding { what, health, text: format!("{error}; {instead}"), details: Value::Null }
+        }
+        Err(error) => Finding { what, health: Health::Failed, text: error.to_string(), details: Value::Null },
+    }
+}
+
+/// tract, where this build has it.
+fn tract() -> Finding {
+    let (text, details) = match engine::open(EngineChoice::Tract, None, Provider::Cpu) {
+        Ok(tract) => {
+            let version = tract.description().version;
+            (format!("{version}, built in"), json!({ "version": version }))
+        }
+        Err(_) => ("not built in; ONNX Runtime does its work".to_owned(), Value::Null),
+    };
+    Finding { what: "tract", health: Health::Ok, text, details }
+}
+
+/// The models that are installed.
+fn networks() -> Finding {
+    let folders = search_path();
+    let models: Vec<Value> = installed(&folders).iter().map(models::to_json).collect();
+    let broken: Vec<String> = models.iter().filter_map(|m| Some(m["error"].as_str()?.to_owned())).collect();
+    let names: Vec<&str> = models.iter().filter_map(|m| m["name"].as_str()).collect();
+    let (health, text) = if !broken.is_empty() {
+        (Health::Failed, broken.join("; "))
+    } else if models.is_empty() {
+        let places: Vec<String> = folders.iter().map(|f| f.display().to_string()).collect();
+        (
+            Health::Warning,
+            format!("none are installed, --labels network has nothing to use; looked in {}", places.join(", ")),
+        )
+    } else {
+        (Health::Ok, names.join(", "))
+    };
+    Finding { what: "models", health, text, details: json!(models) }
+}
+
+/// The viewer's files.
+fn viewer() -> Finding {
+    let (health, text) = if has_embedded_viewer() {
+        (Health::Ok, "built in")
+    } else {
+        (Health::Failed, "is not built in; build it with: cargo xtask web")
+    };
+    Finding { what: "viewer", health, text: text.into(), details: Value::Null }
+}

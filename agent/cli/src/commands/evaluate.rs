@@ -1,0 +1,207 @@
+//! `semascan evaluate A B`: metrics of a model against a reference, each with its convention.
+
+use super::Failure;
+use anyhow::{Context, anyhow};
+use clap::Args;
+use nalgebra::Isometry3;
+use semascan_evaluation::{AlignedEvaluation, Evaluation, Model, Range, evaluate, evaluate_aligned, figures, ranges};
+use semascan_geometry::measure::{CONVENTIONS, ClassScore, SEMANTIC_CONVENTIONS};
+use semascan_inspection::record::PoseRecord;
+use serde_json::{Value, json};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+/// Extensions that can be read.
+const FORMATS: [&str; 6] = ["ply", "pcd", "obj", "stl", "gltf", "glb"];
+
+/// Arguments of `semascan evaluate`.
+#[derive(Debug, Args)]
+pub(crate) struct EvaluateArgs {
+    /// The model: a cloud (PLY, PCD) or a mesh (PLY, OBJ, STL, glTF, GLB), in metres
+    a: PathBuf,
+    /// The reference it is judged against, likewise
+    b: PathBuf,
+    /// Print one JSON object on stdout
+    #[arg(long)]
+    json: bool,
+    /// Align A with B ten times first (global, then local registration) and give the range of every figure, as P0 does
+    #[arg(long)]
+    align: bool,
+    /// Distance of precision, recall and F-score in millimetres
+    #[arg(long, value_name = "MM", default_value_t = 1.0)]
+    tau: f64,
+    /// Points that a mesh is sampled with
+    #[arg(long, value_name = "N", default_value_t = 200_000)]
+    samples: usize,
+    /// Seed of samples and alignments
+    #[arg(long, value_name = "S", default_value_t = 1)]
+    seed: u64,
+    /// What one unit of A's coordinates is in metres (0.001 for a file in millimetres)
+    #[arg(long, value_name = "METRES", default_value_t = 1.0)]
+    scale_a: f64,
+    /// What one unit of B's coordinates is in metres
+    #[arg(long, value_name = "METRES", default_value_t = 1.0)]
+    scale_b: f64,
+}
+
+impl EvaluateArgs {
+    pub(crate) fn run(self) -> Result<(), Failure> {
+        let wrong = |e: anyhow::Error| Err(Failure::Call(e));
+        for (name, value) in [("--tau", self.tau), ("--scale-a", self.scale_a), ("--scale-b", self.scale_b)] {
+            if !(value.is_finite() && value > 0.0) {
+                return wrong(anyhow!("{name} {value}: not a positive number"));
+            }
+        }
+        if self.samples == 0 {
+            return wrong(anyhow!("--samples 0: nothing would be measured"));
+        }
+        for path in [&self.a, &self.b] {
+            if !path.is_file() {
+                return wrong(anyhow!("{}: no such file", path.display()));
+            }
+            let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
+            if !FORMATS.contains(&extension.as_str()) {
+                return wrong(anyhow!("{}: is none of {}", path.display(), FORMATS.join(", ")));
+            }
+        }
+        let a = Model::read(&self.a, self.scale_a, self.samples, self.seed)?;
+        let b = Model::read(&self.b, self.scale_b, self.samples, self.seed)?;
+        if self.align { self.protocol(&a, &b) } else { self.as_they_stand(&a, &b) }
+    }
+
+    fn as_they_stand(&self, a: &Model, b: &Model) -> Result<(), Failure> {
+        let found = evaluate(a, b, &Isometry3::identity(), self.tau * 1e-3)
+            .with_context(|| format!("{} and {}: nothing can be measured", self.a.display(), self.b.display()))?;
+        let mut out = io::stderr().lock();
+        self.head(&mut out, a, b, "as they stand, without alignment")?;
+        for (name, value) in figures(&found.comparison) {
+            writeln!(out, "{name:<26} {:>12}", readable(name, value))?;
+        }
+        classes(&mut out, &found.classes)?;
+        self.conventions(&mut out, &found.classes)?;
+        let mut report = self.report(a, b, &found.classes);
+        report["metrics"] = json!(found.comparison);
+        report["classes"] = classes_json(&found.classes);
+        self.print(&report)
+    }
+
+    fn protocol(&self, a: &Model, b: &Model) -> Result<(), Failure> {
+        let results = evaluate_aligned(a, b, self.tau * 1e-3, self.seed);
+        let failed: Vec<String> = results.iter().filter_map(|r| r.as_ref().err().map(ToString::to_string)).collect();
+        let runs: Vec<AlignedEvaluation> = results.into_iter().filter_map(Result::ok).collect();
+        let Some(first) = runs.first() else {
+            let why = failed.first().cloned().unwrap_or_default();
+            return Err(Failure::Work(anyhow!(
+                "{} could not be aligned with {}: {why}",
+                self.a.display(),
+                self.b.display()
+            )));
+        };
+        let ranges = ranges(&runs);
+        let mut out = io::stderr().lock();
+        let how =
+            format!("{} alignments (global, then GICP), {} without a match", runs.len() + failed.len(), failed.len());
+        self.head(&mut out, a, b, &how)?;
+        writeln!(out, "{:<26} {:>12} {:>12} {:>12}", "", "min", "mean", "max")?;
+        for r in &ranges {
+            let [min, mean, max] = [r.min, r.mean, r.max].map(|v| readable(r.name, v));
+            writeln!(out, "{:<26} {min:>12} {mean:>12} {max:>12}", r.name)?;
+        }
+        classes(&mut out, &first.evaluation.classes)?;
+        self.conventions(&mut out, &first.evaluation.classes)?;
+        let mut report = self.report(a, b, &first.evaluation.classes);
+        report["alignments"] = runs.iter().map(run_json).collect();
+        report["without_match"] = json!(failed);
+        report["ranges"] = ranges
+            .iter()
+            .map(|r: &Range| (r.name.to_owned(), json!({ "min": r.min, "mean": r.mean, "max": r.max })))
+            .collect::<serde_json::Map<_, _>>()
+            .into();
+        self.print(&report)
+    }
+
+    fn head(&self, out: &mut impl Write, a: &Model, b: &Model, how: &str) -> io::Result<()> {
+        for (name, model) in [("A", a), ("B", b)] {
+            let from = match model.triangles {
+                0 => format!("{} points ({} marked or not finite are left out)", model.points.len(), model.left_out),
+                n => format!("{n} triangles, {} points by area, seed {}", model.points.len(), self.seed),
+            };
+            writeln!(out, "{name}: {}, {}, {from}", model.path.display(), model.kind())?;
+        }
+        writeln!(out, "{how}; distances to a mesh are point to triangle; tau {} mm", self.tau)
+    }
+
+    fn conventions(&self, out: &mut impl Write, classes: &[ClassScore]) -> io::Result<()> {
+        let semantic = if classes.is_empty() { &[][..] } else { &SEMANTIC_CONVENTIONS };
+        for (name, text) in CONVENTIONS.iter().chain(semantic) {
+            writeln!(out, "  {name}: {text}")?;
+        }
+        Ok(())
+    }
+
+    fn report(&self, a: &Model, b: &Model, classes: &[ClassScore]) -> Value {
+        let model = |m: &Model, path: &Path| {
+            json!({
+                "path": path.display().to_string(), "kind": m.kind(), "points": m.points.len(),
+                "left_out": m.left_out, "triangles": m.triangles,
+            })
+        };
+        let semantic = if classes.is_empty() { &[][..] } else { &SEMANTIC_CONVENTIONS };
+        json!({
+            "a": model(a, &self.a), "b": model(b, &self.b), "tau": self.tau * 1e-3, "seed": self.seed,
+            "conventions": CONVENTIONS.iter().chain(semantic).collect::<Vec<_>>(),
+        })
+    }
+
+    fn print(&self, report: &Value) -> Result<(), Failure> {
+        if self.json {
+            let mut out = io::stdout().lock();
+            serde_json::to_writer(&mut out, report)?;
+            writeln!(out)?;
+        }
+        Ok(())
+    }
+}
+
+/// Millimetres, square millimetres or per cent.
+fn readable(name: &str, value: f64) -> String {
+    if name.starts_with("mean_square") {
+        format!("{:.5} mm2", value * 1e6)
+    } else if name.starts_with("precision") || name == "recall" || name == "f_score" {
+        format!("{:.2} %", value * 100.0)
+    } else {
+        format!("{:.4} mm", value * 1e3)
+    }
+}
+
+fn classes(out: &mut impl Write, scores: &[ClassScore]) -> io::Result<()> {
+    if scores.is_empty() {
+        return Ok(());
+    }
+    writeln!(out, "class    points  accuracy  completeness  precision   recall      IoU")?;
+    for s in scores {
+        let [a, c, p, r, i] =
+            [s.accuracy(), s.completeness(), s.precision(), s.recall(), s.iou()].map(|v| format!("{v:.4}"));
+        writeln!(out, "{:<5} {:>9} {a:>9} {c:>13} {p:>10} {r:>8} {i:>8}", s.class, s.points)?;
+    }
+    Ok(())
+}
+
+fn classes_json(scores: &[ClassScore]) -> Value {
+    let one = |s: &ClassScore| {
+        json!({
+            "class": s.class, "points": s.points, "retained": s.retained, "correct": s.correct, "wrongly": s.wrongly,
+            "accuracy": s.accuracy(), "completeness": s.completeness(), "precision": s.precision(),
+            "recall": s.recall(), "iou": s.iou(),
+        })
+    };
+    scores.iter().map(one).collect()
+}
+
+fn run_json(run: &AlignedEvaluation) -> Value {
+    let Evaluation { comparison, classes } = &run.evaluation;
+    json!({
+        "seed": run.seed, "overlap": run.overlap, "b_from_a": PoseRecord::from(&run.b_from_a),
+        "metrics": comparison, "classes": classes_json(classes),
+    })
+}

@@ -1,0 +1,139 @@
+//! What an inspection found, for people, on stderr.
+
+use semascan_inspection::record::{InspectionRecord, SegmentationRecord, TruthRecord, ViewRecord};
+use semascan_perception::segment::network::UncertaintyFigures;
+use std::io::{self, Write};
+use std::path::Path;
+
+/// Prints a summary of `record`, which was written to `folder`.
+pub(crate) fn print(record: &InspectionRecord, folder: &Path) -> io::Result<()> {
+    let mut out = io::stderr().lock();
+    let rejected = record.views.iter().filter(|v| !v.accepted).count();
+    let voxel = record.voxel.map_or_else(|| "none".into(), |v| format!("{:.3} mm", v * 1e3));
+    writeln!(
+        out,
+        "{}: {} views ({rejected} left out), {} points, voxel {voxel}",
+        record.part,
+        record.views.len(),
+        record.points
+    )?;
+    for (key, value) in &record.settings {
+        writeln!(out, "  {key} = {value}")?;
+    }
+    if let Some(segmentation) = &record.segmentation {
+        print_networks(&mut out, segmentation, &record.views)?;
+    }
+    writeln!(out, "{:<28} {:>9} {:>12} {:>11}", "component", "points", "area mm2", "confidence")?;
+    for c in record.components.iter().chain(&record.defects) {
+        writeln!(out, "{:<28} {:>9} {:>12.1} {:>11.3}", c.name, c.points, c.area * 1e6, c.confidence)?;
+    }
+    if let Some(truth) = &record.truth {
+        print_truth(&mut out, truth)?;
+    }
+    writeln!(out, "written to {}", folder.display())
+}
+
+/// What labelled the views, how its uncertainty was computed and used, and how large it was.
+fn print_networks(out: &mut impl Write, record: &SegmentationRecord, views: &[ViewRecord]) -> io::Result<()> {
+    let network = &record.network;
+    let models = network.models.iter().map(|m| format!("{} {} ({} nets)", m.name, m.version, m.networks.len()));
+    let models = models.collect::<Vec<_>>().join(", ");
+    let engine = &network.engine;
+    writeln!(out, "labels by {models} in {} {} on {}", engine.name, engine.version, engine.provider.name())?;
+    let augmentations = network.augmentations.iter().map(|a| format!("{a:?}").to_lowercase()).collect::<Vec<_>>();
+    writeln!(
+        out,
+        "  augmentations {} (seed {}), sigma = {} over M - {}, threshold {} (defects {}), k = {}, uncertain: {}",
+        augmentations.join(" "),
+        network.seed,
+        format!("{:?}", network.statistic).to_lowercase(),
+        network.ddof,
+        network.threshold,
+        network.defect_threshold,
+        network.coverage,
+        format!("{:?}", record.uncertain).to_lowercase(),
+    )?;
+    let said = || views.iter().filter_map(|v| v.segmentation.as_ref());
+    let tasks = [
+        ("components", said().map(|s| s.components).collect::<Vec<_>>()),
+        ("defects", said().filter_map(|s| s.defects).collect()),
+    ];
+    for (task, figures) in tasks.iter().filter(|(_, figures)| !figures.is_empty()) {
+        let pixels: u64 = figures.iter().map(|f| f.foreground).sum();
+        let uncertain: u64 = figures.iter().map(|f| f.uncertain).sum();
+        // Means over the pixels of all views.
+        let mean = |of: fn(&UncertaintyFigures) -> f64| {
+            figures.iter().map(|f| of(f) * f.foreground as f64).sum::<f64>() / pixels.max(1) as f64
+        };
+        writeln!(
+            out,
+            "  {task}: sigma {:.4} (data {:.4}, model {:.4}), U {:.4}, 95 % of p in {:.3} .. {:.3}, uncertain {:.2} %",
+            mean(|f| f.sigma),
+            mean(|f| f.data),
+            mean(|f| f.model),
+            mean(|f| f.expanded),
+            mean(|f| f.quantile_low),
+            mean(|f| f.quantile_high),
+            100.0 * uncertain as f64 / pixels.max(1) as f64,
+        )?;
+    }
+    Ok(())
+}
+
+fn print_truth(out: &mut impl Write, truth: &TruthRecord) -> io::Result<()> {
+    writeln!(
+        out,
+        "{:<28} {:>9} {:>12} {:>13} {:>7}",
+        "against truth", "points", "accuracy %", "completeness %", "IoU"
+    )?;
+    for c in truth.components.iter().chain(&truth.defects) {
+        let (accuracy, completeness) = (c.accuracy * 100.0, c.completeness * 100.0);
+        writeln!(out, "{:<28} {:>9} {accuracy:>12.2} {completeness:>14.2} {:>7.3}", c.name, c.points, c.iou)?;
+    }
+    let millimetres = |m: Option<f64>| m.map_or_else(|| "-".into(), |m| format!("{:.3} mm", m * 1e3));
+    let (accuracy, completeness) = (truth.label_accuracy * 100.0, truth.label_completeness * 100.0);
+    writeln!(out, "label accuracy {accuracy:.2} %, completeness {completeness:.2} %")?;
+    writeln!(out, "HD95 {}, ME {} (model to truth)", millimetres(truth.hd95), millimetres(truth.mean_error))?;
+    if let Some(aligned) = &truth.aligned {
+        writeln!(
+            out,
+            "after one rigid alignment of the poses: HD95 {}, ME {}",
+            millimetres(aligned.hd95),
+            millimetres(aligned.mean_error)
+        )?;
+    }
+    let errors = [("as they are", Some(&truth.poses)), ("aligned", truth.aligned.as_ref().map(|a| &a.poses))];
+    let kinematic = truth.aligned.as_ref().map(|a| &a.prior_poses);
+    for (name, poses) in errors.into_iter().chain([("kinematic, aligned", kinematic)]) {
+        if let Some(poses) = poses.filter(|p| !p.is_empty()) {
+            let (rotation, translation) = (spread(poses.iter().map(|p| p.1)), spread(poses.iter().map(|p| p.2)));
+            writeln!(
+                out,
+                "poses, {name:<18}: median {:.4} deg {:.4} mm, worst {:.4} deg {:.4} mm",
+                rotation.0.to_degrees(),
+                translation.0 * 1e3,
+                rotation.1.to_degrees(),
+                translation.1 * 1e3
+            )?;
+        }
+    }
+    if let Some(ideal) = &truth.at_true_poses {
+        let loss = (ideal.label_accuracy - truth.label_accuracy) * 100.0;
+        writeln!(
+            out,
+            "with the true poses: accuracy {:.2} %, HD95 {}, ME {}; the poses cost {loss:.2} points of accuracy",
+            ideal.label_accuracy * 100.0,
+            millimetres(ideal.hd95),
+            millimetres(ideal.mean_error),
+        )?;
+    }
+    Ok(())
+}
+
+/// Median and largest.
+fn spread(values: impl Iterator<Item = f64>) -> (f64, f64) {
+    let mut values: Vec<f64> = values.collect();
+    values.sort_by(f64::total_cmp);
+    let median = values.get(values.len() / 2).copied().unwrap_or(0.0);
+    (median, values.last().copied().unwrap_or(0.0))
+}

@@ -1,0 +1,212 @@
+//! `semascan tables P0|P1|P2`: reruns a paper's tables on the virtual cell.
+
+use super::Failure;
+use anyhow::{Context, anyhow};
+use clap::{Args, ValueEnum};
+use indicatif::{ProgressBar, ProgressStyle};
+use semascan_evaluation::tables::{NetworkSetting, p0, p1, p2};
+use serde::Serialize;
+use std::io::Write;
+use std::path::PathBuf;
+
+/// The papers whose tables can be rerun.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Paper {
+    /// Semantic 3D product modelling for inspection: Tables 1, 3, 5 and 6
+    #[value(name = "P0", alias = "p0")]
+    P0,
+    /// Semantic 3D reconstruction for manipulators: Tables 1 to 5
+    #[value(name = "P1", alias = "p1")]
+    P1,
+    /// Semantic segmentation with two data streams: Tables 2 to 4
+    #[value(name = "P2", alias = "p2")]
+    P2,
+}
+
+/// Arguments of `semascan tables`.
+#[derive(Debug, Args)]
+pub(crate) struct TablesArgs {
+    /// The paper
+    #[arg(value_enum)]
+    paper: Paper,
+    /// Only these tables, separated by commas: P0 has 1, 3, 5, 6; P1 has 1 to 5; P2 has 2, 3, 4
+    #[arg(long = "table", value_name = "N", value_delimiter = ',')]
+    tables: Vec<u32>,
+    /// Motors [default: 4 in P0's Table 1, else 10]; P1's Tables 3 to 5: runs of each object [default: 10]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1000))]
+    seeds: Option<u64>,
+    /// Views of each [default: 5, in P1's Tables 3 to 5: 12; P1 itself took 16]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=360))]
+    views: Option<u32>,
+    /// P1's Tables 3 to 5: only objects whose name contains this
+    #[arg(long, value_name = "NAME")]
+    only: Option<String>,
+    /// P1: folder with the YCB meshes (lemon/textured.obj ...) [default: objects/ycb in SEMASCAN_DATA]
+    #[arg(long, value_name = "DIR")]
+    ycb: Option<PathBuf>,
+    /// Folder of models [default: where an inspection looks for them]
+    #[arg(long, value_name = "DIR")]
+    models: Option<PathBuf>,
+    /// P0: threshold of sigma, 0 to 1 [default: chosen on validation motors]
+    #[arg(long, value_name = "T", value_parser = sigma)]
+    sigma: Option<f32>,
+    /// Few and small pictures, to see that all works; the figures say nothing
+    #[arg(long)]
+    quick: bool,
+    /// Also write the JSON report into this file
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+    /// Print the report as one JSON object on stdout
+    #[arg(long)]
+    json: bool,
+}
+
+/// P1's tables together.
+#[derive(Serialize)]
+struct P1Report {
+    /// Tables 3 to 5.
+    #[serde(flatten)]
+    reconstruction: Option<p1::Report>,
+    /// Tables 1 and 2.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    masks: Option<p1::masks::Report>,
+}
+
+impl TablesArgs {
+    pub(crate) fn run(self) -> Result<(), Failure> {
+        match self.paper {
+            Paper::P0 => self.p0(),
+            Paper::P1 => self.p1(),
+            Paper::P2 => self.p2(),
+        }
+    }
+
+    /// The tables that were asked for, of those there are.
+    fn tables(&self, all: &[u32]) -> Result<Vec<u32>, Failure> {
+        if let Some(none) = self.tables.iter().find(|t| !all.contains(t)) {
+            let names: Vec<String> = all.iter().map(u32::to_string).collect();
+            return Err(Failure::Call(anyhow!("--table {none}: there are {}", names.join(", "))));
+        }
+        Ok(if self.tables.is_empty() { all.to_vec() } else { self.tables.clone() })
+    }
+
+    /// Refuses what belongs to P1.
+    fn not_p1(&self) -> Result<(), Failure> {
+        if self.only.is_some() || self.ycb.is_some() {
+            return Err(Failure::Call(anyhow!("--only and --ycb belong to P1")));
+        }
+        Ok(())
+    }
+
+    fn networks(&self) -> Result<NetworkSetting, Failure> {
+        if let Some(folder) = self.models.as_ref().filter(|folder| !folder.is_dir()) {
+            return Err(Failure::Call(anyhow!("--models {}: no such folder", folder.display())));
+        }
+        let mut setting = if self.quick { NetworkSetting::quick() } else { NetworkSetting::default() };
+        setting.test.views = self.views.unwrap_or(setting.test.views);
+        if let Some(motors) = self.seeds {
+            setting.test.motors = (1..=motors).map(|k| 1000 + k).collect();
+        }
+        Ok(NetworkSetting { models: self.models.clone(), sigma: self.sigma, ..setting })
+    }
+
+    fn p0(self) -> Result<(), Failure> {
+        self.not_p1()?;
+        let mut reference_models = p0::reference_models::Config::default();
+        if self.quick {
+            reference_models.motors.truncate(1);
+            (reference_models.size, reference_models.reference_points) = ((240, 180), 40_000);
+        }
+        reference_models.views = self.views.unwrap_or(reference_models.views);
+        if let Some(motors) = self.seeds {
+            reference_models.motors = (1..=motors).map(|k| 100 + k).collect();
+        }
+        let config = p0::Config { tables: self.tables(&p0::TABLES)?, reference_models, networks: self.networks()? };
+        let report = watched(|hear| p0::run(&config, hear))?;
+        p0::print(&mut std::io::stderr().lock(), &report)?;
+        self.write(&report)
+    }
+
+    fn p1(self) -> Result<(), Failure> {
+        let tables = self.tables(&[1, 2, 3, 4, 5])?;
+        let wants = |these: &[u32]| tables.iter().any(|t| these.contains(t));
+        // Networks know components of motors alone; one object of the others needs none of them.
+        let masks = if wants(&[1, 2]) && self.only.is_none() {
+            let networks = self.networks()?;
+            let masks = watched(|hear| p1::masks::run(&networks, hear))?;
+            p1::masks::print(&mut std::io::stderr().lock(), &masks)?;
+            Some(masks)
+        } else {
+            None
+        };
+        let reconstruction = if wants(&[3, 4, 5]) { Some(self.reconstruction()?) } else { None };
+        self.write(&P1Report { reconstruction, masks })
+    }
+
+    /// P1's Tables 3 to 5.
+    fn reconstruction(&self) -> Result<p1::Report, Failure> {
+        let in_data = || Some(PathBuf::from(std::env::var_os("SEMASCAN_DATA")?).join("objects/ycb"));
+        let ycb = self.ycb.clone().or_else(|| in_data().filter(|folder| folder.is_dir()));
+        match &ycb {
+            None => tracing::warn!("no YCB meshes: name their folder with --ycb; those objects are left out"),
+            Some(folder) if !folder.is_dir() => {
+                return Err(Failure::Call(anyhow!("--ycb {}: no such folder", folder.display())));
+            }
+            Some(_) => {}
+        }
+        let config = p1::Config {
+            seeds: self.seeds.unwrap_or(if self.quick { 1 } else { 10 }),
+            views: self.views.unwrap_or(if self.quick { 3 } else { 12 }),
+            setting: p1::Setting::P1,
+            ycb,
+            only: self.only.clone(),
+            workers: std::thread::available_parallelism().map_or(1, usize::from),
+        };
+        let result = watched(|hear| p1::run(&config, hear));
+        let report = result.map_err(|error| match error {
+            p1::TableError::NoObject(_) => Failure::Call(error.into()),
+            error => Failure::Work(error.into()),
+        })?;
+        p1::print(&report, &mut std::io::stderr().lock())?;
+        Ok(report)
+    }
+
+    fn p2(self) -> Result<(), Failure> {
+        self.not_p1()?;
+        let config = p2::Config { tables: self.tables(&p2::TABLES)?, networks: self.networks()? };
+        let report = watched(|hear| p2::run(&config, hear))?;
+        p2::print(&mut std::io::stderr().lock(), &report)?;
+        self.write(&report)
+    }
+
+    /// The report as JSON, where it was asked for.
+    fn write(&self, report: &impl Serialize) -> Result<(), Failure> {
+        let text = serde_json::to_string_pretty(report)?;
+        if let Some(file) = &self.out {
+            std::fs::write(file, &text).with_context(|| format!("{} could not be written", file.display()))?;
+        }
+        if self.json {
+            writeln!(std::io::stdout().lock(), "{text}")?;
+        }
+        Ok(())
+    }
+}
+
+fn sigma(text: &str) -> Result<f32, String> {
+    let value: Option<f32> = text.parse().ok();
+    value.filter(|v| *v > 0.0 && *v <= 1.0).ok_or_else(|| "not above 0 and at most 1".into())
+}
+
+/// Runs `work` with a progress bar that is told how many steps are done, and of how many.
+fn watched<T>(work: impl FnOnce(&dyn Fn(usize, usize)) -> T) -> T {
+    let bar = ProgressBar::new(0);
+    if let Ok(style) = ProgressStyle::with_template("{bar:40} {pos}/{len}, {elapsed} of {duration}") {
+        bar.set_style(style);
+    }
+    let result = work(&|done, all| {
+        bar.set_length(all as u64);
+        bar.set_position(done as u64);
+    });
+    bar.finish_and_clear();
+    result
+}

@@ -1,0 +1,29 @@
+//! The command line of the edge agent: see `semascan --help`.
+//!
+//! Exit codes: 0 done, 1 the work failed, 2 the call was wrong. People's text goes to stderr, `--json` to stdout.
+
+mod commands;
+
+use clap::Parser;
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    let cli = commands::Cli::parse();
+    tracing_subscriber::fmt()
+        .with_writer(std::io::stderr)
+        .with_target(false)
+        .without_time()
+        .with_env_filter(
+            tracing_subscriber::EnvFilter::try_from_default_env()
+                .unwrap_or_else(|_| tracing_subscriber::EnvFilter::new("info")),
+        )
+        .init();
+    match cli.run() {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => {
+            let (code, error) = failure.into_parts();
+            tracing::error!("{}", commands::told(&error));
+            ExitCode::from(code)
+        }
+    }
+}

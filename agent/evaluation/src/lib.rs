@@ -1,0 +1,33 @@
+//! Metrics against truth, each with its convention.
+
+mod compare;
+mod confusion;
+mod defect_area;
+mod inspection;
+mod model;
+#[cfg(test)]
+#[allow(dead_code, reason = "perception's tests use the rest")]
+#[path = "../../perception/src/segment/network/fixtures.rs"]
+mod network_fixtures;
+mod network_scores;
+mod partition;
+mod poses;
+mod risk_coverage;
+mod sampling;
+pub mod tables;
+mod test_views;
+mod truth;
+
+pub use compare::{
+    ALIGNMENTS, AlignError, AlignedEvaluation, Evaluation, Range, evaluate, evaluate_aligned, figures, ranges,
+};
+pub use confusion::{Confusion, PixelScores};
+pub use defect_area::{DefectArea, defect_areas};
+pub use inspection::judge_inspection;
+pub use model::{Model, Target};
+pub use network_scores::{NetworkError, NetworkScores, Shelf, score_networks};
+pub use partition::{PartitionScore, compare_partitions};
+pub use poses::{PoseError, PosePair, align_poses, aligned_pose_errors, pose_error};
+pub use risk_coverage::{RiskCoverage, RiskPoint};
+pub use test_views::{TestDomain, TestMotor, TestViews};
+pub use truth::{SurfaceError, TruthReport, judge, judge_aligned};

@@ -1,0 +1,223 @@
+//! A model as it lies in a file, cloud or mesh, ready to be compared.
+
+use super::sampling::sample;
+use semascan_geometry::measure::{NearestPoints, SurfaceIndex};
+use semascan_inspection::source::AcquireError;
+use semascan_model::PointFlags;
+use semascan_perception::register::Facing;
+use semascan_sources::mesh_file;
+use semascan_sources::mesh_file::Piece;
+use semascan_sources::pcd;
+use std::path::{Path, PathBuf};
+
+/// What is measured to.
+#[derive(Clone, Debug)]
+pub enum Target {
+    /// The nearest point.
+    Points(NearestPoints),
+    /// The nearest point of a triangle.
+    Surface(SurfaceIndex),
+}
+
+/// A cloud or a mesh.
+#[derive(Clone, Debug)]
+pub struct Model {
+    /// Its file.
+    pub path: PathBuf,
+    /// What is measured from: the cloud's points, or samples of the mesh, metres.
+    pub points: Vec<[f32; 3]>,
+    /// Normals of the points; empty where they are not known.
+    pub normals: Vec<[f32; 3]>,
+    /// Component class of each point, and whether there is evidence for it; empty where the file has none.
+    pub labels: Vec<(u16, bool)>,
+    /// Points that were passed over: marked as outliers or background, or not finite.
+    pub left_out: usize,
+    /// What is measured to.
+    pub target: Target,
+    /// Component classes of what is measured to, by vertex or point; empty where the file has none.
+    pub target_labels: Vec<u16>,
+    /// Triangles of a mesh; 0 for a cloud.
+    pub triangles: usize,
+}
+
+impl Model {
+    /// Reads PLY, PCD, OBJ, STL, glTF or GLB, whose unit is `scale` metres; of a mesh, `samples` seeded points are taken.
+    ///
+    /// # Errors
+    /// [`AcquireError`] naming the file, also where nothing in it can be measured.
+    pub fn read(path: &Path, scale: f64, samples: usize, seed: u64) -> Result<Self, AcquireError> {
+        let refuse = |reason: &str| AcquireError::Format { path: path.to_owned(), reason: reason.to_owned() };
+        let is_pcd = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("pcd"));
+        let mut piece = if is_pcd { from_pcd(path)? } else { joined(mesh_file::read(path)?) };
+        for p in &mut piece.positions {
+            *p = p.map(|c| (f64::from(c) * scale) as f32);
+        }
+        if piece.positions.is_empty() {
+            return Err(refuse("holds no points"));
+        }
+        let model =
+            if piece.triangles.is_empty() { Self::cloud(path, piece) } else { Self::mesh(path, piece, samples, seed) };
+        match (model.points.is_empty(), model.triangles) {
+            (false, _) => Ok(model),
+            (true, 0) => Err(refuse("holds no point that can be measured: all are marked or not finite")),
+            (true, _) => Err(refuse("is a mesh without area: every triangle is degenerate")),
+        }
+    }
+
+    /// A cloud that is at hand. `normals` may be empty.
+    pub fn of_points(name: &str, points: Vec<[f32; 3]>, normals: Vec<[f32; 3]>) -> Self {
+        Self {
+            path: PathBuf::from(name),
+            target: Target::Points(NearestPoints::new(&points)),
+            points,
+            normals,
+            labels: Vec::new(),
+            left_out: 0,
+            target_labels: Vec::new(),
+            triangles: 0,
+        }
+    }
+
+    /// A mesh that is at hand, as `samples` seeded points of its surface: what is measured from and to.
+    pub fn sampled(name: &str, positions: &[[f32; 3]], triangles: &[[u32; 3]], samples: usize, seed: u64) -> Self {
+        let samples = sample(positions, triangles, samples, seed);
+        let normals = samples.iter().map(|s| s.normal).collect();
+        Self::of_points(name, samples.iter().map(|s| s.position).collect(), normals)
+    }
+
+    /// What registration may know of the points' sides.
+    pub fn facing(&self) -> Facing<'_> {
+        if self.normals.iter().any(|n| *n != [0.0; 3]) { Facing::Normals(&self.normals) } else { Facing::Unknown }
+    }
+
+    /// "cloud" or "mesh".
+    pub fn kind(&self) -> &'static str {
+        if self.triangles > 0 { "mesh" } else { "cloud" }
+    }
+
+    fn cloud(path: &Path, piece: Piece) -> Self {
+        let marked = PointFlags::LEFT_OUT;
+        let kept: Vec<usize> = (0..piece.positions.len())
+            .filter(|&i| piece.positions[i].iter().all(|c| c.is_finite() && c.abs() < 1e9))
+            .filter(|&i| piece.semantics.get(i).is_none_or(|s| !PointFlags(s.flags).has(marked)))
+            .collect();
+        let points: Vec<_> = kept.iter().map(|&i| piece.positions[i]).collect();
+        let semantics: Vec<_> = kept.iter().filter_map(|&i| piece.semantics.get(i)).collect();
+        let labels: Vec<(u16, bool)> =
+            semantics.iter().filter_map(|s| s.label.map(|l| (l, s.confidence.map_or(l != 0, |c| c > 0.0)))).collect();
+        Self {
+            path: path.to_owned(),
+            target: Target::Points(NearestPoints::new(&points)),
+            target_labels: labels.iter().map(|l| l.0).collect(),
+            normals: semantics.iter().map(|s| s.normal).collect(),
+            left_out: piece.positions.len() - points.len(),
+            labels,
+            points,
+            triangles: 0,
+        }
+    }
+
+    fn mesh(path: &Path, piece: Piece, samples: usize, seed: u64) -> Self {
+        let samples = sample(&piece.positions, &piece.triangles, samples, seed);
+        let labels: Vec<u16> = piece.semantics.iter().filter_map(|s| s.label).collect();
+        // Some vertices may have a label and some not: then none counts.
+        let labels = if labels.len() == piece.positions.len() { labels } else { Vec::new() };
+        let of = |v: u32| labels.get(v as usize).map(|l| (*l, *l != 0));
+        Self {
+            path: path.to_owned(),
+            points: samples.iter().map(|s| s.position).collect(),
+            normals: samples.iter().map(|s| s.normal).collect(),
+            labels: samples.iter().filter_map(|s| of(s.vertex)).collect(),
+            left_out: 0,
+            target: Target::Surface(SurfaceIndex::new(&piece.positions, &piece.triangles)),
+            triangles: piece.triangles.len(),
+            target_labels: labels,
+        }
+    }
+}
+
+impl Target {
+    /// Distance of each query to the model, and the vertex or point nearest to it; `None` where it is not finite.
+    pub fn nearest(&self, queries: &[[f32; 3]]) -> Vec<Option<(f64, u32)>> {
+        match self {
+            Self::Points(index) => {
+                let found = index.nearest_of_all(queries);
+                found.into_iter().map(|n| n.map(|n| (n.distance(), n.index))).collect()
+            }
+            Self::Surface(index) => {
+                let found = index.closest_of_all(queries);
+                found.into_iter().map(|n| n.map(|n| (f64::from(n.distance), n.vertex))).collect()
+            }
+        }
+    }
+}
+
+fn from_pcd(path: &Path) -> Result<Piece, AcquireError> {
+    let cloud = pcd::read(path)?;
+    let semantics = cloud.normals.unwrap_or_default().into_iter();
+    Ok(Piece {
+        positions: cloud.positions,
+        semantics: semantics
+            .map(|normal| mesh_file::VertexSemantics { normal, ..mesh_file::VertexSemantics::default() })
+            .collect(),
+        ..Piece::default()
+    })
+}
+
+/// All pieces of a file as one; where some have triangles, those without do not count.
+fn joined(pieces: Vec<Piece>) -> Piece {
+    let surface = pieces.iter().any(|p| !p.triangles.is_empty());
+    let mut out = Piece::default();
+    for piece in pieces.into_iter().filter(|p| !surface || !p.triangles.is_empty()) {
+        let first = out.positions.len() as u32;
+        out.triangles.extend(piece.triangles.iter().map(|t| t.map(|v| v + first)));
+        out.positions.extend(piece.positions);
+        out.semantics.extend(piece.semantics);
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn written(name: &str, content: &str) -> (tempfile::TempDir, PathBuf) {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join(name);
+        std::fs::write(&path, content).expect("written");
+        (folder, path)
+    }
+
+    const CLOUD: &str = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n\
+        property float nx\nproperty float ny\nproperty float nz\nproperty ushort label\nproperty float confidence\n\
+        property ushort flags\nend_header\n0 0 0 0 0 1 1 0.5 0\n1 0 0 0 0 1 2 0 0\n2 0 0 0 0 1 2 1 1\n4000000000 0 0 0 0 1 2 1 0\n";
+
+    #[test]
+    fn marked_and_lost_points_are_passed_over() {
+        let (_folder, path) = written("a.ply", CLOUD);
+        let model = Model::read(&path, 1.0, 10, 1).expect("a cloud");
+        assert_eq!((model.kind(), model.points.len(), model.left_out), ("cloud", 2, 2));
+        assert_eq!(model.labels, [(1, true), (2, false)]);
+        assert!(matches!(model.facing(), Facing::Normals([[0.0, 0.0, 1.0], _])));
+    }
+
+    #[test]
+    fn what_cannot_be_measured_is_named() {
+        let nowhere = CLOUD.replace("0 0 0 0 0 1 1 0.5 0\n1 0 0", "-5000000000 0 0 0 0 1 1 0.5 0\n1 3000000000 0");
+        let empty = "ply\nformat ascii 1.0\nelement vertex 0\nproperty float x\nend_header\n";
+        let flat = "v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n";
+        for (name, content, word) in [
+            ("nan.ply", nowhere.as_str(), "not finite"),
+            ("cut.ply", &CLOUD[..CLOUD.len() - 30], "vertex"),
+            ("none.ply", empty, "no points"),
+            ("none.obj", "", "no points"),
+            ("flat.obj", flat, "without area"),
+            ("a.xyz", "1 2 3\n", "none of"),
+            ("bad.pcd", "FIELDS x\n", "DATA"),
+        ] {
+            let (_folder, path) = written(name, content);
+            let message = Model::read(&path, 1.0, 10, 1).expect_err(name).to_string();
+            assert!(message.contains(name) && message.contains(word), "{message}");
+        }
+    }
+}

@@ -1,0 +1,76 @@
+//! The port through which views come: a [`Source`] yields [`View`]s in capture order: colour, organized depth, intrinsics,
+//! and the evidence for the camera's pose. Simulated and recorded input take the same way through the system as a camera
+//! does.
+
+mod error;
+mod keyframes;
+mod with_taxonomy;
+
+pub use error::AcquireError;
+pub use keyframes::{KeyframeRule, Keyframes};
+pub use with_taxonomy::WithTaxonomy;
+
+use nalgebra::Point3;
+use semascan_model::Taxonomy;
+use semascan_perception::view::View;
+
+/// A stream of views of one part.
+pub trait Source: Send {
+    /// What this source is and which classes its labels use.
+    fn info(&self) -> &SourceInfo;
+
+    /// The next view, `None` after the last.
+    ///
+    /// # Errors
+    /// A bad view (corrupt file, missing depth ...) is an error that names the file or field; the next call goes on
+    /// with the view after it.
+    fn next_view(&mut self) -> Option<Result<View, AcquireError>>;
+
+    /// The true surface, where the source knows it.
+    fn truth(&self) -> Option<&TrueMesh> {
+        None
+    }
+}
+
+/// The true surface in the table frame, with labels and defects per vertex.
+#[derive(Clone, Debug, Default)]
+pub struct TrueMesh {
+    /// Vertices in metres, table frame.
+    pub vertices: Vec<[f32; 3]>,
+    /// Triangles, counter-clockwise seen from outside.
+    pub triangles: Vec<[u32; 3]>,
+    /// Component class of each vertex.
+    pub labels: Vec<u16>,
+    /// Defect class of each vertex; 0 = none.
+    pub defects: Vec<u16>,
+    /// Classes the labels refer to.
+    pub taxonomy: Option<Taxonomy>,
+}
+
+/// The disc the part stands on, in the table frame: centred on +z, surface at `height`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Turntable {
+    /// Metres.
+    pub radius: f64,
+    /// Metres.
+    pub height: f64,
+}
+
+/// What a source is.
+#[derive(Clone, Debug)]
+pub struct SourceInfo {
+    /// The URI or path it was opened from.
+    pub uri: String,
+    /// The part, for people: `starter motor 7`.
+    pub part: String,
+    /// Classes its labels use.
+    pub taxonomy: Taxonomy,
+    /// Number of views if known.
+    pub view_count: Option<u32>,
+    /// The turntable, if there is one.
+    pub turntable: Option<Turntable>,
+    /// The measuring volume in the table frame (min, max corner, metres); points outside are background.
+    pub volume: Option<(Point3<f64>, Point3<f64>)>,
+    /// Seeds and settings that make the run repeatable, as `key = value`.
+    pub settings: Vec<(String, String)>,
+}

@@ -1,0 +1,68 @@
+//! Settings of the map.
+
+use crate::segment::network::{DEFECT_THRESHOLD, THRESHOLD};
+use nalgebra::Point3;
+use serde::{Deserialize, Serialize};
+
+/// What becomes of pixels whose component class is too uncertain.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Uncertain {
+    /// They add geometry, but no evidence for any class.
+    #[default]
+    Geometry,
+    /// They are dropped as P0 drops them: they move no voxel, and one that nothing else has seen is marked
+    /// [`UNCERTAIN`](semascan_model::PointFlags::UNCERTAIN), so that completeness can still be told.
+    Drop,
+}
+
+/// When a pixel's label is too uncertain, and what becomes of the pixel.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct UncertaintyRule {
+    /// Largest sigma of a component label.
+    pub threshold: f32,
+    /// Largest sigma of a defect label; beyond it there is no evidence for any defect, and that is all.
+    pub defect_threshold: f32,
+    /// What becomes of pixels beyond `threshold`.
+    pub uncertain: Uncertain,
+}
+
+impl Default for UncertaintyRule {
+    fn default() -> Self {
+        Self { threshold: THRESHOLD, defect_threshold: DEFECT_THRESHOLD, uncertain: Uncertain::Geometry }
+    }
+}
+
+/// Settings of a map.
+#[derive(Clone, Debug)]
+pub struct MapConfig {
+    /// Voxel edge in metres.
+    pub voxel: f64,
+    /// Component classes, `none` included.
+    pub components: usize,
+    /// Defect classes, `none` included.
+    pub defects: usize,
+    /// Most evidence that one view may add to a voxel.
+    pub evidence_cap: f32,
+    /// When a pixel's label is too uncertain, and what becomes of the pixel.
+    pub uncertainty: UncertaintyRule,
+    /// Measuring volume in the table frame (min and max corner); points outside are marked as background.
+    pub volume: Option<(Point3<f64>, Point3<f64>)>,
+    /// Bytes of kept views held in memory before they go to disk.
+    pub keep_in_memory: usize,
+}
+
+impl MapConfig {
+    /// The usual settings for a voxel size and class counts.
+    pub fn new(voxel: f64, components: usize, defects: usize) -> Self {
+        Self {
+            voxel,
+            components,
+            defects,
+            evidence_cap: 1.0,
+            uncertainty: UncertaintyRule::default(),
+            volume: None,
+            keep_in_memory: 256 << 20,
+        }
+    }
+}

@@ -1,0 +1,128 @@
+//! Labels and sigma of pixels: members, augmentations, the region of interest.
+
+use super::*;
+
+#[test]
+fn labels_are_those_of_the_closed_form_whatever_runs_the_network() {
+    let folder = model("semantic", &NAMES, &[classifier(2.0)], |_| {});
+    let picture = view(50, 40, colour);
+    for mut segmenter in segmenters(&[&folder], None, &asked(&[Augmentation::Identity])) {
+        let said = segmenter.segment(&picture).expect("runs");
+        let (classes, probabilities, sigma) = soft(&said.components);
+        assert_eq!((classes, probabilities.len()), (4, 50 * 40 * 4));
+        for i in 0..50 * 40 {
+            let [none, red, green] = closed_form(colour(i % 50, i / 50), 2.0);
+            // Green is class 1 of the inspection, red class 3; nothing says blue.
+            for (found, wanted) in probabilities[i as usize * 4..].iter().zip([none, green, 0.0, red]) {
+                assert!((f32::from(*found) - 255.0 * wanted).abs() <= 0.51, "pixel {i}: {found} {wanted}");
+            }
+        }
+        assert!(sigma.iter().all(|s| *s == 0), "one network asked once");
+        assert_eq!(said.instances[49], said.components.best(49));
+        let (_, defects, defect_sigma) = soft(&said.defects);
+        assert!(defects.iter().all(|p| *p == 0) && defect_sigma.iter().all(|s| *s == 255), "nobody looked");
+    }
+}
+
+#[test]
+fn engines_agree() {
+    let folder = model("semantic", &NAMES, &[classifier(2.0), classifier(1.0)], |_| {});
+    let data: Vec<f32> = (0..2 * 3 * 32 * 64).map(|i| (i * 37 % 256) as f32 / 255.0).collect();
+    let pictures = Tensor { shape: vec![2, 3, 32, 64], data };
+    let answers: Vec<_> = engines()
+        .iter()
+        .map(|engine| {
+            let mut model = Model::load(folder.path(), engine.as_ref(), 2).expect("fits");
+            model.ask(&pictures).expect("runs")
+        })
+        .collect();
+    for other in &answers[1..] {
+        for (a, b) in answers[0].iter().zip(other) {
+            assert_eq!(a.probabilities.shape, [2, 3, 32, 64]);
+            let far = a.probabilities.data.iter().zip(&b.probabilities.data).any(|(a, b)| (a - b).abs() > 1e-5);
+            assert!(!far && a.probabilities.shape == b.probabilities.shape);
+        }
+    }
+}
+
+#[test]
+fn sigma_of_two_members_that_disagree_is_the_one_computed_by_hand() {
+    let folder = model("semantic", &NAMES, &[classifier(2.0), classifier(5.0)], |_| {});
+    let picture = view(32, 32, |_, _| [255, 128, 0]);
+    for mut segmenter in segmenters(&[&folder], None, &asked(&[Augmentation::Identity])) {
+        let said = segmenter.segment(&picture).expect("runs");
+        let (a, b) = (closed_form([255, 128, 0], 2.0), closed_form([255, 128, 0], 5.0));
+        // Two values: the sample variance is half the square of their difference.
+        let sigma = (0..3).map(|c| (a[c] - b[c]).powi(2) / 2.0).sum::<f32>().sqrt();
+        let (_, probabilities, found) = soft(&said.components);
+        assert!(sigma > 0.1 && (f32::from(found[7]) - 255.0 * sigma).abs() <= 0.51, "{} {sigma}", found[7]);
+        assert!((f32::from(probabilities[3]) - 255.0 * (a[1] + b[1]) / 2.0).abs() <= 0.51);
+        let figures = said.network.expect("networks").components;
+        assert!((figures.sigma - f64::from(sigma)).abs() < 1e-5 && figures.data < 1e-6);
+        assert!((figures.model - f64::from(sigma)).abs() < 1e-5, "members differ, augmentations do not");
+        assert_eq!((figures.pixels, figures.foreground), (1024, 1024));
+    }
+}
+
+#[test]
+fn the_region_of_interest_says_what_the_whole_picture_says() {
+    let folder = model("semantic", &NAMES, &[classifier(2.0), classifier(3.0)], |m| m.input.multiple = 32);
+    let mut picture = view(100, 80, |u, v| colour(u / 2, v / 2));
+    picture.pose =
+        PoseEvidence::World { table_from_camera: Isometry3::identity(), covariance: covariance_of_prior(0.1, 0.1) };
+    // A cube of 0.1 m, 1 m before the camera, right of the middle: columns 60 to 71, rows 35 to 46.
+    let volume = Some((Point3::new(0.1, -0.05, 1.0), Point3::new(0.2, 0.05, 1.1)));
+    let config = asked(&[Augmentation::Identity, Augmentation::Flip]);
+    let parts = segmenters(&[&folder], volume, &config);
+    let wholes = segmenters(&[&folder], volume, &NetworkConfig { region: Region::Whole, ..config });
+    for (mut part, mut whole) in parts.into_iter().zip(wholes) {
+        let (part, whole) = (part.segment(&picture).expect("runs"), whole.segment(&picture).expect("runs"));
+        let window = part.network.as_ref().and_then(|n| n.window).expect("in sight");
+        assert!((59..=60).contains(&window.left) && window.pixels() < 500, "{window:?}");
+        assert_eq!(whole.network.and_then(|n| n.window), Some(Window::whole(100, 80)));
+        let (_, p, sigma) = soft(&part.components);
+        let (_, q, other) = soft(&whole.components);
+        for i in 0..8000_u32 {
+            let (u, v) = (i % 100, i / 100);
+            let i = i as usize;
+            if window.contains(u, v) {
+                assert_eq!((&p[i * 4..i * 4 + 4], sigma[i]), (&q[i * 4..i * 4 + 4], other[i]), "pixel {u} {v}");
+            } else {
+                assert_eq!((&p[i * 4..i * 4 + 4], sigma[i]), (&[255, 0, 0, 0][..], 0), "pixel {u} {v}");
+            }
+        }
+    }
+}
+
+#[test]
+fn augmentations_change_nothing_for_a_network_that_they_cannot_change() {
+    use Augmentation::{Flip, Identity, Warp};
+    let folder = model("semantic", &NAMES, &[classifier(2.0)], |_| {});
+    let picture = view(64, 48, |_, _| [200, 30, 0]);
+    for mut segmenter in segmenters(&[&folder], None, &asked(&[Identity, Flip, Warp, Warp])) {
+        let said = segmenter.segment(&picture).expect("runs");
+        assert!(soft(&said.components).2.iter().all(|s| *s == 0), "every pixel is of one colour");
+        assert_eq!(said, segmenter.segment(&picture).expect("runs"), "the seed decides");
+    }
+    // Noise in the light does change it.
+    let lit = asked(&[Identity, Augmentation::Light]);
+    for mut segmenter in segmenters(&[&folder], None, &lit) {
+        let figures = segmenter.segment(&picture).expect("runs").network.expect("networks").components;
+        assert!(figures.data > 0.001 && figures.model < 1e-6, "{figures:?}");
+    }
+}
+
+#[test]
+fn defects_have_a_network_and_an_uncertainty_of_their_own() {
+    let components = model("semantic", &NAMES, &[classifier(2.0)], |_| {});
+    let rust = [&[0.0_f32, 0.0, 0.0][..], &[0.0, 0.0, 8.0]];
+    let networks = [onnx::classifier(&rust, &[0.0, -4.0]), onnx::classifier(&rust, &[0.0, -3.0])];
+    let defects = model("defect", &["none", "corrosion"], &networks, |_| {});
+    let picture = view(32, 32, |u, _| [255, 0, if u < 16 { 0 } else { 255 }]);
+    for mut segmenter in segmenters(&[&components, &defects], None, &asked(&[Augmentation::Identity])) {
+        let said = segmenter.segment(&picture).expect("runs");
+        assert_eq!((said.components.best(20), said.defects.best(3), said.defects.best(20)), (3, 0, 2));
+        assert!(said.components.sigma(20) == 0.0 && said.defects.sigma(20) > 0.004);
+        assert_eq!(said.network.and_then(|n| n.defects).map(|d| d.foreground), Some(512));
+    }
+}

@@ -1,0 +1,221 @@
+//! The model as clients shall see it: every chunk's newest revision, encoded once for all, and the control messages.
+//!
+//! Chunks stand in the order of their last change. A client remembers how far along that order it is, one number; a
+//! chunk that changes again moves to the end, so an unsent older revision is replaced by the newer one by itself.
+//!
+//! A rebuilt map comes as a whole ([`LiveModel::renew`]): the client is told to expect a successor, gets its chunks, and
+//! is told when it has them all, so that it can go on showing the old model until then.
+
+mod state;
+
+use axum::body::Bytes;
+use semascan_protocol as wire;
+use semascan_protocol::chunk::model_hash;
+use semascan_protocol::server_message::Body;
+use semascan_protocol::{Clear, HeldChunk, Inspection, Progress};
+use state::State;
+pub use state::StreamTotals;
+pub(super) use state::{Cursor, Published, pack};
+use std::collections::{BTreeMap, HashMap};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use tokio::sync::watch;
+
+/// Stage events and view reports kept for clients that come later.
+const CONTROL_LOG: usize = 20_000;
+
+/// Shared by the inspection and all clients.
+#[derive(Debug)]
+pub struct LiveModel {
+    state: Mutex<State>,
+    changed: watch::Sender<()>,
+}
+
+impl LiveModel {
+    /// No inspection yet.
+    pub fn new() -> Self {
+        let progress = Progress { phase: wire::Phase::Waiting.into(), ..Progress::default() };
+        let state = State {
+            generation: 0,
+            inspection: Inspection::default(),
+            progress,
+            changes: 0,
+            chunks: HashMap::new(),
+            by_change: BTreeMap::new(),
+            control: Vec::new(),
+            totals: StreamTotals::default(),
+            whole_at: None,
+        };
+        Self { state: Mutex::new(state), changed: watch::Sender::new(()) }
+    }
+
+    fn lock(&self) -> MutexGuard<'_, State> {
+        // No code below panics between two related writes, so a poisoned state is still whole.
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Is told whenever there may be something new.
+    pub(super) fn changes(&self) -> watch::Receiver<()> {
+        self.changed.subscribe()
+    }
+
+    /// Begins a new inspection: every client clears.
+    pub fn begin(&self, inspection: Inspection) {
+        let mut state = self.lock();
+        state.generation += 1;
+        state.progress = Progress {
+            phase: wire::Phase::Running.into(),
+            views_expected: inspection.views_expected,
+            ..Progress::default()
+        };
+        state.inspection = inspection;
+        state.chunks.clear();
+        state.by_change.clear();
+        state.control.clear();
+        state.totals = StreamTotals::default();
+        state.whole_at = None;
+        drop(state);
+        self.changed.send_replace(());
+    }
+
+    /// The epoch that is being published.
+    pub(super) fn epoch(&self) -> u32 {
+        self.lock().inspection.epoch
+    }
+
+    /// Puts the whole model of a new epoch of the same inspection in place of the old one, at once: no client ever sees
+    /// a part of it as if it were all, and none has to show less than it showed.
+    pub(super) fn renew(&self, epoch: u32, chunks: Vec<Published>) {
+        let mut state = self.lock();
+        state.generation += 1;
+        state.inspection.epoch = epoch;
+        state.chunks.clear();
+        state.by_change.clear();
+        (state.totals.snapshot_bytes, state.totals.points) = (0, 0);
+        state.put(chunks);
+        state.whole_at = Some(state.changes);
+        drop(state);
+        self.changed.send_replace(());
+    }
+
+    /// What has been published is the epoch's whole model.
+    pub(super) fn whole(&self) {
+        let mut state = self.lock();
+        state.whole_at = Some(state.changes);
+    }
+
+    /// Tells what is being inspected after the first view has fixed the voxel size.
+    pub(super) fn set_voxel(&self, voxel: f64) {
+        self.lock().inspection.voxel = voxel;
+    }
+
+    /// Next revision of chunk `id`.
+    pub(super) fn next_revision(&self, id: [i32; 3]) -> u32 {
+        self.lock().chunks.get(&id).map_or(1, |c| c.revision + 1)
+    }
+
+    /// Puts new revisions in place of the old ones.
+    pub(super) fn publish(&self, chunks: Vec<Published>) {
+        self.lock().put(chunks);
+        self.changed.send_replace(());
+    }
+
+    /// Adds to the control lane.
+    pub(super) fn control(&self, body: Body) {
+        let mut state = self.lock();
+        if state.control.len() < CONTROL_LOG {
+            state.control.push(pack(body));
+        }
+        drop(state);
+        self.changed.send_replace(());
+    }
+
+    /// Changes the progress that clients see.
+    pub(super) fn update_progress(&self, change: impl FnOnce(&mut Progress)) {
+        let mut state = self.lock();
+        let mut progress = state.progress.clone();
+        change(&mut progress);
+        progress.points = state.totals.points;
+        progress.chunks = state.chunks.values().filter(|c| c.points > 0).count() as u32;
+        state.progress = progress;
+        drop(state);
+        self.changed.send_replace(());
+    }
+
+    /// Hash of the model as published.
+    pub fn hash(&self) -> u64 {
+        let state = self.lock();
+        model_hash(state.chunks.iter().filter(|(_, c)| c.points > 0).map(|(id, c)| (*id, c.hash)))
+    }
+
+    /// What has been published since the inspection began.
+    pub fn totals(&self) -> StreamTotals {
+        self.lock().totals
+    }
+
+    /// Where the inspection stands.
+    pub fn progress(&self) -> Progress {
+        self.lock().progress.clone()
+    }
+
+    /// A client arrives with what it holds: its cursor and the Welcome it is due.
+    pub(super) fn welcome(&self, inspection_id: &str, epoch: u32, held: &[HeldChunk]) -> (Cursor, Bytes) {
+        let state = self.lock();
+        let resumed =
+            !inspection_id.is_empty() && inspection_id == state.inspection.id && epoch == state.inspection.epoch;
+        let held = if resumed {
+            held.iter().filter_map(|h| Some((h.id?.to_array(), h.revision))).collect()
+        } else {
+            HashMap::new()
+        };
+        let welcome = wire::Welcome {
+            agent: concat!("semascan ", env!("CARGO_PKG_VERSION")).into(),
+            capabilities: Vec::new(),
+            inspection: Some(state.inspection.clone()),
+            resumed,
+        };
+        let cursor = Cursor { held, ..Cursor::at_the_beginning(&state) };
+        (cursor, pack(Body::Welcome(welcome)))
+    }
+
+    /// The next message for a client, `None` if it has everything.
+    pub(super) fn next(&self, cursor: &mut Cursor) -> Option<Bytes> {
+        let state = self.lock();
+        if cursor.generation != state.generation {
+            let successor = cursor.inspection == state.inspection.id;
+            *cursor = Cursor::at_the_beginning(&state);
+            return Some(pack(Body::Clear(Clear { inspection: Some(state.inspection.clone()), successor })));
+        }
+        if let Some(message) = state.control.get(cursor.control) {
+            cursor.control += 1;
+            return Some(message.clone());
+        }
+        let progress = state.progress_for(cursor);
+        if progress.phase() == wire::Phase::Running && cursor.progress.as_ref() != Some(&progress) {
+            cursor.progress = Some(progress.clone());
+            return Some(pack(Body::Progress(progress)));
+        }
+        while let Some((&change, id)) = state.by_change.range(cursor.change + 1..).next() {
+            cursor.change = change;
+            let Some(chunk) = state.chunks.get(id) else { continue };
+            if cursor.held.remove(id) != Some(chunk.revision) {
+                return Some(chunk.message.clone());
+            }
+        }
+        // The end, and that a model is whole, are told after the last chunk.
+        let progress = state.progress_for(cursor);
+        if cursor.progress.as_ref() != Some(&progress) {
+            cursor.progress = Some(progress.clone());
+            return Some(pack(Body::Progress(progress)));
+        }
+        None
+    }
+}
+
+impl Default for LiveModel {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+#[cfg(test)]
+mod tests;

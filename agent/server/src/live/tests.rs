@@ -1,0 +1,147 @@
+//! What every client must be told, in which order.
+
+use super::*;
+use semascan_model::{PointFlags, SemanticPoint};
+use semascan_protocol::ChunkId;
+use semascan_protocol::chunk::{VoxelChunk, encode};
+
+fn published(id: [i32; 3], revision: u32) -> Published {
+    let voxel = 0.001_f32;
+    let position = id.map(|c| (c * 32) as f32 * voxel + 0.5 * voxel);
+    let point = SemanticPoint {
+        position,
+        normal: [0.0, 0.0, 1.0],
+        color: [revision as u8; 3],
+        label: 1,
+        confidence: 1.0,
+        defect: 0,
+        defect_confidence: 1.0,
+        sigma: 0.0,
+        defect_sigma: 0.0,
+        instance: 0,
+        views: 1,
+        flags: PointFlags(0),
+    };
+    let chunk = VoxelChunk { id, voxel, voxels: vec![([0; 3], point)] };
+    Published { id, encoded: Some(encode(&chunk, 1, revision).expect("encodes")) }
+}
+
+fn running() -> LiveModel {
+    let live = LiveModel::new();
+    live.begin(Inspection { id: "a".into(), epoch: 1, ..Inspection::default() });
+    live
+}
+
+/// Everything a client would be sent now, as (chunk, revision), and the last phase it heard of.
+fn drain(live: &LiveModel, cursor: &mut Cursor) -> (Vec<([i32; 3], u32)>, Vec<wire::Phase>) {
+    let (mut chunks, mut phases) = (Vec::new(), Vec::new());
+    while let Some(bytes) = live.next(cursor) {
+        match wire::decode_server(&bytes).expect("valid").body {
+            Some(Body::Chunk(c)) => chunks.push((c.id.expect("id").to_array(), c.revision)),
+            Some(Body::Gone(c)) => chunks.push((c.id.expect("id").to_array(), c.revision)),
+            Some(Body::Progress(p)) => phases.push(p.phase()),
+            _ => {}
+        }
+    }
+    (chunks, phases)
+}
+
+#[test]
+fn a_slow_client_gets_the_newest_revision_only() {
+    let live = running();
+    let (mut cursor, _) = live.welcome("", 0, &[]);
+    live.publish(vec![published([0; 3], 1), published([1, 0, 0], 1)]);
+    live.publish(vec![published([0; 3], 2)]);
+    assert_eq!(drain(&live, &mut cursor).0, [([1, 0, 0], 1), ([0; 3], 2)]);
+    assert_eq!(drain(&live, &mut cursor).0, []);
+}
+
+#[test]
+fn a_returning_client_gets_the_difference() {
+    let live = running();
+    live.publish(vec![published([0; 3], 1), published([1, 0, 0], 1), published([2, 0, 0], 1)]);
+    live.publish(vec![published([2, 0, 0], 2)]);
+    let held = |x, revision| HeldChunk { id: Some(ChunkId { x, y: 0, z: 0 }), revision };
+    let (mut cursor, _) = live.welcome("a", 1, &[held(0, 1), held(2, 1)]);
+    assert_eq!(drain(&live, &mut cursor).0, [([1, 0, 0], 1), ([2, 0, 0], 2)]);
+    let (mut stranger, _) = live.welcome("b", 1, &[held(0, 1)]);
+    assert_eq!(drain(&live, &mut stranger).0.len(), 3);
+}
+
+#[test]
+fn an_emptied_chunk_leaves_a_tombstone_and_no_hash() {
+    let live = running();
+    let empty = live.hash();
+    live.publish(vec![published([0; 3], 1)]);
+    assert_ne!(live.hash(), empty);
+    live.publish(vec![Published { id: [0; 3], encoded: None }]);
+    let (mut cursor, _) = live.welcome("", 0, &[]);
+    assert_eq!(drain(&live, &mut cursor).0, [([0; 3], 2)]);
+    assert_eq!(live.hash(), empty);
+}
+
+#[test]
+fn the_end_is_told_after_the_last_chunk_and_a_new_inspection_clears() {
+    let live = running();
+    let (mut cursor, _) = live.welcome("", 0, &[]);
+    live.publish(vec![published([0; 3], 1)]);
+    live.update_progress(|p| p.phase = wire::Phase::Finished.into());
+    let mut last_was_chunk = false;
+    while let Some(bytes) = live.next(&mut cursor) {
+        match wire::decode_server(&bytes).expect("valid").body {
+            Some(Body::Progress(_)) => assert!(last_was_chunk),
+            other => last_was_chunk = matches!(other, Some(Body::Chunk(_))),
+        }
+    }
+    live.begin(Inspection { id: "b".into(), epoch: 1, ..Inspection::default() });
+    let first = live.next(&mut cursor).expect("clear");
+    assert!(matches!(wire::decode_server(&first).expect("valid").body, Some(Body::Clear(_))));
+}
+
+/// Everything a client would be sent now: its order as letters, with what Progress says of the whole model.
+fn story(live: &LiveModel, cursor: &mut Cursor) -> Vec<String> {
+    let mut told = Vec::new();
+    while let Some(bytes) = live.next(cursor) {
+        told.push(match wire::decode_server(&bytes).expect("valid").body {
+            Some(Body::Clear(c)) => format!("clear {} successor {}", c.inspection.expect("one").epoch, c.successor),
+            Some(Body::Chunk(c)) => format!("chunk {}", c.id.expect("id").x),
+            Some(Body::Progress(p)) => format!("complete {}", p.complete_epoch),
+            _ => continue,
+        });
+    }
+    told
+}
+
+#[test]
+fn a_rebuilt_model_is_announced_sent_and_then_called_whole() {
+    let live = running();
+    live.publish(vec![published([0; 3], 1), published([1, 0, 0], 1)]);
+    let (mut follower, _) = live.welcome("", 0, &[]);
+    assert_eq!(story(&live, &mut follower), ["complete 0", "chunk 0", "chunk 1"]);
+    live.renew(2, vec![published([1, 0, 0], 1), published([2, 0, 0], 1)]);
+    let rebuilt = ["clear 2 successor true", "complete 0", "chunk 1", "chunk 2", "complete 2"];
+    assert_eq!(story(&live, &mut follower), rebuilt);
+    // One that comes later gets the new model alone; one that held the old one cannot resume it.
+    let (mut stranger, welcome) = live.welcome("a", 1, &[]);
+    let Some(Body::Welcome(welcome)) = wire::decode_server(&welcome).expect("valid").body else {
+        panic!("a Welcome was due")
+    };
+    assert!(!welcome.resumed);
+    assert_eq!(story(&live, &mut stranger), rebuilt[1..]);
+    // A chunk that changes before a slow client got it does not keep the model from being called whole.
+    let (mut slow, _) = live.welcome("", 0, &[]);
+    live.publish(vec![published([2, 0, 0], 2)]);
+    assert_eq!(story(&live, &mut slow), ["complete 0", "chunk 1", "complete 2", "chunk 2"]);
+}
+
+#[test]
+fn another_inspection_is_no_successor_and_an_empty_rebuild_is_whole() {
+    let live = running();
+    live.publish(vec![published([0; 3], 1)]);
+    let (mut cursor, _) = live.welcome("", 0, &[]);
+    story(&live, &mut cursor);
+    live.renew(2, Vec::new());
+    assert_eq!(story(&live, &mut cursor), ["clear 2 successor true", "complete 2"]);
+    live.begin(Inspection { id: "b".into(), epoch: 1, ..Inspection::default() });
+    assert_eq!(story(&live, &mut cursor), ["clear 1 successor false", "complete 0"]);
+}

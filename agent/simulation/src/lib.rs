@@ -1,0 +1,170 @@
+//! The virtual cell: a simulated inspection station in the manner of P0, with truth for everything.
+//!
+//! A part (a parametric starter motor, or any mesh) stands on a turntable; a robot carries a structured-light camera
+//! around it. Views come one by one with the chain that the station reports, noisy depth, shaded colour, exact labels
+//! and the true pose. Good enough to train and test on: the same seed gives the same bytes on any number of threads.
+
+mod backdrop;
+mod camera;
+mod defects;
+mod develop;
+mod domain;
+mod dual_contour;
+mod lighting;
+mod mesh_import;
+mod noise;
+mod part;
+mod random;
+mod randomisation;
+pub mod raycast;
+mod sampling;
+mod scene;
+mod sensor;
+mod shape;
+mod solid;
+mod spec;
+mod starter_motor;
+mod station;
+mod surface;
+mod training;
+
+pub use domain::Domain;
+pub use randomisation::{Randomisation, Range};
+pub use sensor::SensorModel;
+pub use spec::{PartSpec, Sampling, VirtualCellSpec};
+pub use station::ErrorModel;
+pub use training::{GENERATOR, TrainingCell, TrainingOptions};
+
+use camera::Camera;
+use part::Scene;
+use random::Stream;
+use sampling::{Target, viewpoint};
+use semascan_inspection::source::{AcquireError, Source, SourceInfo, TrueMesh};
+use semascan_perception::view::{PoseEvidence, View, ViewTruth};
+use station::Station;
+
+/// Seconds between two captures: the robot's way and the exposure.
+const CYCLE: f64 = 3.0;
+
+/// A simulated inspection of one part, as a source of views.
+#[derive(Debug)]
+pub struct VirtualCell {
+    spec: VirtualCellSpec,
+    info: SourceInfo,
+    scene: Scene,
+    truth: TrueMesh,
+    station: Station,
+    camera: Camera,
+    target: Target,
+    next: u32,
+}
+
+impl VirtualCell {
+    /// Builds part, station and camera; views are rendered when they are asked for.
+    ///
+    /// # Errors
+    /// A mesh file that cannot be read or is not what it should be.
+    pub fn open(spec: &VirtualCellSpec) -> Result<Self, AcquireError> {
+        let set = match &spec.part {
+            PartSpec::StarterMotor { cell } => scene::starter_motor(spec.part_seed.unwrap_or(spec.seed), *cell),
+            PartSpec::Mesh { path, scale } => scene::imported(path, *scale, spec.seed)?,
+        };
+        let camera = spec.domain.camera(spec.seed, spec.size, spec.noise);
+        let target = Target::around(set.part_bounds, &camera.intrinsics);
+        let mut taxonomy_settings = set.settings;
+        taxonomy_settings.splice(0..0, settings(spec));
+        let info = SourceInfo {
+            uri: spec.uri.clone(),
+            part: set.name,
+            taxonomy: set.taxonomy.clone(),
+            view_count: Some(spec.views),
+            turntable: Some(set.turntable),
+            volume: Some(set.volume),
+            settings: taxonomy_settings,
+        };
+        let mut truth = set.scene.truth(set.volume.0.z as f32);
+        truth.taxonomy = Some(set.taxonomy);
+        Ok(Self {
+            info,
+            truth,
+            scene: set.scene,
+            station: Station::new(spec.seed, spec.errors),
+            camera,
+            target,
+            next: 0,
+            spec: spec.clone(),
+        })
+    }
+
+    /// View `index`, whether its turn has come or not; `None` past the last.
+    pub fn view(&self, index: u32) -> Option<View> {
+        if index >= self.spec.views {
+            return None;
+        }
+        let planned = viewpoint(self.spec.sampling, self.spec.seed, index, self.spec.views, &self.target);
+        let pose = self.station.move_to(&planned, index);
+        let seed = Stream::new(self.spec.seed, &format!("picture {index}")).word();
+        let picture = self.camera.capture(&self.scene, &pose.table_from_camera, pose.table_angle, seed);
+        Some(View {
+            index,
+            stamp: f64::from(index) * CYCLE,
+            intrinsics: self.camera.intrinsics,
+            rgb: picture.rgb,
+            depth: picture.depth,
+            pose: PoseEvidence::Chain { chain: pose.chain, covariance: pose.covariance },
+            labels: Some(picture.labels),
+            truth: Some(ViewTruth { table_from_camera: pose.table_from_camera }),
+        })
+    }
+}
+
+impl Source for VirtualCell {
+    fn info(&self) -> &SourceInfo {
+        &self.info
+    }
+
+    fn next_view(&mut self) -> Option<Result<View, AcquireError>> {
+        let view = self.view(self.next)?;
+        self.next += 1;
+        Some(Ok(view))
+    }
+
+    fn truth(&self) -> Option<&TrueMesh> {
+        Some(&self.truth)
+    }
+}
+
+fn settings(spec: &VirtualCellSpec) -> Vec<(String, String)> {
+    let mut settings = vec![
+        ("seed", spec.seed.to_string()),
+        ("views", spec.views.to_string()),
+        ("size", format!("{}x{}", spec.size.0, spec.size.1)),
+        (
+            "errors",
+            match spec.errors {
+                ErrorModel::NONE => "none".to_owned(),
+                ErrorModel::ROUGH => "rough".to_owned(),
+                _ => "default".to_owned(),
+            },
+        ),
+        (
+            "noise",
+            match spec.noise {
+                None => "none".to_owned(),
+                Some(n) if n == SensorModel::ZIVID => "zivid".to_owned(),
+                Some(n) if n == SensorModel::STEREO => "stereo".to_owned(),
+                Some(_) => "default".to_owned(),
+            },
+        ),
+        ("sampling", format!("{:?}", spec.sampling).to_lowercase()),
+    ];
+    if spec.domain != Domain::Standard {
+        settings.push(("domain", format!("{:?}", spec.domain).to_lowercase()));
+    }
+    settings.into_iter().map(|(key, value)| (key.to_owned(), value)).collect()
+}
+
+#[cfg(test)]
+mod colour_tests;
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,147 @@
+//! The folder that an inspection leaves behind: inspection.json, cloud.ply, mesh.ply, scene.glb, and truth.ply where it is
+//! known.
+//!
+//! Each file is written under a temporary name and renamed when it is whole, so that a killed process or a full disk
+//! leaves no half file under a good name.
+
+use semascan_formats::export::glb;
+use semascan_formats::export::glb::GlbOptions;
+use semascan_formats::export::ply;
+use semascan_formats::export::ply::LabelledMesh;
+use semascan_formats::export::{ExportError, ExportFilter};
+use semascan_geometry::mesh::{MeshError, MeshOptions, mesh_cloud};
+use semascan_inspection::record::InspectionRecord;
+use semascan_inspection::source::TrueMesh;
+use semascan_model::{SemanticCloud, Taxonomy};
+use semascan_perception::fuse::{FuseError, KeptViews};
+use std::fs::{self, File};
+use std::io::{self, BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+/// Why an inspection could not be written.
+#[derive(Debug, thiserror::Error)]
+pub enum StoreError {
+    /// The folder or one of its files could not be written.
+    #[error("{}: {source}", path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// The operating system's word.
+        source: io::Error,
+    },
+    /// An export failed.
+    #[error("{}: {source}", path.display())]
+    Export {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: ExportError,
+    },
+    /// A kept view cannot be read back.
+    #[error(transparent)]
+    View(#[from] FuseError),
+    /// There is no mesh of the cloud.
+    #[error("{}: {source}", path.display())]
+    Mesh {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: MeshError,
+    },
+}
+
+/// Writes an inspection into `folder`, which is made if need be.
+///
+/// # Errors
+/// [`StoreError`] naming the file; files that were complete before stay as they were.
+pub fn write_inspection(
+    folder: &Path,
+    record: &InspectionRecord,
+    cloud: &SemanticCloud,
+    taxonomy: &Taxonomy,
+    truth: Option<&TrueMesh>,
+) -> Result<(), StoreError> {
+    fs::create_dir_all(folder).map_err(|source| StoreError::Io { path: folder.to_owned(), source })?;
+    let comments = comments(record);
+    write(&folder.join("cloud.ply"), |out| ply::write_cloud(out, cloud, taxonomy, &comments))?;
+    let mesh = record.voxel.map(|voxel| mesh_cloud(cloud, voxel as f32, &MeshOptions::default(), &())).transpose();
+    let mesh = mesh.map_err(|source| StoreError::Mesh { path: folder.join("mesh.ply"), source })?;
+    if let Some(mesh) = &mesh {
+        write(&folder.join("mesh.ply"), |out| ply::write_semantic_mesh(out, mesh, taxonomy, &comments))?;
+    }
+    write(&folder.join("scene.glb"), |out| {
+        let options = GlbOptions { part: record.part.clone(), voxel: record.voxel.unwrap_or(0.0) as f32 };
+        match mesh.as_ref().filter(|mesh| !mesh.triangles.is_empty()) {
+            Some(mesh) => glb::write_mesh(out, mesh, taxonomy, &options),
+            // Without oriented points there is no mesh; what was marked as stray or as background stays in cloud.ply.
+            None => glb::write_points(out, &ExportFilter::of_the_part().apply(cloud), taxonomy, &options),
+        }
+    })?;
+    if let Some(mesh) = truth {
+        write(&folder.join("truth.ply"), |out| {
+            let labelled = LabelledMesh {
+                vertices: &mesh.vertices,
+                triangles: &mesh.triangles,
+                labels: &mesh.labels,
+                defects: &mesh.defects,
+            };
+            ply::write_mesh(out, &labelled, taxonomy, &comments)
+        })?;
+    }
+    write(&folder.join("inspection.json"), |out| {
+        serde_json::to_writer_pretty(&mut *out, record)?;
+        Ok(writeln!(out)?)
+    })
+}
+
+/// Writes every kept view as a semantic cloud of its own (P2's keyframe clouds), `folder/000000.ply` and so on by its
+/// place in the capture order.
+///
+/// # Errors
+/// [`StoreError`] naming the file or the view.
+pub fn write_view_clouds(folder: &Path, views: &KeptViews, taxonomy: &Taxonomy) -> Result<(), StoreError> {
+    fs::create_dir_all(folder).map_err(|source| StoreError::Io { path: folder.to_owned(), source })?;
+    for i in 0..views.len() {
+        let view = views.restore(i)?;
+        let comments = [("frame".to_owned(), "table, metres".to_owned()), ("view".to_owned(), view.index.to_string())];
+        write(&folder.join(format!("{:06}.ply", view.index)), |out| {
+            ply::write_cloud(out, &view.semantic_cloud(), taxonomy, &comments)
+        })?;
+    }
+    Ok(())
+}
+
+/// Comments of every PLY: they do not depend on when or how fast it was made.
+fn comments(record: &InspectionRecord) -> Vec<(String, String)> {
+    let mut list = vec![
+        ("generator".to_owned(), format!("semascan {}", record.software.version)),
+        ("part".to_owned(), record.part.clone()),
+        ("frame".to_owned(), "table, metres".to_owned()),
+    ];
+    list.extend(record.voxel.map(|v| ("voxel".to_owned(), v.to_string())));
+    list
+}
+
+/// Writes a file under a temporary name and renames it when it is whole.
+///
+/// # Errors
+/// [`StoreError`] naming the file; what stood there before then stays.
+pub fn write(
+    path: &Path,
+    content: impl FnOnce(&mut BufWriter<File>) -> Result<(), ExportError>,
+) -> Result<(), StoreError> {
+    let io_error = |source| StoreError::Io { path: path.to_owned(), source };
+    let mut name = path.file_name().unwrap_or_default().to_owned();
+    name.push(".part");
+    let temporary = path.with_file_name(name);
+    let mut out = BufWriter::new(File::create(&temporary).map_err(io_error)?);
+    let written = content(&mut out).map_err(|source| StoreError::Export { path: path.to_owned(), source });
+    let flushed = written.and_then(|()| out.flush().map_err(io_error)).and_then(|()| {
+        out.get_ref().sync_all().map_err(io_error)?;
+        fs::rename(&temporary, path).map_err(io_error)
+    });
+    if flushed.is_err() {
+        let _ = fs::remove_file(&temporary);
+    }
+    flushed
+}

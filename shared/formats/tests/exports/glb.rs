@@ -1,0 +1,142 @@
+//! The point-cloud scene, read by the `gltf` crate.
+
+use super::{any_cloud, taxonomy};
+use proptest::prelude::*;
+use semascan_formats::export::glb::{GlbOptions, write_points};
+use semascan_model::{PointFlags, SemanticCloud, SemanticPoint};
+
+fn scene(cloud: &SemanticCloud) -> gltf::Gltf {
+    let mut bytes = Vec::new();
+    let options = GlbOptions { part: "motor".into(), voxel: 0.001 };
+    write_points(&mut bytes, cloud, &taxonomy(), &options).expect("a Vec takes everything");
+    gltf::Gltf::from_slice(&bytes).expect("a valid GLB")
+}
+
+/// One point of a primitive.
+struct Vertex {
+    position: [f32; 3],
+    normal: Option<[f32; 3]>,
+    color: Option<[u16; 4]>,
+}
+
+/// Positions, normals where there are any, and colours of a node's points.
+fn vertices(scene: &gltf::Gltf, node: &gltf::Node<'_>) -> Vec<Vertex> {
+    let mut all = Vec::new();
+    for primitive in node.mesh().expect("a component has a mesh").primitives() {
+        assert_eq!(primitive.mode(), gltf::mesh::Mode::Points);
+        let reader = primitive.reader(|_| scene.blob.as_deref());
+        let mut normals = reader.read_normals();
+        let mut colors = reader.read_colors(0).map(|c| c.into_rgba_u16());
+        let bounds = primitive.bounding_box();
+        for position in reader.read_positions().expect("positions") {
+            assert!((0..3).all(|a| (bounds.min[a]..=bounds.max[a]).contains(&position[a])));
+            let normal = normals.as_mut().map(|n| n.next().expect("a normal a point"));
+            let color = colors.as_mut().map(|c| c.next().expect("a colour a point"));
+            all.push(Vertex { position, normal, color });
+        }
+    }
+    all
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+
+    #[test]
+    fn a_cloud_comes_back_from_both_scenes(cloud in any_cloud()) {
+        let gltf = scene(&cloud);
+        let names: Vec<_> = gltf.scenes().map(|s| s.name().unwrap_or_default().to_owned()).collect();
+        prop_assert_eq!(names, ["appearance", "semantics"]);
+        for (scene, colored) in gltf.scenes().zip([true, false]) {
+            let root = scene.nodes().next().expect("a root");
+            let mut points = 0;
+            for node in root.children() {
+                let extras: serde_json::Value =
+                    serde_json::from_str(node.extras().as_ref().expect("extras").get()).expect("JSON");
+                let label = extras["class"].as_u64().expect("a class") as u16;
+                let mut sent: Vec<_> = cloud.iter().filter(|p| p.label == label).collect();
+                // Oriented points come first.
+                sent.sort_by_key(|p| p.normal == [0.0; 3]);
+                let got = vertices(&gltf, &node);
+                prop_assert_eq!(extras["points"].as_u64(), Some(got.len() as u64));
+                prop_assert_eq!(got.len(), sent.len());
+                for (p, Vertex { position, normal, color }) in sent.iter().zip(&got) {
+                    prop_assert_eq!(p.position, *position);
+                    prop_assert_eq!(normal.is_some(), p.normal != [0.0; 3]);
+                    prop_assert_eq!(color.is_some(), colored);
+                    if let Some(n) = normal {
+                        prop_assert!((n.iter().map(|c| c * c).sum::<f32>() - 1.0).abs() < 1e-5);
+                    }
+                }
+                points += got.len();
+            }
+            prop_assert_eq!(points, cloud.len());
+        }
+    }
+}
+
+#[test]
+fn the_scene_stands_upright_and_names_its_components() {
+    let point = |z: f32, label: u16| SemanticPoint {
+        position: [0.0, 0.0, z],
+        normal: [0.0, 0.0, 1.0],
+        color: [188, 0, 255],
+        label,
+        confidence: 0.5,
+        defect: 0,
+        defect_confidence: 1.0,
+        sigma: 0.0,
+        defect_sigma: 0.0,
+        instance: 0,
+        views: 1,
+        flags: PointFlags::default(),
+    };
+    let gltf = scene(&[point(0.1, 2), point(0.2, 1), point(0.3, 2)].into_iter().collect());
+    let root = gltf.default_scene().and_then(|s| s.nodes().next()).expect("a root");
+    let matrix = root.transform().matrix();
+    // Column-major: table z maps to glTF y.
+    let up: Vec<i32> = matrix[2].iter().map(|c| c.round() as i32).collect();
+    assert_eq!(up, [0, 1, 0, 0]);
+    let names: Vec<_> = root.children().map(|n| n.name().unwrap_or_default().to_owned()).collect();
+    assert_eq!(names, ["housing", "electrical connection"]);
+    let last = root.children().last().expect("two");
+    let extras: serde_json::Value = serde_json::from_str(last.extras().as_ref().expect("extras").get()).expect("JSON");
+    // Two voxel faces of 1 mm.
+    assert!((extras["area"].as_f64().expect("an area") - 2e-6).abs() < 1e-9);
+    assert_eq!(extras["confidence"].as_f64(), Some(0.5));
+    let color = vertices(&gltf, &last)[0].color.expect("a colour");
+    // sRGB 188 is half the light.
+    assert!(color[0].abs_diff(32_768) < 300 && color[1] == 0 && color[2] == u16::MAX, "{color:?}");
+}
+
+#[test]
+fn what_gltf_cannot_hold_is_left_out() {
+    let mut cloud: SemanticCloud = std::iter::repeat_n(
+        SemanticPoint {
+            position: [1.0; 3],
+            normal: [0.0; 3],
+            color: [0; 3],
+            label: 9,
+            confidence: 1.0,
+            defect: 0,
+            defect_confidence: 0.0,
+            sigma: 0.0,
+            defect_sigma: 0.0,
+            instance: 0,
+            views: 1,
+            flags: PointFlags::default(),
+        },
+        2,
+    )
+    .collect();
+    cloud.positions[0] = [f32::NAN, 0.0, 0.0];
+    let gltf = scene(&cloud);
+    let node = gltf.nodes().find(|n| n.mesh().is_some()).expect("a component");
+    assert_eq!(node.name(), Some("class 9"));
+    assert_eq!(vertices(&gltf, &node).len(), 1);
+}
+
+#[test]
+fn an_empty_cloud_is_a_valid_file() {
+    let gltf = scene(&SemanticCloud::default());
+    assert_eq!((gltf.scenes().len(), gltf.meshes().len(), gltf.blob), (2, 0, None));
+}

@@ -1,0 +1,219 @@
+//! Meshes in all formats, read back by `ply-rs`, the `gltf` crate, this crate's own reader and by hand.
+
+use super::taxonomy;
+use proptest::prelude::*;
+use semascan_formats::export::glb::{GlbOptions, write_mesh as write_glb};
+use semascan_formats::export::ply::{write_cloud, write_semantic_mesh};
+use semascan_formats::export::{ExportError, obj, stl};
+use semascan_formats::import::Shape;
+use semascan_formats::import::ply::read;
+use semascan_model::{PointFlags, SemanticMesh};
+
+/// A mesh of the points of any cloud, joined at random.
+pub(crate) fn any_mesh() -> impl Strategy<Value = SemanticMesh> {
+    (super::any_cloud(), prop::collection::vec(prop::array::uniform3(any::<u32>()), 0..40)).prop_map(
+        |(mut vertices, triangles)| {
+            let n = vertices.len() as u32;
+            vertices.flags.iter_mut().for_each(|f| f.0 &= !PointFlags::BOUNDARY);
+            let boundary = (0..n).map(|v| v % 3 == 0).collect();
+            let triangles = triangles.into_iter().filter(|_| n > 0).map(|t| t.map(|v| v % n)).collect();
+            SemanticMesh { vertices, boundary, triangles }
+        },
+    )
+}
+
+fn floats(bytes: &[u8]) -> Vec<f32> {
+    bytes.chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect()
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(48))]
+
+    #[test]
+    fn mesh_ply_comes_back_whole(mesh in any_mesh()) {
+        let comments = [("voxel".to_owned(), "0.0005".to_owned()), ("part".to_owned(), "starter motor 7".to_owned())];
+        let mut bytes = Vec::new();
+        write_semantic_mesh(&mut bytes, &mesh, &taxonomy(), &comments).expect("a Vec takes everything");
+        let back = read(&bytes).expect("own file");
+        prop_assert_eq!(&back.mesh, &mesh);
+        prop_assert_eq!(&back.taxonomy, &taxonomy());
+        prop_assert_eq!((back.voxel(), back.comment("part")), (Some(0.0005), Some("starter motor 7")));
+        // And another reader takes it.
+        let ply = ply_rs::parser::Parser::<ply_rs::ply::DefaultElement>::new().read_ply(&mut bytes.as_slice()).expect("valid");
+        prop_assert_eq!(ply.payload["face"].len(), mesh.triangles.len());
+        prop_assert_eq!(ply.payload["vertex"].len(), mesh.len());
+    }
+
+    #[test]
+    fn cloud_ply_comes_back_whole(cloud in super::any_cloud()) {
+        let mut bytes = Vec::new();
+        write_cloud(&mut bytes, &cloud, &taxonomy(), &[]).expect("a Vec takes everything");
+        let mut back = read(&bytes).expect("own file").mesh;
+        prop_assert!(back.triangles.is_empty());
+        for v in 0..back.len() {
+            back.vertices.flags[v] = back.flags(v);
+        }
+        prop_assert_eq!(back.vertices, cloud);
+    }
+
+    #[test]
+    fn glb_holds_every_triangle_under_its_component(mesh in any_mesh()) {
+        let mut bytes = Vec::new();
+        let options = GlbOptions { part: "motor".into(), voxel: 0.001 };
+        write_glb(&mut bytes, &mesh, &taxonomy(), &options).expect("a valid mesh");
+        let gltf = gltf::Gltf::from_slice(&bytes).expect("a valid GLB");
+        for (scene, colored) in gltf.scenes().zip([true, false]) {
+            let root = scene.nodes().next().expect("a root");
+            let mut triangles = 0;
+            for node in root.children() {
+                let extras: serde_json::Value = serde_json::from_str(node.extras().as_ref().expect("extras").get()).expect("JSON");
+                let label = extras["class"].as_u64().expect("a class") as u16;
+                let mut sent: Vec<[[f32; 3]; 3]> = mesh.triangles.iter().filter(|t| mesh.triangle_label(**t) == label).filter_map(|t| mesh.corners(*t)).collect();
+                let primitive = node.mesh().expect("a mesh").primitives().next().expect("a primitive");
+                let reader = primitive.reader(|_| gltf.blob.as_deref());
+                let positions: Vec<[f32; 3]> = reader.read_positions().expect("positions").collect();
+                let indices: Vec<usize> = reader.read_indices().expect("indices").into_u32().map(|i| i as usize).collect();
+                let mut got: Vec<[[f32; 3]; 3]> = indices.chunks_exact(3).map(|t| [positions[t[0]], positions[t[1]], positions[t[2]]]).collect();
+                let order = |a: &[[f32; 3]; 3], b: &[[f32; 3]; 3]| a.partial_cmp(b).expect("numbers");
+                sent.sort_by(order);
+                got.sort_by(order);
+                prop_assert_eq!(&got, &sent);
+                prop_assert_eq!(reader.read_colors(0).is_some(), colored);
+                triangles += got.len();
+            }
+            prop_assert_eq!(triangles, mesh.triangles.len());
+        }
+    }
+
+    #[test]
+    fn stl_holds_each_component_apart(mesh in any_mesh()) {
+        let mut sum = 0;
+        for label in [None, Some(0), Some(1), Some(2), Some(3)] {
+            let mut bytes = Vec::new();
+            stl::write_mesh(&mut bytes, &mesh, label, "starter motor").expect("a valid mesh");
+            prop_assert!(!bytes.starts_with(b"solid"));
+            let count = u32::from_le_bytes([bytes[80], bytes[81], bytes[82], bytes[83]]) as usize;
+            prop_assert_eq!(bytes.len(), 84 + 50 * count);
+            let sent = mesh.triangles.iter().filter(|t| label.is_none_or(|l| mesh.triangle_label(**t) == l));
+            for (record, t) in bytes[84..].chunks_exact(50).zip(sent.clone()) {
+                let corners: Vec<f32> = mesh.corners(*t).expect("there").iter().flatten().copied().collect();
+                prop_assert_eq!(&floats(&record[12..48]), &corners);
+                prop_assert_eq!(u16::from_le_bytes([record[48], record[49]]), mesh.triangle_label(*t));
+            }
+            prop_assert_eq!(count, sent.count());
+            if label.is_some() { sum += count } else { prop_assert_eq!(count, mesh.triangles.len()) }
+        }
+        prop_assert_eq!(sum, mesh.triangles.len());
+    }
+
+    #[test]
+    fn obj_holds_groups_that_name_their_material(mesh in any_mesh()) {
+        let (mut geometry, mut library) = (Vec::new(), Vec::new());
+        obj::write_mesh(&mut geometry, &mesh, &taxonomy(), "mesh.mtl").expect("a valid mesh");
+        obj::write_materials(&mut library, &mesh, &taxonomy()).expect("a valid mesh");
+        let (geometry, library) = (String::from_utf8(geometry).expect("text"), String::from_utf8(library).expect("text"));
+        let (mut positions, mut group, mut faces) = (Vec::new(), String::new(), 0);
+        for line in geometry.lines() {
+            let words: Vec<&str> = line.split_whitespace().collect();
+            match words[..] {
+                ["v", x, y, z, ..] => positions.push([x, y, z].map(|c| c.parse::<f32>().expect("a number"))),
+                ["g", name] => group = name.to_owned(),
+                ["usemtl", name] => {
+                    prop_assert_eq!(name, &group);
+                    prop_assert!(library.contains(&format!("newmtl {name}\n")), "{} of {}", name, library);
+                }
+                ["f", a, b, c] => {
+                    let t = [a, b, c].map(|v| v.split('/').next().expect("an index").parse::<u32>().expect("a number") - 1);
+                    prop_assert!(mesh.triangles.contains(&t));
+                    let name = taxonomy().components.get(usize::from(mesh.triangle_label(t))).map_or("class_3".into(), |c| c.name.replace(' ', "_"));
+                    prop_assert_eq!(&group, &name);
+                    faces += 1;
+                }
+                _ => {}
+            }
+        }
+        prop_assert_eq!(&positions, &mesh.vertices.positions);
+        prop_assert_eq!(faces, mesh.triangles.len());
+    }
+
+    #[test]
+    fn damaged_files_are_refused_and_never_crash(mesh in any_mesh(), cut in any::<prop::sample::Index>(), at in any::<prop::sample::Index>(), bit in 0..8_u32) {
+        let mut bytes = Vec::new();
+        write_semantic_mesh(&mut bytes, &mesh, &taxonomy(), &[]).expect("a Vec takes everything");
+        let _ = read(&bytes[..cut.index(bytes.len())]);
+        let at = at.index(bytes.len());
+        bytes[at] ^= 1_u8 << bit;
+        let _ = read(&bytes);
+    }
+}
+
+#[test]
+fn a_triangle_without_its_vertex_is_refused_everywhere() {
+    let mesh = SemanticMesh { triangles: vec![[0, 1, 2]], ..SemanticMesh::default() };
+    let options = GlbOptions { part: String::new(), voxel: 0.001 };
+    let refused = [
+        write_semantic_mesh(Vec::new(), &mesh, &taxonomy(), &[]),
+        write_glb(Vec::new(), &mesh, &taxonomy(), &options),
+        stl::write_mesh(Vec::new(), &mesh, None, ""),
+        obj::write_mesh(Vec::new(), &mesh, &taxonomy(), ""),
+    ];
+    for result in refused {
+        assert!(matches!(result, Err(ExportError::Vertex { triangle: 0, vertices: 0, .. })), "{result:?}");
+    }
+}
+
+#[test]
+fn other_programs_files_are_read() {
+    let text = b"ply\nformat ascii 1.0\nobj_info x\nelement vertex 4\nproperty double x\nproperty double y\nproperty double z\nproperty float quality\nelement face 1\nproperty list uchar uint vertex_index\nproperty int material\nend_header\n0 0 0 1\n1 0 0 1\n1 1 0.5 1\n0 1 0.5 1\n4 0 1 2 3 7\n";
+    let model = read(text).expect("a valid file");
+    assert_eq!(model.mesh.triangles, [[0, 1, 2], [0, 2, 3]]);
+    assert_eq!(model.mesh.vertices.positions[2], [1.0, 1.0, 0.5]);
+    assert_eq!(model.voxel(), None);
+    for bad in [
+        &b"plx\n"[..],
+        b"ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nend_header\n0\n",
+        b"ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\nend_header\n0 zero 0\n",
+        b"ply\nformat binary_little_endian 1.0\nelement vertex 4000000000\nproperty float x\nproperty float y\nproperty float z\nend_header\n",
+        b"ply\nformat ascii 1.0\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n3 0 1 2\n",
+        b"ply\nformat binary_middle_endian 1.0\nend_header\n",
+    ] {
+        assert!(read(bad).is_err(), "{}", String::from_utf8_lossy(bad));
+    }
+}
+
+/// Corner positions of all triangles, in an order that does not depend on the file.
+fn soup(positions: &[[f32; 3]], triangles: &[[u32; 3]]) -> Vec<[[f32; 3]; 3]> {
+    let mut all: Vec<_> = triangles.iter().map(|t| t.map(|v| positions[v as usize])).collect();
+    all.sort_by(|a, b| a.partial_cmp(b).expect("numbers"));
+    all
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(48))]
+
+    #[test]
+    fn every_format_that_is_written_can_be_a_reference(mesh in any_mesh(), cut in any::<prop::sample::Index>()) {
+        let sent = soup(&mesh.vertices.positions, &mesh.triangles);
+        let options = GlbOptions { part: "motor".into(), voxel: 0.001 };
+        let mut files: Vec<(&str, Vec<u8>)> = ["a.ply", "a.obj", "a.STL", "a.glb"].map(|name| (name, Vec::new())).into();
+        write_semantic_mesh(&mut files[0].1, &mesh, &taxonomy(), &[]).expect("a valid mesh");
+        obj::write_mesh(&mut files[1].1, &mesh, &taxonomy(), "a.mtl").expect("a valid mesh");
+        stl::write_mesh(&mut files[2].1, &mesh, None, "a").expect("a valid mesh");
+        write_glb(&mut files[3].1, &mesh, &taxonomy(), &options).expect("a valid mesh");
+        for (name, bytes) in files {
+            let shape = Shape::read(name, &bytes).expect("own file");
+            let got = soup(&shape.positions, &shape.triangles);
+            prop_assert_eq!(got.len(), sent.len());
+            let near = |a: &[[f32; 3]; 3], b: &[[f32; 3]; 3]| (0..9).all(|k| (a[k / 3][k % 3] - b[k / 3][k % 3]).abs() < 1e-4);
+            // A GLB is turned and turned back.
+            let same = if name == "a.glb" {
+                sent.iter().all(|t| got.iter().any(|g| near(t, g)))
+            } else {
+                got == sent
+            };
+            prop_assert!(same, "{}", name);
+            let _ = Shape::read(name, &bytes[..cut.index(bytes.len().max(1)).min(bytes.len())]);
+        }
+        prop_assert!(Shape::read("a.step", b"").is_err());
+    }
+}

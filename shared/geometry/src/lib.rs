@@ -1,0 +1,5 @@
+//! Geometry that agent and viewer share, natively and for wasm32: oriented semantic points to a semantic mesh ([`mesh`]);
+//! nearest points, areas, distances and metrics ([`measure`]), so that both print the same figures.
+
+pub mod measure;
+pub mod mesh;

@@ -1,0 +1,14 @@
+//! The mesher on surfaces that are known, in pieces, and on clouds that are no surfaces.
+
+mod hostile;
+mod incremental;
+mod refine;
+mod shapes;
+mod surface;
+
+use semascan_geometry::mesh::{MeshOptions, mesh_cloud};
+use semascan_model::{SemanticCloud, SemanticMesh};
+
+fn meshed(cloud: &SemanticCloud) -> SemanticMesh {
+    mesh_cloud(cloud, shapes::VOXEL, &MeshOptions::default(), &()).expect("usual settings")
+}

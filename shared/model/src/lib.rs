@@ -1,0 +1,12 @@
+//! The data model: classes, semantic points, the semantic mesh.
+
+mod cloud;
+mod mesh;
+mod taxonomy;
+
+pub use cloud::{PointFlags, SemanticCloud, SemanticPoint};
+pub use mesh::{SemanticMesh, triangle_area};
+pub use taxonomy::{ClassDef, Color, Taxonomy};
+
+/// Voxels along the edge of a chunk: the model is streamed, and meshed, in cubes of this many voxels.
+pub const CHUNK_EDGE: i32 = 32;
