@@ -6,10 +6,7 @@
 
 use anyhow::{Context, Result};
 use semascan_evaluation::judge_inspection;
-use semascan_inspection::pipeline::PipelineConfig;
-use semascan_inspection::record::Recorder;
-use semascan_perception::register::{IcpConfig, IcpRegistrar, Selection};
-use semascan_tests::served::run_with;
+use semascan_tests::inspect::inspect;
 use semascan_tests::sources::open;
 use serde_json::json;
 use std::io::Write as _;
@@ -25,25 +22,20 @@ fn main() -> Result<()> {
     let mut worse_than_kinematics = 0;
     for seed in FIRST_SEED..FIRST_SEED + motors {
         let uri = format!("virtual:starter-motor?seed={seed}&views=12&size=1920x1200&errors=rough&noise=zivid");
-        let mut source = open(&uri)?;
-        let (config, recorder) = (PipelineConfig::default(), Recorder::default());
-        let mut registrar = IcpRegistrar::new(IcpConfig::default(), Selection::Object);
-        let map = run_with(source.as_mut(), &mut registrar, &config, &recorder)?;
-        let cloud = map.cloud();
-        let recorded = recorder.finish("bench", source.info(), "source", Some(&map), &cloud);
-        let mesh = source.truth().context("the virtual cell knows the truth")?;
-        let taxonomy = &source.info().taxonomy;
-        let truth = judge_inspection(&recorded, Some(&map), &cloud, taxonomy, mesh, &config.filter);
+        let inspected = inspect(open(&uri)?)?;
+        let truth = judge_inspection(&inspected).context("the virtual cell knows the truth")?;
         let aligned = truth.aligned.context("the virtual cell knows the poses")?;
         let median = |mut values: Vec<f64>| {
             values.sort_by(f64::total_cmp);
             values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
         };
-        let angle = median(aligned.poses.iter().map(|p| p.1.to_degrees()).collect());
-        let distance = median(aligned.poses.iter().map(|p| p.2 * 1e3).collect());
+        let angle = median(aligned.poses.iter().map(|p| p.rotation.to_degrees()).collect());
+        let distance = median(aligned.poses.iter().map(|p| p.translation * 1e3).collect());
         let (hd95, mean) = (aligned.hd95.context("points")? * 1e3, aligned.mean_error.context("points")? * 1e3);
         let pairs = aligned.poses.iter().zip(&aligned.prior_poses);
-        worse_than_kinematics += pairs.filter(|(pose, prior)| pose.1 > prior.1 || pose.2 > prior.2).count();
+        worse_than_kinematics += pairs
+            .filter(|(pose, prior)| pose.rotation > prior.rotation || pose.translation > prior.translation)
+            .count();
         eprintln!("motor {seed}: median {angle:.4} deg {distance:.4} mm, HD95 {hd95:.3} mm, ME {mean:.3} mm");
         worst_angle = worst_angle.max(angle);
         worst_distance = worst_distance.max(distance);

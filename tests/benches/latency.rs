@@ -7,20 +7,21 @@
 use anyhow::{Context, Result};
 use futures_util::SinkExt;
 use prost::Message as _;
-use semascan_inspection::pipeline::{InspectionSink, PipelineConfig, Stage, StageStatus, ViewOutcome};
-use semascan_inspection::source::{AcquireError, Source, SourceInfo};
-use semascan_perception::fuse::{SemanticMap, TouchedChunk};
-use semascan_perception::register::JointRefinement;
+use semascan_inspection::Inspection;
+use semascan_inspection::bus::Events;
+use semascan_inspection::event::EventKind;
+use semascan_inspection::source::{Source, SourceError, SourceInfo};
+use semascan_inspection::spec::{InspectionSpec, RegistrationMethod};
 use semascan_perception::view::View;
 use semascan_protocol::{ClientMessage, Hello, Phase, SUBPROTOCOL, client_message};
-use semascan_server::{LiveModel, LiveSink};
+use semascan_server::{LiveModel, LiveStream};
 use semascan_tests::client::{Client, Holdings, open_socket};
-use semascan_tests::served::{Served, run};
+use semascan_tests::served::Served;
 use semascan_tests::sources::open;
 use serde_json::json;
 use std::io::Write as _;
 use std::net::SocketAddr;
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 use tokio::io::AsyncReadExt;
 use tokio_tungstenite::MaybeTlsStream;
@@ -42,36 +43,24 @@ impl Source for Replay {
         &self.info
     }
 
-    fn next_view(&mut self) -> Option<Result<View, AcquireError>> {
+    fn next_view(&mut self) -> Option<Result<View, SourceError>> {
         self.views.next().map(Ok)
     }
 }
 
-/// Notes when each view was integrated and how many chunk messages had been published after it.
-struct Stopwatch {
-    inner: LiveSink,
-    live: Arc<LiveModel>,
-    marks: Mutex<Vec<(Instant, u64)>>,
-}
-
-impl InspectionSink for Stopwatch {
-    fn stage(&self, view: u32, stage: Stage, status: &StageStatus) {
-        self.inner.stage(view, stage, status);
-    }
-
-    fn map_changed(&self, map: &SemanticMap, touched: &[TouchedChunk], last: bool) {
+/// Publishes an inspection to `live`; when each view was integrated, and how many chunk messages had been published after
+/// it.
+fn publish(events: Events, live: &LiveModel) -> Vec<(Instant, u64)> {
+    let mut stream = LiveStream::new(live);
+    let mut marks = Vec::new();
+    for event in events {
         let integrated = Instant::now();
-        self.inner.map_changed(map, touched, last);
-        if !last && let Ok(mut marks) = self.marks.lock() {
-            marks.push((integrated, self.live.totals().messages));
+        stream.handle(&event);
+        if matches!(event.kind, EventKind::ModelChanged { complete: false, .. }) {
+            marks.push((integrated, live.totals().messages));
         }
     }
-
-    fn view_done(&self, outcome: &ViewOutcome) {
-        self.inner.view_done(outcome);
-    }
-
-    fn refined(&self, _views: &[u32], _refinement: &JointRefinement) {}
+    marks
 }
 
 /// Follows an inspection; when the n-th chunk message had been decoded.
@@ -110,25 +99,21 @@ fn main() -> Result<()> {
     let runtime = tokio::runtime::Runtime::new()?;
     let mut latencies = Vec::new();
     let mut totals = Default::default();
-    for round in 0..ROUNDS {
+    for _ in 0..ROUNDS {
         runtime.block_on(async {
             let served = Served::start()?;
             let live = Arc::clone(&served.live);
             let slow = tokio::spawn(crawl(served.address));
             let fast: Vec<_> = (0..2).map(|_| tokio::spawn(follow(served.address))).collect();
             tokio::time::sleep(Duration::from_millis(200)).await;
-            let sink = Stopwatch {
-                inner: LiveSink::begin(Arc::clone(&live), &info, &round.to_string()),
-                live: Arc::clone(&live),
-                marks: Mutex::new(Vec::new()),
-            };
-            let mut replay = Replay { info: info.clone(), views: views.clone().into_iter() };
-            let sink = tokio::task::spawn_blocking(move || {
-                let config = PipelineConfig { pace: PACE, ..PipelineConfig::default() };
-                run(&mut replay, &config, &sink).map(|_| sink)
-            })
-            .await??;
-            let marks = sink.marks.into_inner().map_err(|_| anyhow::anyhow!("a sink panicked"))?;
+            let replay = Replay { info: info.clone(), views: views.clone().into_iter() };
+            let mut spec = InspectionSpec { registration: RegistrationMethod::Kinematic, ..InspectionSpec::default() };
+            spec.source.pace_s = PACE.as_secs_f64();
+            let inspection = Inspection::new(spec, Box::new(replay))?;
+            let (events, stream) = (inspection.subscribe(), Arc::clone(&live));
+            let handle = inspection.start();
+            let marks = tokio::task::spawn_blocking(move || publish(events, &stream)).await?;
+            handle.wait()?;
             for client in fast {
                 let decoded = client.await??;
                 let mut before = 0;

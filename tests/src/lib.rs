@@ -3,6 +3,7 @@
 
 pub mod client;
 pub mod data;
+pub mod inspect;
 pub mod scene;
 pub mod served;
 pub mod sources;

@@ -1,17 +1,14 @@
-//! An agent served on a free loopback port, and inspections told to it.
+//! An agent served on a free loopback port, and inspections published to it.
 
 use crate::sources::open;
 use anyhow::Result;
-use semascan_inspection::pipeline;
-use semascan_inspection::pipeline::{InspectionSink, PipelineConfig};
-use semascan_inspection::source::Source;
-use semascan_perception::fuse::SemanticMap;
-use semascan_perception::register::{KinematicRegistrar, Registrar};
-use semascan_perception::segment::RecordedSegmenter;
-use semascan_server::{AccessRule, LiveModel, LiveSink, Server, ServerConfig};
+use semascan_inspection::spec::InspectionSpec;
+use semascan_inspection::{Inspected, Inspection};
+use semascan_model::InspectionId;
+use semascan_server::{AccessRule, LiveModel, LiveStream, Server, ServerConfig};
 use std::net::{Ipv4Addr, SocketAddr};
 use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
+use std::thread::JoinHandle;
 use std::time::Duration;
 
 /// A small simulated part: a second or so of computing.
@@ -48,14 +45,39 @@ impl Served {
         Ok(Self { address, live, stop: Some(stop) })
     }
 
-    /// Inspects `uri` on a thread of its own, told to the clients under the name `id`.
-    pub fn inspect(&self, uri: &str, id: &str, pace: Duration) -> std::thread::JoinHandle<Result<SemanticMap>> {
-        let (live, uri, id) = (Arc::clone(&self.live), uri.to_owned(), id.to_owned());
-        std::thread::spawn(move || {
-            let mut source = open(&uri)?;
-            let sink = LiveSink::begin(live, source.info(), &id);
-            run(source.as_mut(), &PipelineConfig { pace, ..PipelineConfig::default() }, &sink)
-        })
+    /// Inspects `uri` with its own labels on threads of its own, published to the clients.
+    ///
+    /// # Errors
+    /// If it cannot begin.
+    pub fn inspect(&self, uri: &str, pace: Duration) -> Result<Running> {
+        let mut spec = InspectionSpec::default();
+        spec.source.pace_s = pace.as_secs_f64();
+        let inspection = Inspection::new(spec, open(uri)?)?;
+        let (id, events, live) = (inspection.id(), inspection.subscribe(), Arc::clone(&self.live));
+        let handle = inspection.start();
+        let worker = std::thread::spawn(move || {
+            LiveStream::new(&live).follow(events);
+            Ok(handle.wait()?)
+        });
+        Ok(Running { id, worker })
+    }
+}
+
+/// An inspection that is published.
+#[derive(Debug)]
+pub struct Running {
+    /// Its identifier.
+    pub id: InspectionId,
+    worker: JoinHandle<Result<Inspected>>,
+}
+
+impl Running {
+    /// Waits until it is over and published.
+    ///
+    /// # Errors
+    /// If it has no model.
+    pub fn wait(self) -> Result<Inspected> {
+        self.worker.join().map_err(|_| anyhow::anyhow!("the inspection panicked"))?
     }
 }
 
@@ -65,28 +87,4 @@ impl Drop for Served {
             let _ = stop.send(());
         }
     }
-}
-
-/// Runs `source` through the pipeline with its own labels and the poses that kinematics give.
-///
-/// # Errors
-/// If it cannot be run or no view could be used.
-pub fn run(source: &mut dyn Source, config: &PipelineConfig, sink: &dyn InspectionSink) -> Result<SemanticMap> {
-    run_with(source, &mut KinematicRegistrar, config, sink)
-}
-
-/// Runs `source` through the pipeline with its own labels and the poses of `registrar`.
-///
-/// # Errors
-/// If it cannot be run or no view could be used.
-pub fn run_with(
-    source: &mut dyn Source,
-    registrar: &mut dyn Registrar,
-    config: &PipelineConfig,
-    sink: &dyn InspectionSink,
-) -> Result<SemanticMap> {
-    let mut segmenter = RecordedSegmenter { required: true };
-    let stop = AtomicBool::new(false);
-    let inspected = pipeline::run(source, &mut segmenter, registrar, config, sink, &stop)?;
-    inspected.map.ok_or_else(|| anyhow::anyhow!("no view could be used"))
 }

@@ -2,8 +2,8 @@
 
 use anyhow::Result;
 use semascan_inspection::source::Source;
+use semascan_inspection::spec::CameraMask;
 use semascan_simulation::{VirtualCell, VirtualCellSpec};
-use semascan_sources::bop::CameraMask;
 
 /// Opens `uri`: a source of the virtual cell, or a recorded one whose camera mask is found.
 ///

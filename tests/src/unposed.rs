@@ -1,6 +1,6 @@
 //! A source whose views lost their pose evidence.
 
-use semascan_inspection::source::{AcquireError, Source, SourceInfo, TrueMesh};
+use semascan_inspection::source::{Source, SourceError, SourceInfo, TrueMesh};
 use semascan_perception::view::{PoseEvidence, View};
 
 /// Another source, of whose views those that `lost` names come without any evidence of their pose.
@@ -16,7 +16,7 @@ impl<S: Source> Source for Unposed<S> {
         self.source.info()
     }
 
-    fn next_view(&mut self) -> Option<Result<View, AcquireError>> {
+    fn next_view(&mut self) -> Option<Result<View, SourceError>> {
         let mut view = self.source.next_view()?;
         if let Ok(view) = &mut view
             && (self.lost)(view.index)

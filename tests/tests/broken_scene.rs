@@ -1,9 +1,8 @@
 //! Broken BOP scenes: each view that cannot be used says which file or field is at fault, and the others go on.
 
-use semascan_inspection::pipeline::PipelineConfig;
-use semascan_inspection::record::Recorder;
+use semascan_tests::inspect::inspect;
+use semascan_tests::scene;
 use semascan_tests::sources::open;
-use semascan_tests::{scene, served};
 use std::path::Path;
 
 /// Breaks view 1 of three, inspects, and returns why it was left out.
@@ -11,11 +10,10 @@ fn reason_for(break_view_1: impl FnOnce(&Path)) -> String {
     let dir = tempfile::tempdir().expect("temporary folder");
     scene::write(dir.path(), 3).expect("scene");
     break_view_1(dir.path());
-    let mut source = open(dir.path().to_str().expect("UTF-8")).expect("the scene opens");
-    let recorder = Recorder::default();
-    let map = served::run(source.as_mut(), &PipelineConfig::default(), &recorder).expect("two good views");
-    assert_eq!(map.kept_views().len(), 2, "the other views are fused");
-    let reasons = recorder.rejections();
+    let source = open(dir.path().to_str().expect("UTF-8")).expect("the scene opens");
+    let inspected = inspect(source).expect("two good views");
+    assert_eq!(inspected.model.read().kept_views().len(), 2, "the other views are fused");
+    let reasons = inspected.recorded.rejections();
     assert_eq!(reasons.len(), 1, "{reasons:?}");
     reasons.into_iter().next().unwrap_or_default()
 }

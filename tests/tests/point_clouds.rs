@@ -2,8 +2,7 @@
 
 use nalgebra::{Isometry3, Point3, Vector3};
 use semascan_geometry::measure::{NearestPoints, percentile};
-use semascan_perception::register::gicp;
-use semascan_perception::register::gicp::GicpConfig;
+use semascan_perception::register::gicp::{self, GicpConfig};
 use semascan_perception::register::global::{CloudInput, GlobalConfig, GlobalError, register_globally};
 use semascan_perception::register::{Facing, SurfelCloud};
 use semascan_sources::pcd;

@@ -3,35 +3,25 @@
 use anyhow::Result;
 use semascan_evaluation::judge_inspection;
 use semascan_geometry::measure::NearestPoints;
-use semascan_inspection::pipeline::PipelineConfig;
-use semascan_inspection::record::Recorder;
 use semascan_perception::fuse::SemanticMap;
-use semascan_perception::register::{IcpConfig, IcpRegistrar, Selection};
+use semascan_tests::data;
+use semascan_tests::inspect::{inspect, inspect_kinematic};
 use semascan_tests::sources::open;
-use semascan_tests::{data, served};
-
-fn icp(selection: Selection) -> IcpRegistrar {
-    IcpRegistrar::new(IcpConfig::default(), selection)
-}
 
 #[test]
 fn a_robot_off_by_a_degree_is_set_right() -> Result<()> {
     let uri = "virtual:starter-motor?seed=8&views=12&errors=rough&noise=zivid";
-    let mut source = open(uri)?;
-    let recorder = Recorder::default();
-    let config = PipelineConfig::default();
-    let map = served::run_with(source.as_mut(), &mut icp(Selection::Object), &config, &recorder)?;
-    assert_eq!(map.epoch(), 2, "the map was made anew with the refined poses");
-    let cloud = map.cloud();
-    let recorded = recorder.finish("test", source.info(), "source", Some(&map), &cloud);
-    let mesh = source.truth().expect("the virtual cell knows the truth");
-    let taxonomy = &source.info().taxonomy;
-    let truth = judge_inspection(&recorded, Some(&map), &cloud, taxonomy, mesh, &config.filter);
+    let inspected = inspect(open(uri)?)?;
+    assert_eq!(inspected.model.read().epoch(), 2, "the map was made anew with the refined poses");
+    let poses = inspected.model.read().kept_views().poses();
+    let truth = judge_inspection(&inspected).expect("the virtual cell knows the truth");
+    assert_eq!(inspected.model.read().kept_views().poses(), poses, "judging leaves the model alone");
     let aligned = truth.aligned.expect("all poses are known");
-    let mut turned: Vec<f64> = aligned.poses.iter().map(|p| p.1.to_degrees()).collect();
-    let mut shifted: Vec<f64> = aligned.poses.iter().map(|p| p.2 * 1e3).collect();
+    let mut turned: Vec<f64> = aligned.poses.iter().map(|p| p.rotation.to_degrees()).collect();
+    let mut shifted: Vec<f64> = aligned.poses.iter().map(|p| p.translation * 1e3).collect();
     for (pose, prior) in aligned.poses.iter().zip(&aligned.prior_poses) {
-        assert!(pose.1 < prior.1 && pose.2 < prior.2, "view {}: {pose:?} is worse than kinematics' {prior:?}", pose.0);
+        let better = pose.rotation < prior.rotation && pose.translation < prior.translation;
+        assert!(better, "{pose:?} is worse than kinematics' {prior:?}");
     }
     turned.sort_by(f64::total_cmp);
     shifted.sort_by(f64::total_cmp);
@@ -48,14 +38,9 @@ fn real_views_of_a_shelf_agree_better_once_registered() -> Result<()> {
     let shelf = data::folder("shelf-eye-in-hand")?;
     let mut agreement = Vec::new();
     for registered in [false, true] {
-        let mut source = open(&shelf.display().to_string())?;
-        let (config, sink) = (PipelineConfig::default(), Recorder::default());
-        let map = if registered {
-            served::run_with(source.as_mut(), &mut icp(Selection::Everything), &config, &sink)?
-        } else {
-            served::run(source.as_mut(), &config, &sink)?
-        };
-        agreement.push(mean_nearest_distance(&map)?);
+        let source = open(&shelf.display().to_string())?;
+        let inspected = if registered { inspect(source)? } else { inspect_kinematic(source)? };
+        agreement.push(mean_nearest_distance(&inspected.model.read())?);
     }
     eprintln!(
         "mean nearest distance between overlapping views: {:.4} mm by kinematics, {:.4} mm registered",

@@ -3,13 +3,13 @@
 //! The fused labels are projected back into each view: a pixel with depth takes the label of the nearest model point
 //! within 4 mm, and is compared with the recorded mask.
 
-use semascan_inspection::pipeline::PipelineConfig;
-use semascan_inspection::record::Recorder;
+use nalgebra::Isometry3;
 use semascan_inspection::source::Source;
+use semascan_inspection::spec::CameraMask;
 use semascan_model::SemanticCloud;
-use semascan_perception::view::PoseEvidence;
-use semascan_sources::bop::{BopSource, CameraMask};
-use semascan_tests::{data, served};
+use semascan_sources::bop::BopSource;
+use semascan_tests::data;
+use semascan_tests::inspect::inspect;
 use std::collections::HashMap;
 
 /// Farthest model point that a pixel may take its label from, metres.
@@ -52,13 +52,11 @@ impl<'a> Nearest<'a> {
 #[cfg_attr(not(semascan_data), ignore = "SEMASCAN_DATA is not set")]
 fn fused_labels_agree_with_the_recorded_masks() {
     let folder = data::folder("shelf-eye-in-hand").expect("real captures");
-    let mut source = BopSource::open(&folder, &CameraMask::Auto).expect("opens");
-    let recorder = Recorder::default();
-    let map = served::run(&mut source, &PipelineConfig::default(), &recorder).expect("inspects");
-    assert_eq!(recorder.rejections(), Vec::<String>::new());
-    assert_eq!(map.kept_views().len(), 15);
-    let cloud = map.cloud();
-    let nearest = Nearest::new(&cloud);
+    let source = BopSource::open(&folder, &CameraMask::Auto).expect("opens");
+    let inspected = inspect(Box::new(source)).expect("inspects");
+    assert_eq!(inspected.recorded.rejections(), Vec::<String>::new());
+    assert_eq!(inspected.record.views.len(), 15);
+    let nearest = Nearest::new(&inspected.cloud);
 
     // Without the camera mask: every mask and label pixel that has depth counts.
     let mut views = BopSource::open(&folder, &CameraMask::None).expect("opens");
@@ -66,8 +64,9 @@ fn fused_labels_agree_with_the_recorded_masks() {
     let (mut covered, mut masked) = (0_u64, 0_u64);
     while let Some(view) = views.next_view() {
         let view = view.expect("reads");
-        let PoseEvidence::World { table_from_camera, .. } = view.pose else { panic!("the scene has poses") };
-        let labels = view.labels.expect("the scene has masks");
+        let estimate = inspected.record.views[view.index as usize].pose.as_ref().expect("every view has a pose");
+        let table_from_camera = Isometry3::from(estimate);
+        let labels = view.labels.as_ref().expect("the scene has masks");
         for (i, &z) in view.depth.metres.iter().enumerate().filter(|(_, z)| **z > 0.0) {
             let (u, v) = (i as u32 % view.depth.width, i as u32 / view.depth.width);
             let p = table_from_camera * view.intrinsics.unproject(u.into(), v.into(), z.into());

@@ -10,7 +10,7 @@ async fn a_client_from_the_start_and_one_that_comes_late_hold_the_same_model() {
     let served = Served::start().expect("serves");
     let mut early = Holdings::default();
     let mut client = Client::connect(served.address, &mut early).await.expect("connects");
-    let inspection = served.inspect(SMALL_MOTOR, "a", Duration::ZERO);
+    let inspection = served.inspect(SMALL_MOTOR, Duration::ZERO).expect("begins");
     client.finish(&mut early).await.expect("finishes");
     assert_eq!(client.progress.phase(), Phase::Finished);
     assert_eq!(client.progress.views_done, 5);
@@ -24,8 +24,8 @@ async fn a_client_from_the_start_and_one_that_comes_late_hold_the_same_model() {
     assert_eq!(early.hash(), served.live.hash());
     assert_eq!(client.progress.model_hash, early.hash());
 
-    let map = inspection.join().expect("no panic").expect("inspects");
-    assert_eq!(early.points(), map.len());
+    let inspected = inspection.wait().expect("inspects");
+    assert_eq!(early.points(), inspected.cloud.len());
     let t = served.live.totals();
     assert!(t.bytes <= 3 * t.snapshot_bytes, "{} bytes for a snapshot of {}", t.bytes, t.snapshot_bytes);
 }
@@ -33,14 +33,14 @@ async fn a_client_from_the_start_and_one_that_comes_late_hold_the_same_model() {
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_cut_connection_resumes_by_difference() {
     let served = Served::start().expect("serves");
-    let inspection = served.inspect(SMALL_MOTOR, "a", Duration::from_millis(200));
+    let inspection = served.inspect(SMALL_MOTOR, Duration::from_millis(200)).expect("begins");
     let mut holdings = Holdings::default();
     let mut client = Client::connect(served.address, &mut holdings).await.expect("connects");
     while client.progress.views_done < 2 {
         client.step(&mut holdings).await.expect("streams");
     }
     drop(client);
-    inspection.join().expect("no panic").expect("inspects");
+    inspection.wait().expect("inspects");
 
     let held = holdings.chunks.len() as u64;
     assert!(held > 0);
@@ -61,11 +61,11 @@ async fn a_new_inspection_clears_and_ends_with_its_own_model() {
     let served = Served::start().expect("serves");
     let mut holdings = Holdings::default();
     let mut client = Client::connect(served.address, &mut holdings).await.expect("connects");
-    served.inspect(SMALL_MOTOR, "a", Duration::ZERO);
+    served.inspect(SMALL_MOTOR, Duration::ZERO).expect("begins");
     client.finish(&mut holdings).await.expect("finishes");
     let first = holdings.hash();
-    served.inspect(&SMALL_MOTOR.replace("seed=7", "seed=8"), "b", Duration::ZERO);
-    while holdings.inspection.id != "b" {
+    let second = served.inspect(&SMALL_MOTOR.replace("seed=7", "seed=8"), Duration::ZERO).expect("begins");
+    while holdings.inspection.id != second.id.to_string() {
         client.step(&mut holdings).await.expect("streams");
     }
     assert!(client.clears >= 1);
@@ -82,10 +82,10 @@ async fn a_slow_client_skips_revisions_and_still_ends_with_the_model() {
     let (mut fast_holdings, mut slow_holdings) = (Holdings::default(), Holdings::default());
     let mut fast = Client::connect(served.address, &mut fast_holdings).await.expect("connects");
     let mut slow = Client::connect(served.address, &mut slow_holdings).await.expect("connects");
-    let inspection = served.inspect(SMALL_MOTOR, "a", Duration::ZERO);
+    let inspection = served.inspect(SMALL_MOTOR, Duration::ZERO).expect("begins");
     // The slow one does not read at all until the inspection is over.
     fast.finish(&mut fast_holdings).await.expect("finishes");
-    inspection.join().expect("no panic").expect("inspects");
+    inspection.wait().expect("inspects");
     slow.finish(&mut slow_holdings).await.expect("finishes");
     assert_eq!(slow_holdings.hash(), fast_holdings.hash());
     assert!(slow.chunk_messages <= fast.chunk_messages);

@@ -22,7 +22,7 @@ fn main() -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
             let (code, error) = failure.into_parts();
-            tracing::error!("{}", commands::told(&error));
+            tracing::error!("{}", commands::format_error(&error));
             ExitCode::from(code)
         }
     }

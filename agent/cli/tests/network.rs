@@ -61,7 +61,7 @@ fn an_inspection_is_labelled_by_networks_and_says_by_which_and_how_sure_they_wer
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
     let record = json(&output);
     assert_eq!(record["labels"], "network");
-    let said = &record["segmentation"];
+    let said = &record["networks"];
     assert_eq!((&said["models"][0]["name"], &said["models"][0]["version"]), (&"dark".into(), &"3".into()));
     assert_eq!(said["models"][0]["networks"][1]["sha256"].as_str().map(str::len), Some(64));
     let engine = said["engine"]["name"].as_str().expect("an engine");
@@ -69,9 +69,9 @@ fn an_inspection_is_labelled_by_networks_and_says_by_which_and_how_sure_they_wer
     assert_eq!(said["augmentations"], serde_json::json!(["identity", "flip", "warp"]));
     assert_eq!((&said["uncertain"], &said["statistic"], &said["ddof"]), (&"drop".into(), &"norm".into(), &0.into()));
     assert!((said["threshold"].as_f64().expect("a number") - 0.2).abs() < 1e-6, "{said}");
-    let figures = &record["views"][0]["segmentation"];
+    let figures = &record["views"][0]["networks"];
     assert!(
-        figures["window"].is_array() && figures["components"]["sigma"].as_f64().is_some_and(|s| s > 0.0),
+        figures["window"]["width"].is_number() && figures["components"]["sigma"].as_f64().is_some_and(|s| s > 0.0),
         "{figures}"
     );
     // The motor's classes keep their numbers, so that truth can judge; what only the network knows comes after them.
@@ -197,7 +197,7 @@ fn a_mask_r_cnn_as_torchvision_exports_it_labels_an_inspection() {
     let source = "virtual:starter-motor?seed=3&views=1&size=320x240";
     let output = semascan(&["inspect", source, "--labels", "network", "--models", &path, "--out", &out, "--json"]);
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
-    let said = &json(&output)["segmentation"];
+    let said = &json(&output)["networks"];
     assert_eq!(
         (&said["models"][0]["name"], &said["engine"]["name"]),
         (&"mask-rcnn-resnet34".into(), &"onnxruntime".into())

@@ -8,8 +8,7 @@ use super::Model;
 use super::poses::moved;
 use nalgebra::Isometry3;
 use semascan_geometry::measure::{ClassScore, Comparison, LabelledPoint, class_scores};
-use semascan_perception::register::gicp;
-use semascan_perception::register::gicp::GicpConfig;
+use semascan_perception::register::gicp::{self, GicpConfig};
 use semascan_perception::register::global::{CloudInput, GlobalConfig, GlobalError, GlobalMatch, register_globally};
 use semascan_perception::register::{CloudError, SurfelCloud};
 

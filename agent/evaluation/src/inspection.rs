@@ -3,11 +3,14 @@
 //!
 //! The inspection's own map is only read: what needs other poses is fused into a map of its own.
 
-use crate::poses::{PosePair, align_poses, aligned_pose_errors, pose_error};
+use crate::poses::{PoseError, PosePair, align_poses, aligned_pose_errors, pose_error};
 use crate::truth::{TruthReport, judge, judge_aligned};
 use nalgebra::Isometry3;
 use semascan_geometry::measure::ClassScore;
-use semascan_inspection::record::{AlignedRecord, ComponentTruth, IdealRecord, Recorded, TruthRecord, ViewPoses};
+use semascan_inspection::Inspected;
+use semascan_inspection::record::{
+    AlignedTruth, ClassTruth, Convention, PoseErrorRecord, TruePoses, TruthAtTruePoses, TruthRecord,
+};
 use semascan_inspection::source::TrueMesh;
 use semascan_model::{ClassDef, SemanticCloud, Taxonomy};
 use semascan_perception::fuse::{OutlierFilter, SemanticMap};
@@ -15,40 +18,33 @@ use semascan_perception::fuse::{OutlierFilter, SemanticMap};
 /// Pose errors below this are rounding (radians, metres).
 const EXACT: f64 = 1e-9;
 
-/// Judges the inspection `recorded`, whose model is `map`, as points `cloud`, against the true surface `mesh`. Where the
-/// poses are off, its views are fused once more with their true poses, to tell what the poses cost; `filter` marks the
-/// outliers of that model.
-pub fn judge_inspection(
-    recorded: &Recorded,
-    map: Option<&SemanticMap>,
-    cloud: &SemanticCloud,
-    taxonomy: &Taxonomy,
-    mesh: &TrueMesh,
-    filter: &OutlierFilter,
-) -> TruthRecord {
-    let known = &recorded.poses;
-    let mut record = truth_record(&judge(cloud, mesh), taxonomy, known);
+/// Judges a finished inspection; `None` where its source knows no truth. Where the poses are off, its views are fused once
+/// more with their true poses, to tell what the poses cost.
+pub fn judge_inspection(inspected: &Inspected) -> Option<TruthRecord> {
+    let mesh = inspected.source.truth()?;
+    let (cloud, known) = (&inspected.cloud, &inspected.recorded.true_poses);
+    let mut record = truth_record(&judge(cloud, mesh), &inspected.source.info().taxonomy, known);
     // Every view of the model, or none: an alignment to some of them would favour these.
-    if recorded.record.views.iter().filter(|v| v.accepted).count() == known.len() {
+    if inspected.record.views.iter().filter(|v| v.accepted).count() == known.len() {
         record.aligned = aligned(cloud, mesh, known);
-        record.at_true_poses = map.and_then(|map| ideal(map, mesh, known, filter));
+        record.at_true_poses = ideal(&inspected.model.read(), mesh, known, &inspected.spec.outliers);
     }
-    record
+    Some(record)
 }
 
 /// The model and its poses after one rigid alignment of the poses to the true ones.
-fn aligned(cloud: &SemanticCloud, mesh: &TrueMesh, known: &[ViewPoses]) -> Option<AlignedRecord> {
-    let pairs = |of: fn(&ViewPoses) -> Option<Isometry3<f64>>| -> Vec<(u32, PosePair)> {
-        known.iter().filter_map(|p| Some((p.index, PosePair { estimate: of(p)?, truth: p.truth }))).collect()
+fn aligned(cloud: &SemanticCloud, mesh: &TrueMesh, known: &[TruePoses]) -> Option<AlignedTruth> {
+    let pairs = |of: fn(&TruePoses) -> Option<Isometry3<f64>>| -> Vec<(u32, PosePair)> {
+        known.iter().filter_map(|p| Some((p.view, PosePair { estimate: of(p)?, truth: p.truth }))).collect()
     };
     let errors = |pairs: &[(u32, PosePair)]| {
         let errors = aligned_pose_errors(&pairs.iter().map(|(_, pair)| *pair).collect::<Vec<_>>());
-        pairs.iter().zip(errors).map(|((index, _), e)| (*index, e.rotation, e.translation)).collect()
+        pairs.iter().zip(errors).map(|((view, _), error)| pose_row(*view, &error)).collect()
     };
     let estimated = pairs(|p| Some(p.estimate));
     let truth_from_model = align_poses(&estimated.iter().map(|(_, pair)| *pair).collect::<Vec<_>>())?;
     let report = judge_aligned(cloud, mesh, &truth_from_model);
-    Some(AlignedRecord {
+    Some(AlignedTruth {
         truth_from_model: (&truth_from_model).into(),
         label_accuracy: report.accuracy,
         hd95: report.surface.map(|s| s.hd95),
@@ -59,7 +55,7 @@ fn aligned(cloud: &SemanticCloud, mesh: &TrueMesh, known: &[ViewPoses]) -> Optio
 }
 
 /// How true the model would be with the true poses, on a map of its own; `None` if the poses are exact.
-fn ideal(map: &SemanticMap, mesh: &TrueMesh, known: &[ViewPoses], filter: &OutlierFilter) -> Option<IdealRecord> {
+fn ideal(map: &SemanticMap, mesh: &TrueMesh, known: &[TruePoses], filter: &OutlierFilter) -> Option<TruthAtTruePoses> {
     let errors = known.iter().map(|p| pose_error(&p.estimate, &p.truth));
     if errors.into_iter().all(|e| e.rotation < EXACT && e.translation < EXACT) {
         return None;
@@ -74,16 +70,16 @@ fn ideal(map: &SemanticMap, mesh: &TrueMesh, known: &[ViewPoses], filter: &Outli
     };
     ideal.mark_outliers(filter);
     let report = judge(&ideal.cloud(), mesh);
-    Some(IdealRecord {
+    Some(TruthAtTruePoses {
         label_accuracy: report.accuracy,
         hd95: report.surface.map(|s| s.hd95),
         mean_error: report.surface.map(|s| s.mean),
     })
 }
 
-fn truth_record(report: &TruthReport, taxonomy: &Taxonomy, known: &[ViewPoses]) -> TruthRecord {
-    let named = |classes: &[ClassDef], scores: &[ClassScore]| -> Vec<ComponentTruth> {
-        let one = |s: &ClassScore| ComponentTruth {
+fn truth_record(report: &TruthReport, taxonomy: &Taxonomy, known: &[TruePoses]) -> TruthRecord {
+    let named = |classes: &[ClassDef], scores: &[ClassScore]| -> Vec<ClassTruth> {
+        let one = |s: &ClassScore| ClassTruth {
             class: s.class,
             name: classes.get(usize::from(s.class)).map_or_else(|| "unknown".into(), |c| c.name.clone()),
             points: s.points,
@@ -93,7 +89,7 @@ fn truth_record(report: &TruthReport, taxonomy: &Taxonomy, known: &[ViewPoses]) 
         };
         scores.iter().map(one).collect()
     };
-    let convention = |name: &str, text: &str| (name.to_owned(), text.to_owned());
+    let convention = |name: &str, text: &str| Convention { name: name.into(), text: text.into() };
     TruthRecord {
         conventions: vec![
             convention("points", "points of the model that are neither outliers nor background"),
@@ -102,7 +98,7 @@ fn truth_record(report: &TruthReport, taxonomy: &Taxonomy, known: &[ViewPoses]) 
             convention("completeness", "retained / all, over points of the true class"),
             convention("hd95", "95th percentile of point-to-triangle distances, model to truth, metres"),
             convention("mean_error", "mean of point-to-triangle distances, model to truth, metres"),
-            convention("poses", "(view, angle in radians, distance of camera centres in metres), no alignment"),
+            convention("poses", "angle in radians, distance of camera centres in metres; no alignment"),
             convention(
                 "aligned",
                 "after the one rigid motion of the model that minimises sum |c - X c'|^2 + s^2 a^2 over the views \
@@ -116,13 +112,12 @@ fn truth_record(report: &TruthReport, taxonomy: &Taxonomy, known: &[ViewPoses]) 
         defects: named(&taxonomy.defects, &report.defects),
         hd95: report.surface.map(|s| s.hd95),
         mean_error: report.surface.map(|s| s.mean),
-        poses: known.iter().map(pose_row).collect(),
+        poses: known.iter().map(|p| pose_row(p.view, &pose_error(&p.estimate, &p.truth))).collect(),
         aligned: None,
         at_true_poses: None,
     }
 }
 
-fn pose_row(p: &ViewPoses) -> (u32, f64, f64) {
-    let error = pose_error(&p.estimate, &p.truth);
-    (p.index, error.rotation, error.translation)
+fn pose_row(view: u32, error: &PoseError) -> PoseErrorRecord {
+    PoseErrorRecord { view, rotation: error.rotation, translation: error.translation }
 }

@@ -2,11 +2,10 @@
 
 use super::sampling::sample;
 use semascan_geometry::measure::{NearestPoints, SurfaceIndex};
-use semascan_inspection::source::AcquireError;
+use semascan_inspection::source::SourceError;
 use semascan_model::PointFlags;
 use semascan_perception::register::Facing;
-use semascan_sources::mesh_file;
-use semascan_sources::mesh_file::Piece;
+use semascan_sources::mesh_file::{self, Piece};
 use semascan_sources::pcd;
 use std::path::{Path, PathBuf};
 
@@ -44,9 +43,9 @@ impl Model {
     /// Reads PLY, PCD, OBJ, STL, glTF or GLB, whose unit is `scale` metres; of a mesh, `samples` seeded points are taken.
     ///
     /// # Errors
-    /// [`AcquireError`] naming the file, also where nothing in it can be measured.
-    pub fn read(path: &Path, scale: f64, samples: usize, seed: u64) -> Result<Self, AcquireError> {
-        let refuse = |reason: &str| AcquireError::Format { path: path.to_owned(), reason: reason.to_owned() };
+    /// [`SourceError`] naming the file, also where nothing in it can be measured.
+    pub fn read(path: &Path, scale: f64, samples: usize, seed: u64) -> Result<Self, SourceError> {
+        let refuse = |reason: &str| SourceError::Format { path: path.to_owned(), reason: reason.to_owned() };
         let is_pcd = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("pcd"));
         let mut piece = if is_pcd { from_pcd(path)? } else { joined(mesh_file::read(path)?) };
         for p in &mut piece.positions {
@@ -152,7 +151,7 @@ impl Target {
     }
 }
 
-fn from_pcd(path: &Path) -> Result<Piece, AcquireError> {
+fn from_pcd(path: &Path) -> Result<Piece, SourceError> {
     let cloud = pcd::read(path)?;
     let semantics = cloud.normals.unwrap_or_default().into_iter();
     Ok(Piece {

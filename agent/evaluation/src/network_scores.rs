@@ -3,10 +3,9 @@
 
 use super::risk_coverage::RiskCoverage;
 use super::test_views::{TestDomain, TestViews};
-use semascan_inspection::source::{AcquireError, SourceInfo};
+use semascan_inspection::source::{SourceError, SourceInfo};
 use semascan_model::Taxonomy;
-use semascan_perception::segment::network::engine;
-use semascan_perception::segment::network::engine::Engine;
+use semascan_perception::segment::network::engine::{self, Engine};
 use semascan_perception::segment::network::{
     Augmentation, EngineChoice, EngineDescription, EngineError, Manifest, Model, ModelError, NetworkConfig,
     NetworkSegmenter, Provider, SelectError, SetupError, Task, extended, find, search_path, select,
@@ -19,7 +18,7 @@ use std::path::{Path, PathBuf};
 pub enum NetworkError {
     /// There are no views.
     #[error(transparent)]
-    Acquire(#[from] AcquireError),
+    Acquire(#[from] SourceError),
     /// Nothing runs networks.
     #[error(transparent)]
     Engine(#[from] EngineError),

@@ -1,7 +1,7 @@
 //! Views of starter motors that no network was trained on, with exact labels, from the generator that `semascan synth`
 //! writes training data with and from the virtual cell.
 
-use semascan_inspection::source::{AcquireError, Source};
+use semascan_inspection::source::{Source, SourceError};
 use semascan_model::Taxonomy;
 use semascan_perception::segment::network::Volume;
 use semascan_perception::view::View;
@@ -74,8 +74,8 @@ impl TestViews {
     /// The motor `seed` in `domain`.
     ///
     /// # Errors
-    /// [`AcquireError`] if there cannot be such views.
-    pub fn motor(&self, domain: TestDomain, seed: u64) -> Result<TestMotor, AcquireError> {
+    /// [`SourceError`] if there cannot be such views.
+    pub fn motor(&self, domain: TestDomain, seed: u64) -> Result<TestMotor, SourceError> {
         let from = match domain {
             TestDomain::Randomised => {
                 // A window as large, beside the picture, as networks are trained on.
@@ -89,7 +89,7 @@ impl TestViews {
         Ok(TestMotor { from, views: self.views })
     }
 
-    fn virtual_cell(&self, seed: u64, domain: &str) -> Result<VirtualCell, AcquireError> {
+    fn virtual_cell(&self, seed: u64, domain: &str) -> Result<VirtualCell, SourceError> {
         let Self { views, size: (w, h), cell, .. } = self;
         let uri = format!("virtual:starter-motor?seed={seed}&views={views}&size={w}x{h}&cell={cell}&domain={domain}");
         VirtualCell::open(&VirtualCellSpec::parse(&uri)?)
@@ -127,7 +127,7 @@ mod tests {
                 let motor = views.motor(domain, *seed).expect("a motor");
                 assert_eq!(motor.volume().is_none(), domain == TestDomain::Randomised);
                 for view in motor.views() {
-                    let labels = view.labels.expect("labels").components;
+                    let labels = view.labels.as_ref().expect("labels").components.clone();
                     assert!(labels.iter().any(|l| *l != 0), "{domain:?}");
                     pictures.push(view.rgb);
                 }

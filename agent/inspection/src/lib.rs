@@ -1,6 +1,18 @@
-//! An inspection: where its views come from, the way of one view, what is found, and the record that stays.
+//! An inspection: what it is run with ([`spec`]), where its views come from ([`source`]), the way of one view (the stages),
+//! what happens ([`event`]), what is found ([`summary`]), and the record that stays ([`record`]).
+//!
+//! [`Inspection`] is the one place that puts source, segmenter, registrar and map together: the command line, the server,
+//! the tables and the tests start inspections through it.
 
-pub mod pipeline;
+pub mod bus;
+mod compose;
+pub mod event;
+mod inspection;
+mod pipeline;
 pub mod record;
 pub mod source;
+pub mod spec;
 pub mod summary;
+
+pub use compose::SetupFailure;
+pub use inspection::{Inspected, Inspection, InspectionError, InspectionHandle, StopSwitch};

@@ -1,11 +1,12 @@
 //! From the map to what an inspection is after: the components and defects of a part, with points, area and confidence.
 
+use schemars::JsonSchema;
 use semascan_geometry::measure::surfel_area;
 use semascan_model::{ClassDef, PointFlags, SemanticCloud, Taxonomy};
 use serde::{Deserialize, Serialize};
 
 /// Figures of one class, over the points that are neither outliers nor background.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ClassSummary {
     /// Class.
     pub class: u16,

@@ -2,6 +2,7 @@
 
 use image::RgbImage;
 use nalgebra::{Isometry3, Matrix6, Point3, Vector6};
+use std::sync::Arc;
 
 /// Pinhole camera in pixels; `(0, 0)` is the centre of the first pixel. Optical frame: x right, y down, z forward.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -158,23 +159,24 @@ pub struct ViewTruth {
     pub table_from_camera: Isometry3<f64>,
 }
 
-/// One capture.
+/// One capture. Its pictures are shared: a copy of a view costs nothing, and a stage that wants other colours makes a view
+/// with those alone.
 #[derive(Clone, Debug)]
 pub struct View {
-    /// Position in the capture order, from 0.
+    /// Position in the capture order, from 0. An inspection numbers its views itself.
     pub index: u32,
-    /// Capture time in seconds since the inspection began.
-    pub stamp: f64,
+    /// Capture time in seconds on the source's clock; `None` where the source does not know it.
+    pub stamp: Option<f64>,
     /// The camera, for colour and depth alike.
     pub intrinsics: Intrinsics,
     /// Colour.
-    pub rgb: RgbImage,
+    pub rgb: Arc<RgbImage>,
     /// Depth.
-    pub depth: DepthImage,
+    pub depth: Arc<DepthImage>,
     /// What is known about the pose.
     pub pose: PoseEvidence,
     /// Recorded labels, if any.
-    pub labels: Option<RecordedLabels>,
+    pub labels: Option<Arc<RecordedLabels>>,
     /// Truth, if known.
     pub truth: Option<ViewTruth>,
 }

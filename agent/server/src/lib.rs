@@ -1,19 +1,20 @@
 //! The live stream and the viewer's files, on one port.
 //!
-//! [`LiveModel`] holds what every client shall end up with; [`LiveSink`] feeds it from a running inspection; each
+//! [`LiveModel`] holds what every client shall end up with; [`LiveStream`] feeds it from a running inspection; each
 //! client's task walks it at its own speed. Nothing is queued per client: a slow one skips revisions, not the result.
 
 mod client;
 mod guard;
 mod live;
+mod live_stream;
 mod messages;
 mod server;
-mod sink;
+
 mod thumbnail;
 mod web;
 
 pub use guard::AccessRule;
 pub use live::{LiveModel, StreamTotals};
+pub use live_stream::LiveStream;
 pub use server::{ServeError, Server, ServerConfig};
-pub use sink::LiveSink;
 pub use web::has_embedded_viewer;

@@ -141,6 +141,14 @@ impl LiveModel {
         self.changed.send_replace(());
     }
 
+    /// Tells clients that the inspection failed, and why.
+    pub fn fail(&self, reason: &str) {
+        self.update_progress(|p| {
+            p.set_phase(wire::Phase::Failed);
+            p.message = reason.into();
+        });
+    }
+
     /// Hash of the model as published.
     pub fn hash(&self) -> u64 {
         let state = self.lock();

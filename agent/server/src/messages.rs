@@ -1,73 +1,91 @@
 //! What happens in an inspection, as messages of the control lane.
 
 use super::thumbnail::{contribution_overlay, overlay, sigma_overlay, thumbnail};
-use nalgebra::Isometry3;
-use semascan_inspection::pipeline::{Stage, StageStatus, ViewOutcome};
-use semascan_model::Taxonomy;
+use semascan_inspection::event::{EventKind, ProcessedView, Stage, StageStatus};
+use semascan_inspection::record::{PoseRecord, ViewRecord};
+use semascan_model::{InspectionId, Taxonomy};
 use semascan_perception::view::Intrinsics;
-use semascan_protocol as wire;
-use semascan_protocol::{Pose, StageEvent, StageTiming, ViewReport};
-use std::time::Duration;
+use semascan_protocol::{self as wire, Inspection, Pose, StageEvent, StageTiming, ViewReport};
 
-fn wire_stage(stage: Stage) -> wire::Stage {
+/// What is inspected; the default where `kind` is not [`EventKind::Started`].
+pub(super) fn inspection(id: InspectionId, kind: &EventKind) -> Inspection {
+    let EventKind::Started { part, source, taxonomy, views_expected, turntable } = kind else {
+        return Inspection::default();
+    };
+    let mut inspection = Inspection {
+        id: id.to_string(),
+        epoch: 1,
+        part: part.clone(),
+        source: source.clone(),
+        views_expected: views_expected.unwrap_or(0),
+        turntable: turntable.map(|t| wire::Turntable { radius: t.radius, height: t.height }),
+        ..Inspection::default()
+    };
+    inspection.set_taxonomy(taxonomy);
+    inspection
+}
+
+/// The stage as the wire has it.
+pub(super) fn wire_stage(stage: Stage) -> wire::Stage {
     match stage {
         Stage::Acquire => wire::Stage::Acquire,
         Stage::Segment => wire::Stage::Segment,
         Stage::Register => wire::Stage::Register,
         Stage::Fuse => wire::Stage::Fuse,
-        Stage::Publish => wire::Stage::Publish,
         Stage::Refine => wire::Stage::Refine,
     }
 }
 
-fn micros(duration: Duration) -> u64 {
-    u64::try_from(duration.as_micros()).unwrap_or(u64::MAX)
+fn micros(seconds: f64) -> u64 {
+    // A cast saturates.
+    (seconds * 1e6).round() as u64
 }
 
 /// A stage that began, ended or failed.
-pub(super) fn stage_event(view: u32, stage: Stage, status: &StageStatus) -> StageEvent {
+pub(super) fn stage_event(view: u32, stage: wire::Stage, status: &StageStatus) -> StageEvent {
     let mut event = StageEvent { view, ..StageEvent::default() };
-    event.set_stage(wire_stage(stage));
+    event.set_stage(stage);
     match status {
         StageStatus::Started => event.set_state(wire::StageState::Started),
-        StageStatus::Finished(duration) => {
+        StageStatus::Finished { seconds } => {
             event.set_state(wire::StageState::Finished);
-            event.duration_us = micros(*duration);
+            event.duration_us = micros(*seconds);
         }
-        StageStatus::Failed(reason) => {
+        StageStatus::Failed { reason } => {
             event.set_state(wire::StageState::Failed);
-            event.message = reason.clone();
+            event.message.clone_from(reason);
         }
     }
     event
 }
 
-/// What became of a view.
-pub(super) fn view_report(outcome: &ViewOutcome, taxonomy: &Taxonomy) -> ViewReport {
-    let timing = |(stage, duration): &(Stage, Duration)| StageTiming {
-        stage: wire_stage(*stage).into(),
-        duration_us: micros(*duration),
-    };
-    let view = outcome.view.as_ref();
-    let labels = view.zip(outcome.segmentation.as_ref());
+/// Time of a stage of a view.
+pub(super) fn stage_timing(stage: wire::Stage, seconds: f64) -> StageTiming {
+    StageTiming { stage: stage.into(), duration_us: micros(seconds) }
+}
+
+/// What became of a view, with small pictures of it.
+pub(super) fn view_report(record: &ViewRecord, processed: Option<&ProcessedView>, taxonomy: &Taxonomy) -> ViewReport {
+    let view = processed.map(|p| &p.view);
+    let labels = processed.and_then(|p| Some((&p.view, p.segmentation.as_ref()?)));
     ViewReport {
-        index: outcome.index,
-        accepted: outcome.result.is_ok(),
-        reason: outcome.result.as_ref().err().cloned().unwrap_or_default(),
-        table_from_camera: outcome.registration.as_ref().map(|r| pose(&r.table_from_camera)),
+        index: record.index,
+        accepted: record.accepted,
+        reason: record.reason.clone().unwrap_or_default(),
+        table_from_camera: record.pose.as_ref().map(pose),
         intrinsics: view.map(|v| intrinsics(&v.intrinsics)),
         thumbnail_jpeg: view.map(|v| thumbnail(&v.rgb)).unwrap_or_default(),
         sigma_png: labels.map(|(v, s)| sigma_overlay(v, s)).unwrap_or_default(),
         contribution_png: labels.map(|(v, s)| contribution_overlay(v, s)).unwrap_or_default(),
         overlay_png: labels.map(|(v, s)| overlay(v, s, taxonomy)).unwrap_or_default(),
-        timings: outcome.timings.iter().map(timing).collect(),
-        points_added: outcome.result.as_ref().map_or(0, |i| i.points_added),
+        timings: record.timings.iter().map(|t| stage_timing(wire_stage(t.stage), t.seconds)).collect(),
+        points_added: record.points_added,
     }
 }
 
-fn pose(p: &Isometry3<f64>) -> Pose {
-    let (q, t) = (p.rotation.coords, p.translation.vector);
-    Pose { qx: q.x, qy: q.y, qz: q.z, qw: q.w, tx: t.x, ty: t.y, tz: t.z }
+fn pose(p: &PoseRecord) -> Pose {
+    let (q, [tx, ty, tz]) = (p.rotation, p.translation);
+    Pose { qx: q.x, qy: q.y, qz: q.z, qw: q.w, tx, ty, tz }
 }
 
 fn intrinsics(k: &Intrinsics) -> wire::Intrinsics {

@@ -96,10 +96,10 @@ mod tests {
         let pixels = (width * height) as usize;
         let view = View {
             index: 0,
-            stamp: 0.0,
+            stamp: None,
             intrinsics: Intrinsics { width, height, fx: 100.0, fy: 100.0, cx: 96.0, cy: 48.0 },
-            rgb: RgbImage::new(width, height),
-            depth: DepthImage { width, height, metres: vec![0.0; pixels] },
+            rgb: Arc::new(RgbImage::new(width, height)),
+            depth: Arc::new(DepthImage { width, height, metres: vec![0.0; pixels] }),
             pose: PoseEvidence::None,
             labels: None,
             truth: None,

@@ -39,9 +39,10 @@ use camera::Camera;
 use part::Scene;
 use random::Stream;
 use sampling::{Target, viewpoint};
-use semascan_inspection::source::{AcquireError, Source, SourceInfo, TrueMesh};
+use semascan_inspection::source::{Source, SourceError, SourceInfo, TrueMesh};
 use semascan_perception::view::{PoseEvidence, View, ViewTruth};
 use station::Station;
+use std::sync::Arc;
 
 /// Seconds between two captures: the robot's way and the exposure.
 const CYCLE: f64 = 3.0;
@@ -64,7 +65,7 @@ impl VirtualCell {
     ///
     /// # Errors
     /// A mesh file that cannot be read or is not what it should be.
-    pub fn open(spec: &VirtualCellSpec) -> Result<Self, AcquireError> {
+    pub fn open(spec: &VirtualCellSpec) -> Result<Self, SourceError> {
         let set = match &spec.part {
             PartSpec::StarterMotor { cell } => scene::starter_motor(spec.part_seed.unwrap_or(spec.seed), *cell),
             PartSpec::Mesh { path, scale } => scene::imported(path, *scale, spec.seed)?,
@@ -107,12 +108,12 @@ impl VirtualCell {
         let picture = self.camera.capture(&self.scene, &pose.table_from_camera, pose.table_angle, seed);
         Some(View {
             index,
-            stamp: f64::from(index) * CYCLE,
+            stamp: Some(f64::from(index) * CYCLE),
             intrinsics: self.camera.intrinsics,
-            rgb: picture.rgb,
-            depth: picture.depth,
+            rgb: Arc::new(picture.rgb),
+            depth: Arc::new(picture.depth),
             pose: PoseEvidence::Chain { chain: pose.chain, covariance: pose.covariance },
-            labels: Some(picture.labels),
+            labels: Some(Arc::new(picture.labels)),
             truth: Some(ViewTruth { table_from_camera: pose.table_from_camera }),
         })
     }
@@ -123,7 +124,7 @@ impl Source for VirtualCell {
         &self.info
     }
 
-    fn next_view(&mut self) -> Option<Result<View, AcquireError>> {
+    fn next_view(&mut self) -> Option<Result<View, SourceError>> {
         let view = self.view(self.next)?;
         self.next += 1;
         Some(Ok(view))

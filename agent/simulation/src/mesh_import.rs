@@ -10,9 +10,8 @@ use glam::{Vec2, Vec3};
 use image::RgbImage;
 
 use super::part::{SceneMesh, Tag};
-use semascan_inspection::source::AcquireError;
-use semascan_sources::mesh_file;
-use semascan_sources::mesh_file::Piece;
+use semascan_inspection::source::SourceError;
+use semascan_sources::mesh_file::{self, Piece};
 
 /// Most pieces that count as components of their own.
 const MAX_CLASSES: usize = 64;
@@ -31,9 +30,9 @@ pub(super) struct Imported {
 /// Reads a mesh file by its extension.
 ///
 /// # Errors
-/// [`AcquireError::Io`] or [`AcquireError::Format`] with the file's name.
-pub(super) fn read(path: &Path) -> Result<Imported, AcquireError> {
-    let refuse = |reason: String| AcquireError::Format { path: path.to_owned(), reason };
+/// [`SourceError::Io`] or [`SourceError::Format`] with the file's name.
+pub(super) fn read(path: &Path) -> Result<Imported, SourceError> {
+    let refuse = |reason: String| SourceError::Format { path: path.to_owned(), reason };
     join(mesh_file::read(path)?).map_err(refuse)
 }
 

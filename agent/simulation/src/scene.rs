@@ -13,7 +13,7 @@ use super::part::{Dress, Scene, SceneMesh, Tag};
 use super::random::Stream;
 use super::starter_motor::{COMPONENTS, Component, DEFECTS, StarterMotor, fixture};
 use super::surface::{Finish, Grime};
-use semascan_inspection::source::{AcquireError, Turntable};
+use semascan_inspection::source::{SourceError, Turntable};
 
 /// Free space around the part inside the measuring volume, metres.
 const MARGIN: f32 = 0.01;
@@ -98,9 +98,9 @@ pub(super) fn dressed_motor(motor: &StarterMotor, seed: u64, dress: Dress) -> St
 }
 
 /// A mesh from a file, standing on the table with its lowest point.
-pub(super) fn imported(path: &Path, scale: f32, seed: u64) -> Result<Stage, AcquireError> {
+pub(super) fn imported(path: &Path, scale: f32, seed: u64) -> Result<Stage, SourceError> {
     let Imported { mut mesh, names, colours, textures } = mesh_import::read(path)?;
-    let refuse = |reason: String| AcquireError::Format { path: path.to_owned(), reason };
+    let refuse = |reason: String| SourceError::Format { path: path.to_owned(), reason };
     for v in &mut mesh.vertices {
         *v = v.map(|x| x * scale);
     }

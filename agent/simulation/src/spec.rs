@@ -11,7 +11,7 @@ use std::path::PathBuf;
 use super::domain::Domain;
 use super::sensor::SensorModel;
 use super::station::ErrorModel;
-use semascan_inspection::source::AcquireError;
+use semascan_inspection::source::SourceError;
 use semascan_sources::percent;
 
 /// How viewpoints are chosen.
@@ -81,9 +81,9 @@ impl VirtualCellSpec {
     /// Reads a `virtual:` URI.
     ///
     /// # Errors
-    /// [`AcquireError::Uri`] that names the key at fault, or the keys there are.
-    pub fn parse(uri: &str) -> Result<Self, AcquireError> {
-        let fail = |reason: String| AcquireError::Uri { uri: uri.to_owned(), reason };
+    /// [`SourceError::Uri`] that names the key at fault, or the keys there are.
+    pub fn parse(uri: &str) -> Result<Self, SourceError> {
+        let fail = |reason: String| SourceError::Uri { uri: uri.to_owned(), reason };
         let rest = uri.strip_prefix("virtual:").ok_or_else(|| fail("must begin with virtual:".into()))?;
         let (kind, query) = rest.split_once('?').unwrap_or((rest, ""));
         let mesh = match kind {

@@ -15,6 +15,7 @@ use super::scene;
 use super::starter_motor::{COMPONENTS, DEFECTS, StarterMotor};
 use super::station::{ErrorModel, Station};
 use semascan_perception::view::{Intrinsics, PoseEvidence, View, ViewTruth, covariance_of_prior};
+use std::sync::Arc;
 
 /// The generator's version: pictures of two versions differ for the same seed.
 pub const GENERATOR: &str = "virtual-cell 1";
@@ -102,15 +103,15 @@ impl TrainingCell {
         let picture = camera.capture(&scene, &pose.table_from_camera, pose.table_angle, s.word());
         View {
             index,
-            stamp: f64::from(index),
+            stamp: None,
             intrinsics: camera.intrinsics,
-            rgb: picture.rgb,
-            depth: picture.depth,
+            rgb: Arc::new(picture.rgb),
+            depth: Arc::new(picture.depth),
             pose: PoseEvidence::World {
                 table_from_camera: pose.table_from_camera,
                 covariance: covariance_of_prior(EXACT, EXACT),
             },
-            labels: Some(picture.labels),
+            labels: Some(Arc::new(picture.labels)),
             truth: Some(ViewTruth { table_from_camera: pose.table_from_camera }),
         }
     }
@@ -183,7 +184,7 @@ mod tests {
             let labels = view.labels.expect("labels");
             let part = labels.components.iter().filter(|c| **c != 0).count();
             assert!(part * 12 > labels.components.len(), "view {index}: {part} pixels of the part");
-            classes.extend(labels.components);
+            classes.extend(labels.components.clone());
             let eye = view.truth.expect("truth").table_from_camera.translation.vector;
             let middle = cell.target(&view.intrinsics).height;
             let distance = (eye - Vector3::new(0.0, 0.0, middle)).norm();

@@ -1,16 +1,17 @@
 //! From a source's URI or path to the source.
 
-use crate::bop::{BopSource, CameraMask};
+use crate::bop::BopSource;
 use crate::pcd::PcdSource;
-use semascan_inspection::source::{AcquireError, Source};
+use semascan_inspection::source::{Source, SourceError};
+use semascan_inspection::spec::CameraMask;
 use std::path::Path;
 
 /// Opens what `uri` names: a BOP scene folder, or organized clouds in a PCD file or a folder of them.
 ///
 /// # Errors
-/// [`AcquireError`] if the source is unknown or cannot be opened.
-pub fn open(uri: &str, mask: &CameraMask) -> Result<Box<dyn Source>, AcquireError> {
-    let refuse = |reason: &str| AcquireError::Uri { uri: uri.into(), reason: reason.into() };
+/// [`SourceError`] if the source is unknown or cannot be opened.
+pub fn open(uri: &str, mask: &CameraMask) -> Result<Box<dyn Source>, SourceError> {
+    let refuse = |reason: &str| SourceError::Uri { uri: uri.into(), reason: reason.into() };
     if let Some((scheme, _)) = uri.split_once("://") {
         return Err(refuse(&format!("no source speaks {scheme}://")));
     }

@@ -4,15 +4,13 @@
 //! Each file is written under a temporary name and renamed when it is whole, so that a killed process or a full disk
 //! leaves no half file under a good name.
 
-use semascan_formats::export::glb;
-use semascan_formats::export::glb::GlbOptions;
-use semascan_formats::export::ply;
-use semascan_formats::export::ply::LabelledMesh;
+use semascan_formats::export::glb::{self, GlbOptions};
+use semascan_formats::export::ply::{self, LabelledMesh};
 use semascan_formats::export::{ExportError, ExportFilter};
 use semascan_geometry::mesh::{MeshError, MeshOptions, mesh_cloud};
+use semascan_inspection::Inspected;
 use semascan_inspection::record::InspectionRecord;
-use semascan_inspection::source::TrueMesh;
-use semascan_model::{SemanticCloud, Taxonomy};
+use semascan_model::Taxonomy;
 use semascan_perception::fuse::{FuseError, KeptViews};
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
@@ -54,13 +52,9 @@ pub enum StoreError {
 ///
 /// # Errors
 /// [`StoreError`] naming the file; files that were complete before stay as they were.
-pub fn write_inspection(
-    folder: &Path,
-    record: &InspectionRecord,
-    cloud: &SemanticCloud,
-    taxonomy: &Taxonomy,
-    truth: Option<&TrueMesh>,
-) -> Result<(), StoreError> {
+pub fn write_inspection(folder: &Path, inspected: &Inspected) -> Result<(), StoreError> {
+    let Inspected { record, cloud, source, .. } = inspected;
+    let (taxonomy, truth) = (&source.info().taxonomy, source.truth());
     fs::create_dir_all(folder).map_err(|source| StoreError::Io { path: folder.to_owned(), source })?;
     let comments = comments(record);
     write(&folder.join("cloud.ply"), |out| ply::write_cloud(out, cloud, taxonomy, &comments))?;

@@ -1,10 +1,12 @@
 //! The data model: classes, semantic points, the semantic mesh.
 
 mod cloud;
+mod id;
 mod mesh;
 mod taxonomy;
 
 pub use cloud::{PointFlags, SemanticCloud, SemanticPoint};
+pub use id::InspectionId;
 pub use mesh::{SemanticMesh, triangle_area};
 pub use taxonomy::{ClassDef, Color, Taxonomy};
 

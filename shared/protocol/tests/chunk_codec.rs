@@ -3,8 +3,7 @@
 use proptest::collection::btree_map;
 use proptest::prelude::*;
 use semascan_model::{PointFlags, SemanticPoint};
-use semascan_protocol::chunk;
-use semascan_protocol::chunk::{CHUNK_EDGE, ChunkDecoder, ChunkEncoder, VoxelChunk, decode, encode};
+use semascan_protocol::chunk::{self, CHUNK_EDGE, ChunkDecoder, ChunkEncoder, VoxelChunk, decode, encode};
 use semascan_protocol::{ChunkUpdate, WireError};
 
 /// A point somewhere in its voxel; `voxel` metres, `cell` counted from the table frame's origin.

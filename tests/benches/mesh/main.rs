@@ -89,7 +89,7 @@ fn posed(cell: &VirtualCell, info: &SourceInfo, i: u32) -> Posed {
     let (low, high) = info.volume.expect("the cell has a measuring volume");
     let mut random = rand_pcg::Pcg64Mcg::seed_from_u64(SEED ^ u64::from(i));
     let k = view.intrinsics;
-    let DepthImage { width, metres, .. } = &mut view.depth;
+    let DepthImage { width, metres, .. } = std::sync::Arc::make_mut(&mut view.depth);
     for (pixel, z) in metres.iter_mut().enumerate().filter(|(_, z)| **z > 0.0) {
         let (u, v) = (pixel as u32 % *width, pixel as u32 / *width);
         let p: Point3<f64> = table_from_camera * k.unproject(u.into(), v.into(), f64::from(*z));

@@ -5,8 +5,7 @@ use super::display::{ColorMode, Theme};
 use super::legend::ClassFigures;
 use super::notices::Level;
 use super::surface::SurfaceEvent;
-use semascan_protocol as wire;
-use semascan_protocol::{Inspection, StageEvent, ViewReport};
+use semascan_protocol::{self as wire, Inspection, StageEvent, ViewReport};
 
 /// One thing that happened, from the agent, the graphics device, the clock or the person.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,7 +1,6 @@
 //! Where the inspection stands.
 
-use semascan_protocol as wire;
-use semascan_protocol::Phase;
+use semascan_protocol::{self as wire, Phase};
 
 /// Where the inspection stands; the latest [`wire::Progress`], made consistent.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]

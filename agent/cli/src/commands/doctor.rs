@@ -45,8 +45,8 @@ struct Finding {
 impl DoctorArgs {
     pub(crate) fn run(self) -> Result<(), Failure> {
         let config = config::read(self.config.as_deref()).map_err(Failure::Call)?;
-        let (library, provider) = config.network.runtime();
-        let findings = [runtime(library.as_deref(), provider), tract(), networks(), viewer()];
+        let network = &config.inspection.network;
+        let findings = [runtime(network.onnxruntime.as_deref(), network.provider), tract(), networks(), viewer()];
         let mut out = std::io::stderr().lock();
         for finding in &findings {
             let mark = match finding.health {

@@ -3,8 +3,7 @@
 use super::{Failure, serve};
 use anyhow::{Context, anyhow};
 use clap::{Args, ValueEnum};
-use semascan_formats::export::glb;
-use semascan_formats::export::glb::GlbOptions;
+use semascan_formats::export::glb::{self, GlbOptions};
 use semascan_formats::export::{ExportFilter, components, file_part, obj, ply, stl};
 use semascan_formats::import::ply::{PlyModel, read};
 use semascan_geometry::mesh::{MeshError, MeshOptions, decimate, fill_holes, mesh_cloud, simplify_points, smooth};

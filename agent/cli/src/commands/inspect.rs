@@ -1,16 +1,13 @@
 //! `semascan inspect S --out DIR`: one inspection without a browser.
 
-use super::report;
-use super::run::{InspectionArgs, run, unique_id};
-use super::{Failure, config, serve};
+use super::spec_args::SpecArgs;
+use super::{Failure, config, report, run, serve};
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
-use semascan_inspection::pipeline::{InspectionSink, Stage, StageStatus, ViewOutcome};
-use semascan_perception::fuse::{SemanticMap, TouchedChunk};
-use semascan_perception::register::JointRefinement;
+use semascan_inspection::bus::Events;
+use semascan_inspection::event::{EventKind, StageStatus};
 use std::io::Write;
 use std::path::PathBuf;
-use std::sync::atomic::AtomicBool;
 
 /// Arguments of `semascan inspect`.
 #[derive(Debug, Args)]
@@ -24,7 +21,7 @@ pub(crate) struct InspectArgs {
     #[arg(long, value_name = "TOML")]
     config: Option<PathBuf>,
     #[command(flatten)]
-    inspection: InspectionArgs,
+    inspection: SpecArgs,
     /// Also write each view as a semantic cloud of its own: DIR/views/000000.ply
     #[arg(long)]
     view_clouds: bool,
@@ -37,58 +34,56 @@ pub(crate) struct InspectArgs {
 }
 
 impl InspectArgs {
-    pub(crate) fn run(mut self) -> Result<(), Failure> {
+    pub(crate) fn run(self) -> Result<(), Failure> {
         serve::use_threads(self.threads)?;
-        self.inspection.configure(&config::read(self.config.as_deref()).map_err(Failure::Call)?);
-        let mut source = self.inspection.open(&self.source)?;
-        let bar = Bar::new(source.info().view_count);
-        let stop = AtomicBool::new(false);
-        let done = run(source.as_mut(), &self.inspection, &unique_id(), &bar, &stop);
-        bar.0.finish_and_clear();
-        let done = done?;
-        done.write(&self.out, source.as_ref())?;
+        let config = config::read(self.config.as_deref()).map_err(Failure::Call)?;
+        let mut spec = self.inspection.apply(config.inspection);
+        spec.source.uri = Some(self.source);
+        let inspection = run::prepare(spec)?;
+        let bar = progress_bar(inspection.info().view_count);
+        let events = inspection.subscribe();
+        let handle = inspection.start();
+        follow(events, &bar);
+        let inspected = run::finish(handle);
+        bar.finish_and_clear();
+        let inspected = inspected?;
+        run::write(&self.out, &inspected)?;
         if self.view_clouds {
-            done.write_view_clouds(&self.out.join("views"), source.as_ref())?;
+            run::write_views(&self.out.join("views"), &inspected)?;
         }
-        report::print(&done.record, &self.out)?;
+        report::print(&inspected.record, &self.out)?;
         if self.json {
             let mut out = std::io::stdout().lock();
-            serde_json::to_writer(&mut out, &done.record)?;
+            serde_json::to_writer(&mut out, &inspected.record)?;
             writeln!(out)?;
         }
         Ok(())
     }
 }
 
-/// A progress bar that hears the inspection.
-struct Bar(ProgressBar);
-
-impl Bar {
-    fn new(views: Option<u32>) -> Self {
-        let bar = views.map_or_else(ProgressBar::no_length, |n| ProgressBar::new(n.into()));
-        // A template that indicatif cannot read costs the decoration only.
-        if let Ok(style) = ProgressStyle::with_template("{bar:32} {pos}/{len} views  {elapsed}  {wide_msg}") {
-            bar.set_style(style);
-        }
-        Self(bar)
+fn progress_bar(views: Option<u32>) -> ProgressBar {
+    let bar = views.map_or_else(ProgressBar::no_length, |n| ProgressBar::new(n.into()));
+    // A template that indicatif cannot read costs the decoration only.
+    if let Ok(style) = ProgressStyle::with_template("{bar:32} {pos}/{len} views  {elapsed}  {wide_msg}") {
+        bar.set_style(style);
     }
+    bar
 }
 
-impl InspectionSink for Bar {
-    fn stage(&self, view: u32, stage: Stage, status: &StageStatus) {
-        if *status == StageStatus::Started {
-            self.0.set_message(format!("view {view}: {}", stage.name()));
+/// Moves the bar with the inspection until its end.
+fn follow(events: Events, bar: &ProgressBar) {
+    for event in events {
+        match &event.kind {
+            EventKind::Stage { view, stage, status: StageStatus::Started } => {
+                bar.set_message(format!("view {view}: {}", stage.name()));
+            }
+            EventKind::ViewFinished { record, .. } => {
+                if let Some(reason) = &record.reason {
+                    bar.suspend(|| tracing::warn!("view {} left out: {reason}", record.index));
+                }
+                bar.inc(1);
+            }
+            _ => {}
         }
     }
-
-    fn map_changed(&self, _map: &SemanticMap, _touched: &[TouchedChunk], _last: bool) {}
-
-    fn view_done(&self, outcome: &ViewOutcome) {
-        if let Err(reason) = &outcome.result {
-            self.0.suspend(|| tracing::warn!("view {} left out: {reason}", outcome.index));
-        }
-        self.0.inc(1);
-    }
-
-    fn refined(&self, _views: &[u32], _refinement: &JointRefinement) {}
 }

@@ -1,21 +1,28 @@
 //! Commands, their arguments and exit codes.
 
 mod config;
+#[cfg(feature = "demo")]
+mod demo;
 mod doctor;
+#[cfg(feature = "demo")]
 mod evaluate;
 mod export;
 mod inspect;
 mod models;
-mod network;
 mod report;
 mod run;
+mod schema;
 mod serve;
 mod source;
+mod spec_args;
+#[cfg(feature = "demo")]
 mod synth;
+#[cfg(feature = "demo")]
 mod tables;
 
 use clap::{Parser, Subcommand};
-use semascan_inspection::source::AcquireError;
+use semascan_inspection::SetupFailure;
+use semascan_inspection::source::SourceError;
 use semascan_perception::segment::network::SelectError;
 
 /// Semantic 3D inspection of used parts.
@@ -29,12 +36,14 @@ pub(crate) struct Cli {
 #[derive(Debug, Subcommand)]
 enum Command {
     /// Inspect a simulated starter motor and watch it in the browser
-    Demo(serve::DemoArgs),
+    #[cfg(feature = "demo")]
+    Demo(demo::DemoArgs),
     /// Serve the viewer and the live stream, and inspect a source if one is given
     Serve(serve::ServeArgs),
     /// Inspect a source without a browser and write the model
     Inspect(inspect::InspectArgs),
     /// Measure a model against a reference, clouds or meshes
+    #[cfg(feature = "demo")]
     Evaluate(evaluate::EvaluateArgs),
     /// Write the model of an inspection as a mesh or a cloud in other formats
     Export(export::ExportArgs),
@@ -43,8 +52,12 @@ enum Command {
     /// Say whether everything that inspections need is there
     Doctor(doctor::DoctorArgs),
     /// Rerun a paper's tables on the virtual cell, its figures beside ours
+    #[cfg(feature = "demo")]
     Tables(tables::TablesArgs),
+    /// Print the JSON Schema of inspection.json
+    Schema(schema::SchemaArgs),
     /// Write labelled training data from the virtual cell, in BOP layout
+    #[cfg(feature = "demo")]
     Synth(synth::SynthArgs),
 }
 
@@ -68,23 +81,29 @@ impl Failure {
 
 /// An error with its causes, outermost first. Messages that name a file carry the cause's own words already: those are
 /// not said again.
-pub(crate) fn told(error: &anyhow::Error) -> String {
-    error.chain().skip(1).fold(error.to_string(), |told, cause| {
+pub(crate) fn format_error(error: &anyhow::Error) -> String {
+    error.chain().skip(1).fold(error.to_string(), |text, cause| {
         let cause = cause.to_string();
-        if told.ends_with(&cause) { told } else { format!("{told}: {cause}") }
+        if text.ends_with(&cause) { text } else { format!("{text}: {cause}") }
     })
 }
 
 impl<E: Into<anyhow::Error>> From<E> for Failure {
     fn from(error: E) -> Self {
         let error = error.into();
-        match error.downcast_ref() {
-            Some(AcquireError::Uri { .. }) => Self::Call(error),
-            _ if matches!(error.downcast_ref(), Some(SelectError::Unknown { .. } | SelectError::None { .. })) => {
-                Self::Call(error)
-            }
-            _ => Self::Work(error),
-        }
+        let is_call = error.chain().any(|cause| {
+            matches!(cause.downcast_ref(), Some(SourceError::Uri { .. }))
+                || matches!(cause.downcast_ref(), Some(SelectError::Unknown { .. } | SelectError::None { .. }))
+                || matches!(
+                    cause.downcast_ref(),
+                    Some(
+                        SetupFailure::Spec(_)
+                            | SetupFailure::Source(SourceError::Uri { .. })
+                            | SetupFailure::Select(SelectError::Unknown { .. } | SelectError::None { .. })
+                    )
+                )
+        });
+        if is_call { Self::Call(error) } else { Self::Work(error) }
     }
 }
 
@@ -92,14 +111,19 @@ impl Cli {
     /// Runs the command.
     pub(crate) fn run(self) -> Result<(), Failure> {
         match self.command {
+            #[cfg(feature = "demo")]
             Command::Demo(args) => args.run(),
             Command::Serve(args) => args.run(),
             Command::Inspect(args) => args.run(),
+            #[cfg(feature = "demo")]
             Command::Evaluate(args) => args.run(),
             Command::Export(args) => args.run(),
             Command::Models(args) => args.run(),
             Command::Doctor(args) => args.run(),
+            #[cfg(feature = "demo")]
             Command::Tables(args) => args.run(),
+            Command::Schema(args) => args.run(),
+            #[cfg(feature = "demo")]
             Command::Synth(args) => args.run(),
         }
     }
@@ -114,9 +138,9 @@ mod tests {
     fn a_cause_is_said_once() {
         let missing = || std::io::Error::from(std::io::ErrorKind::NotFound);
         let path = "rgb/000001.png".into();
-        let named = anyhow::Error::new(AcquireError::Io { path, source: missing() }).context("view 1");
-        assert_eq!(told(&named), "view 1: rgb/000001.png: entity not found");
+        let named = anyhow::Error::new(SourceError::Io { path, source: missing() }).context("view 1");
+        assert_eq!(format_error(&named), "view 1: rgb/000001.png: entity not found");
         let plain = Err::<(), _>(missing()).context("cannot open the scene").expect_err("an error");
-        assert_eq!(told(&plain), "cannot open the scene: entity not found");
+        assert_eq!(format_error(&plain), "cannot open the scene: entity not found");
     }
 }

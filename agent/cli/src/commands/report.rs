@@ -1,6 +1,6 @@
 //! What an inspection found, for people, on stderr.
 
-use semascan_inspection::record::{InspectionRecord, SegmentationRecord, TruthRecord, ViewRecord};
+use semascan_inspection::record::{InspectionRecord, NetworksRecord, TruthRecord, ViewRecord};
 use semascan_perception::segment::network::UncertaintyFigures;
 use std::io::{self, Write};
 use std::path::Path;
@@ -17,10 +17,10 @@ pub(crate) fn print(record: &InspectionRecord, folder: &Path) -> io::Result<()> 
         record.views.len(),
         record.points
     )?;
-    for (key, value) in &record.settings {
-        writeln!(out, "  {key} = {value}")?;
+    for setting in &record.settings {
+        writeln!(out, "  {} = {}", setting.name, setting.value)?;
     }
-    if let Some(segmentation) = &record.segmentation {
+    if let Some(segmentation) = &record.networks {
         print_networks(&mut out, segmentation, &record.views)?;
     }
     writeln!(out, "{:<28} {:>9} {:>12} {:>11}", "component", "points", "area mm2", "confidence")?;
@@ -34,7 +34,7 @@ pub(crate) fn print(record: &InspectionRecord, folder: &Path) -> io::Result<()> 
 }
 
 /// What labelled the views, how its uncertainty was computed and used, and how large it was.
-fn print_networks(out: &mut impl Write, record: &SegmentationRecord, views: &[ViewRecord]) -> io::Result<()> {
+fn print_networks(out: &mut impl Write, record: &NetworksRecord, views: &[ViewRecord]) -> io::Result<()> {
     let network = &record.network;
     let models = network.models.iter().map(|m| format!("{} {} ({} nets)", m.name, m.version, m.networks.len()));
     let models = models.collect::<Vec<_>>().join(", ");
@@ -53,7 +53,7 @@ fn print_networks(out: &mut impl Write, record: &SegmentationRecord, views: &[Vi
         network.coverage,
         format!("{:?}", record.uncertain).to_lowercase(),
     )?;
-    let said = || views.iter().filter_map(|v| v.segmentation.as_ref());
+    let said = || views.iter().filter_map(|v| v.networks.as_ref());
     let tasks = [
         ("components", said().map(|s| s.components).collect::<Vec<_>>()),
         ("defects", said().filter_map(|s| s.defects).collect()),
@@ -106,7 +106,8 @@ fn print_truth(out: &mut impl Write, truth: &TruthRecord) -> io::Result<()> {
     let kinematic = truth.aligned.as_ref().map(|a| &a.prior_poses);
     for (name, poses) in errors.into_iter().chain([("kinematic, aligned", kinematic)]) {
         if let Some(poses) = poses.filter(|p| !p.is_empty()) {
-            let (rotation, translation) = (spread(poses.iter().map(|p| p.1)), spread(poses.iter().map(|p| p.2)));
+            let (rotation, translation) =
+                (spread(poses.iter().map(|p| p.rotation)), spread(poses.iter().map(|p| p.translation)));
             writeln!(
                 out,
                 "poses, {name:<18}: median {:.4} deg {:.4} mm, worst {:.4} deg {:.4} mm",

@@ -1,25 +1,22 @@
-//! `semascan serve` and `semascan demo`: the live stream and the viewer.
+//! `semascan serve`: the live stream and the viewer.
 
 use super::config::{self, CellConfig};
-use super::run::{InspectionArgs, run, unique_id};
-use super::{Failure, told};
+use super::spec_args::SpecArgs;
+use super::{Failure, format_error, run};
 use anyhow::{Context, anyhow};
 use clap::Args;
-use semascan_inspection::source::Source;
-use semascan_server::{AccessRule, LiveModel, LiveSink, Server, ServerConfig};
+use semascan_inspection::bus::Events;
+use semascan_inspection::{Inspection, InspectionHandle};
+use semascan_server::{AccessRule, LiveModel, LiveStream, Server, ServerConfig};
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 
 const DEFAULT_PORT: u16 = 8787;
 
-/// What the demo shows.
-const DEMO_SOURCE: &str = "virtual:starter-motor?seed=7&views=12";
-
 /// How the agent is reached.
 #[derive(Clone, Debug, Args)]
-struct ReachArgs {
+pub(crate) struct ReachArgs {
     /// Port; 0 picks a free one [default: 8787]
     #[arg(long)]
     port: Option<u16>,
@@ -34,7 +31,7 @@ struct ReachArgs {
     web_dir: Option<PathBuf>,
     /// Threads to compute with
     #[arg(long, value_name = "N")]
-    threads: Option<usize>,
+    pub(crate) threads: Option<usize>,
 }
 
 /// Arguments of `semascan serve`.
@@ -50,69 +47,38 @@ pub(crate) struct ServeArgs {
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     #[command(flatten)]
-    inspection: InspectionArgs,
+    inspection: SpecArgs,
     #[command(flatten)]
     reach: ReachArgs,
-}
-
-/// Arguments of `semascan demo`.
-#[derive(Debug, Args)]
-pub(crate) struct DemoArgs {
-    /// What to inspect
-    #[arg(long, default_value = DEMO_SOURCE)]
-    source: String,
-    /// Do not open the browser
-    #[arg(long)]
-    no_open: bool,
-    /// Least time between two captures in seconds
-    #[arg(long, value_name = "SECONDS", default_value_t = 1.5)]
-    pace: f64,
-    /// Voxel edge in millimetres
-    #[arg(long, value_name = "MM")]
-    voxel: Option<f64>,
-    #[command(flatten)]
-    reach: ReachArgs,
-}
-
-impl DemoArgs {
-    pub(crate) fn run(self) -> Result<(), Failure> {
-        use_threads(self.reach.threads)?;
-        let inspection = InspectionArgs {
-            labels: super::run::Labels::Source,
-            network: super::network::NetworkArgs::default(),
-            camera_mask: "auto".into(),
-            registration: super::run::Registration::Auto,
-            masks: super::run::Masks::AsIs,
-            association: super::run::Association::None,
-            voxel: self.voxel,
-            keyframes: false,
-            denoise: false,
-            background: super::run::BackgroundArg::Keep,
-            pace: self.pace,
-        };
-        let source = inspection.open(&self.source)?;
-        serve(&self.reach, &CellConfig::default(), !self.no_open, Some((source, inspection, None)))
-    }
 }
 
 impl ServeArgs {
     pub(crate) fn run(self) -> Result<(), Failure> {
         use_threads(self.reach.threads)?;
         let config = config::read(self.config.as_deref()).map_err(Failure::Call)?;
-        let mut inspection = self.inspection;
-        inspection.configure(&config);
-        let uri = self.source.or_else(|| config.source.uri.clone());
-        let job = match uri {
-            Some(uri) => Some((inspection.open(&uri)?, inspection, self.out)),
+        let mut spec = self.inspection.apply(config.inspection.clone());
+        spec.source.uri = self.source.or(spec.source.uri);
+        let job = match spec.source.uri {
+            Some(_) => Some(Job { inspection: run::prepare(spec)?, out: self.out }),
             None => None,
         };
         serve(&self.reach, &config, false, job)
     }
 }
 
-type Job = (Box<dyn Source>, InspectionArgs, Option<PathBuf>);
+/// An inspection to be served, and where it is written to.
+pub(crate) struct Job {
+    pub(crate) inspection: Inspection,
+    pub(crate) out: Option<PathBuf>,
+}
 
-fn serve(reach: &ReachArgs, config: &CellConfig, open_browser: bool, job: Option<Job>) -> Result<(), Failure> {
+/// Serves until it is interrupted; a running inspection is then stopped and written.
+pub(crate) fn serve(
+    reach: &ReachArgs,
+    config: &CellConfig,
+    open_browser: bool,
+    job: Option<Job>,
+) -> Result<(), Failure> {
     let loopback = SocketAddr::from((Ipv4Addr::LOCALHOST, DEFAULT_PORT));
     let mut address = config.serve.listen.unwrap_or(loopback);
     if let Some(ip) = reach.listen {
@@ -126,7 +92,6 @@ fn serve(reach: &ReachArgs, config: &CellConfig, open_browser: bool, job: Option
     let settings = ServerConfig { address, access: AccessRule { allowed_hosts }, web_dir };
 
     let live = Arc::new(LiveModel::new());
-    let stop = Arc::new(AtomicBool::new(false));
     let runtime = tokio::runtime::Runtime::new().context("cannot start the network runtime")?;
     runtime.block_on(async {
         let server = Server::bind(&settings, Arc::clone(&live))?;
@@ -139,49 +104,50 @@ fn serve(reach: &ReachArgs, config: &CellConfig, open_browser: bool, job: Option
         if open_browser && let Err(error) = open::that_detached(&url) {
             tracing::info!("open {url} in a browser ({error})");
         }
-        let worker = job.map(|job| {
-            let (live, stop) = (Arc::clone(&live), Arc::clone(&stop));
-            std::thread::spawn(move || inspect(job, &live, &stop))
+        let running = job.map(|Job { inspection, out }| {
+            let events = inspection.subscribe();
+            let handle = inspection.start();
+            let (live, stop) = (Arc::clone(&live), handle.stop_switch());
+            (std::thread::spawn(move || follow(events, handle, out.as_deref(), &live)), stop)
         });
         server.run(interrupted()).await?;
-        stop.store(true, Ordering::Relaxed);
         // The view in work is finished first, so that the record on disk is whole.
-        if let Some(worker) = worker
-            && worker.join().is_err()
-        {
-            return Err(Failure::Work(anyhow!("the inspection ended unexpectedly")));
+        if let Some((follower, stop)) = running {
+            stop.set();
+            if follower.join().is_err() {
+                return Err(Failure::Work(anyhow!("the inspection ended unexpectedly")));
+            }
         }
         Ok(())
     })
 }
 
-/// One inspection, told to `live`; a failure is told there too and does not end the server.
-fn inspect((mut source, args, out): Job, live: &Arc<LiveModel>, stop: &AtomicBool) {
-    let id = unique_id();
-    let sink = LiveSink::begin(Arc::clone(live), source.info(), &id);
-    let done = run(source.as_mut(), &args, &id, &sink, stop).and_then(|done| {
-        if let Some(folder) = &out {
-            done.write(folder, source.as_ref())?;
+/// Publishes an inspection to `live` until its end, and writes it; a failure is published too and does not end the server.
+fn follow(events: Events, handle: InspectionHandle, out: Option<&Path>, live: &LiveModel) {
+    LiveStream::new(live).follow(events);
+    let inspected = run::finish(handle).and_then(|inspected| {
+        if let Some(folder) = out {
+            run::write(folder, &inspected)?;
         }
-        Ok(done)
+        Ok(inspected)
     });
-    match done {
-        Ok(done) => {
-            let t = live.totals();
+    match inspected {
+        Ok(inspected) => {
+            let totals = live.totals();
             tracing::info!(
                 "{} finished: {} points; {} chunks sent in {} kB, final model {} kB",
-                done.record.part,
-                done.record.points,
-                t.messages,
-                t.bytes / 1000,
-                t.snapshot_bytes / 1000
+                inspected.record.part,
+                inspected.record.points,
+                totals.messages,
+                totals.bytes / 1000,
+                totals.snapshot_bytes / 1000
             );
         }
         Err(failure) => {
             let (_, error) = failure.into_parts();
-            let error = told(&error);
+            let error = format_error(&error);
             tracing::error!("inspection failed: {error}");
-            sink.fail(&error);
+            live.fail(&error);
         }
     }
 }

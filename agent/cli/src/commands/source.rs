@@ -1,14 +1,16 @@
 //! From a source's URI or path to the source: what this binary was built with.
 
-use semascan_inspection::source::{AcquireError, Source};
+use semascan_inspection::source::{Source, SourceError};
+use semascan_inspection::spec::CameraMask;
+#[cfg(feature = "demo")]
 use semascan_simulation::{VirtualCell, VirtualCellSpec};
-use semascan_sources::bop::CameraMask;
 
 /// Opens what `uri` names: `virtual:...`, or what [`semascan_sources::open`] knows.
 ///
 /// # Errors
-/// [`AcquireError`] if the source is unknown or cannot be opened.
-pub(crate) fn open(uri: &str, mask: &CameraMask) -> Result<Box<dyn Source>, AcquireError> {
+/// [`SourceError`] if the source is unknown or cannot be opened.
+pub(crate) fn open(uri: &str, mask: &CameraMask) -> Result<Box<dyn Source>, SourceError> {
+    #[cfg(feature = "demo")]
     if uri.starts_with("virtual:") {
         return Ok(Box::new(VirtualCell::open(&VirtualCellSpec::parse(uri)?)?));
     }

@@ -5,7 +5,7 @@ use anyhow::anyhow;
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use nalgebra::Isometry3;
-use semascan_inspection::source::AcquireError;
+use semascan_inspection::source::SourceError;
 use semascan_perception::view::View;
 use semascan_simulation::{GENERATOR, Randomisation, TrainingCell, TrainingOptions, VirtualCellSpec};
 use semascan_sources::training_set::{Description, GeneratedPart, Manifest, PartGenerator, TrainingSet};
@@ -70,7 +70,7 @@ impl SynthArgs {
         let end = self.first_part + self.parts;
         let generator = TrainingParts { seed: self.seed, options };
         let set = TrainingSet::open(&self.out, end, self.views, generator).map_err(|e| match e {
-            AcquireError::Field { .. } => Failure::Call(e.into()),
+            SourceError::Field { .. } => Failure::Call(e.into()),
             e => Failure::Work(e.into()),
         })?;
         let missing = set.missing(self.first_part..end);

@@ -9,23 +9,26 @@ mod setting;
 pub use frozen_threshold::{FrozenThreshold, ValidationPoint, freeze};
 pub use setting::{DomainScores, NetworkSetting, Progress};
 
-use semascan_inspection::pipeline::{InspectionSink, Stage, StageStatus, ViewOutcome};
-use semascan_perception::fuse::{SemanticMap, TouchedChunk};
-use semascan_perception::register::JointRefinement;
+use semascan_inspection::source::Source;
+use semascan_inspection::spec::InspectionSpec;
+use semascan_inspection::{Inspected, Inspection, InspectionError, SetupFailure};
 
-/// Nobody watches an inspection; views that are left out go to the log.
-struct Silent;
+/// Why an inspection of a table has no result.
+#[derive(Debug, thiserror::Error)]
+pub enum InspectError {
+    /// It could not begin.
+    #[error(transparent)]
+    Setup(#[from] SetupFailure),
+    /// It has no model.
+    #[error(transparent)]
+    Run(#[from] InspectionError),
+}
 
-impl InspectionSink for Silent {
-    fn stage(&self, _view: u32, _stage: Stage, _status: &StageStatus) {}
-
-    fn map_changed(&self, _map: &SemanticMap, _touched: &[TouchedChunk], _last: bool) {}
-
-    fn view_done(&self, outcome: &ViewOutcome) {
-        if let Err(reason) = &outcome.result {
-            tracing::warn!("view {} left out: {reason}", outcome.index);
-        }
+/// Inspects a source as the product does; views that are left out go to the log.
+fn inspect(spec: InspectionSpec, source: Box<dyn Source>) -> Result<Inspected, InspectError> {
+    let inspected = Inspection::new(spec, source)?.start().wait()?;
+    for rejection in inspected.recorded.rejections() {
+        tracing::warn!("{rejection}");
     }
-
-    fn refined(&self, _views: &[u32], _refinement: &JointRefinement) {}
+    Ok(inspected)
 }

@@ -1,27 +1,39 @@
 //! The stages that need the model: a view is registered against what the views before it made, and becomes part of it;
 //! after the last one all poses are refined together.
 
-use super::{InFlight, InspectionSink, PipelineConfig, PipelineError, Stage, Surface, ViewOutcome, staged};
+use super::{PipelineConfig, Segmented, Surface, run_stage};
+use crate::bus::EventBus;
+use crate::event::{EventKind, ProcessedView, SharedModel, Stage};
+use crate::record::{StageTime, ViewPose, ViewRecord, rows};
 use crate::source::SourceInfo;
-use image::RgbImage;
 use semascan_perception::fuse::{
-    Associator, FuseError, Integration, LabelledView, MapConfig, SemanticMap, TouchedChunk, voxel_for,
+    Associator, FuseError, Integration, LabelledView, MapConfig, Misidentification, SemanticMap, TouchedChunk,
+    voxel_for,
 };
 use semascan_perception::organized::OrganizedCloud;
 use semascan_perception::register::{Arrival, Method, ModelSurface, Registrar, Registration};
+use semascan_perception::segment::Segmentation;
 use semascan_perception::view::View;
-use std::time::Duration;
+use std::sync::Arc;
 
-/// The stages that need the model: registration against it, and integration into it.
+/// Registration against the model, and integration into it.
 pub(super) struct Fusion<'a> {
     info: &'a SourceInfo,
     config: &'a PipelineConfig,
-    sink: &'a dyn InspectionSink,
+    events: &'a EventBus,
     registrar: &'a mut dyn Registrar,
     associator: Option<Associator>,
-    map: Option<SemanticMap>,
-    /// Views in the map, in order.
+    model: Option<SharedModel>,
+    /// Views in the model, in order.
     accepted: Vec<u32>,
+}
+
+/// What these stages made of one view.
+#[derive(Default)]
+struct Fused {
+    segmentation: Option<Segmentation>,
+    registration: Option<Registration>,
+    misidentified: Vec<Misidentification>,
 }
 
 impl<'a> Fusion<'a> {
@@ -29,122 +41,141 @@ impl<'a> Fusion<'a> {
     pub(super) fn new(
         info: &'a SourceInfo,
         config: &'a PipelineConfig,
-        sink: &'a dyn InspectionSink,
+        events: &'a EventBus,
         registrar: &'a mut dyn Registrar,
     ) -> Self {
         let associator = config.association.map(Associator::new);
-        Self { info, config, sink, registrar, associator, map: None, accepted: Vec::new() }
+        Self { info, config, events, registrar, associator, model: None, accepted: Vec::new() }
     }
 
-    /// Takes one view the rest of its way; whether it became part of the model.
-    pub(super) fn view(&mut self, in_flight: InFlight) -> Result<bool, PipelineError> {
-        let InFlight { index, mut timings, result, mut view } = in_flight;
-        let (mut registration, mut segmentation, mut misidentified) = (None, None, Vec::new());
-        let result = match (result, &mut view) {
-            (Err(reason), _) => Err(reason),
+    /// Takes one view the rest of its way.
+    ///
+    /// # Errors
+    /// [`FuseError`] if the map cannot be set up.
+    pub(super) fn add(&mut self, segmented: Segmented) -> Result<(), FuseError> {
+        let Segmented { index, mut timings, view, result } = segmented;
+        let mut fused = Fused::default();
+        let result = match (result, &view) {
+            (Ok(surface), Some(view)) => self.register_and_fuse(view, surface, &mut fused, &mut timings)?,
             (Ok(_), None) => Err("view was lost on its way".to_owned()),
-            (Ok(mut surface), Some(view)) => {
-                let posed = self.register(index, view, &surface, &mut timings);
-                match posed {
-                    Err(reason) => {
-                        segmentation = Some(surface.segmentation);
-                        Err(reason)
-                    }
-                    Ok(posed) => {
-                        if let Some(associator) = &mut self.associator {
-                            let Surface { cloud, segmentation } = &mut surface;
-                            let pose = &posed.table_from_camera;
-                            misidentified = associator.associate(self.map.as_ref(), cloud, pose, segmentation);
-                        }
-                        let labelled = LabelledView {
-                            index,
-                            cloud: surface.cloud,
-                            rgb: std::mem::replace(&mut view.rgb, RgbImage::new(0, 0)),
-                            segmentation: surface.segmentation,
-                            table_from_camera: posed.table_from_camera,
-                        };
-                        let in_table = posed.method != Method::CameraIsFrame;
-                        let integrated = self.integrate(&labelled, in_table, &mut timings)?;
-                        view.rgb = labelled.rgb;
-                        registration = Some(posed);
-                        segmentation = Some(labelled.segmentation);
-                        integrated
-                    }
-                }
-            }
+            (Err(reason), _) => Err(reason),
         };
-        if let (Some(map), Ok(integration)) = (&self.map, &result) {
-            let publish = || -> Result<(), String> {
-                self.sink.map_changed(map, &integration.touched, false);
-                Ok(())
-            };
-            let _ = staged(self.sink, &mut timings, index, Stage::Publish, publish);
-        }
-        let accepted = result.is_ok();
-        if accepted {
+        if let (Some(model), Ok(integration)) = (&self.model, &result) {
             self.registrar.accepted();
             self.accepted.push(index);
+            self.publish_model(model, Some(index), integration.touched.clone(), false);
         }
-        self.sink.view_done(&ViewOutcome { index, view, segmentation, registration, misidentified, result, timings });
-        Ok(accepted)
-    }
-
-    fn register(
-        &mut self,
-        index: u32,
-        view: &View,
-        surface: &Surface,
-        timings: &mut Vec<(Stage, Duration)>,
-    ) -> Result<Registration, String> {
-        let arrival = Arrival {
-            view,
-            cloud: &surface.cloud,
-            segmentation: &surface.segmentation,
-            model: self.map.as_ref().map(|map| map as &dyn ModelSurface),
+        let registration = fused.registration.as_ref();
+        let record = ViewRecord {
+            index,
+            stamp: view.as_ref().and_then(|v| v.stamp),
+            accepted: result.is_ok(),
+            points_added: result.as_ref().map_or(0, |i| i.points_added),
+            reason: result.err(),
+            pose: registration.map(|r| (&r.table_from_camera).into()),
+            prior: registration.and_then(|r| r.prior.as_ref()).map(Into::into),
+            covariance: registration.map(|r| rows(&r.covariance)),
+            registration: registration.map(|r| (&r.method).into()),
+            networks: fused.segmentation.as_ref().and_then(|s| s.network.as_deref()).map(Into::into),
+            misidentified: fused.misidentified.iter().map(Into::into).collect(),
+            timings,
         };
-        let registrar = &mut *self.registrar;
-        staged(self.sink, timings, index, Stage::Register, || registrar.register(&arrival))
+        let Fused { segmentation, registration, .. } = fused;
+        let view = view.map(|view| Arc::new(ProcessedView { view, segmentation, registration }));
+        self.events.publish(EventKind::ViewFinished { record: Box::new(record), view });
+        Ok(())
     }
 
-    fn integrate(
+    /// The outer error ends the inspection, the inner one leaves the view out.
+    fn register_and_fuse(
         &mut self,
-        view: &LabelledView,
-        in_table: bool,
-        timings: &mut Vec<(Stage, Duration)>,
-    ) -> Result<Result<Integration, String>, PipelineError> {
-        if self.map.is_none() {
-            self.map = new_map(self.info, self.config, &view.cloud, in_table)?;
+        view: &View,
+        surface: Surface,
+        fused: &mut Fused,
+        timings: &mut Vec<StageTime>,
+    ) -> Result<Result<Integration, String>, FuseError> {
+        let Surface { cloud, mut segmentation } = surface;
+        // Where the view was taken, by the model so far.
+        let registered = {
+            let map = self.model.as_ref().map(SharedModel::read);
+            let model = map.as_deref().map(|map| map as &dyn ModelSurface);
+            let input = Arrival { view, cloud: &cloud, segmentation: &segmentation, model };
+            let registrar = &mut *self.registrar;
+            run_stage(self.events, timings, view.index, Stage::Register, || registrar.register(&input))
+        };
+        let registration = match registered {
+            Ok(registration) => registration,
+            Err(reason) => {
+                fused.segmentation = Some(segmentation);
+                return Ok(Err(reason));
+            }
+        };
+        // Its objects get the model's numbers.
+        if let Some(associator) = &mut self.associator {
+            let map = self.model.as_ref().map(SharedModel::read);
+            let pose = &registration.table_from_camera;
+            fused.misidentified = associator.associate(map.as_deref(), &cloud, pose, &mut segmentation);
         }
-        Ok(match &mut self.map {
-            Some(map) => staged(self.sink, timings, view.index, Stage::Fuse, || map.integrate(view)),
+        // It becomes part of the model, which its first view sets up.
+        if self.model.is_none() {
+            let in_table = registration.method != Method::CameraIsFrame;
+            self.model = new_map(self.info, self.config, &cloud, in_table)?.map(SharedModel::new);
+        }
+        let labelled = LabelledView {
+            index: view.index,
+            cloud,
+            rgb: Arc::clone(&view.rgb),
+            segmentation,
+            table_from_camera: registration.table_from_camera,
+        };
+        let result = match &self.model {
+            Some(model) => {
+                run_stage(self.events, timings, view.index, Stage::Fuse, || model.write().integrate(&labelled))
+            }
             None => Err("no depth in the whole picture".to_owned()),
-        })
+        };
+        fused.segmentation = Some(labelled.segmentation);
+        fused.registration = Some(registration);
+        Ok(result)
     }
 
-    /// Refines all poses, makes the map anew with them, and marks outliers.
-    pub(super) fn finish(self) -> Result<Option<SemanticMap>, PipelineError> {
-        let Some(mut map) = self.map else { return Ok(None) };
+    /// Refines all poses, makes the map anew with them, and marks outliers; the final model. A refinement that fails is
+    /// published as a failed stage, and the model stays as it was.
+    pub(super) fn finish(self) -> Option<SharedModel> {
+        let model = self.model.clone()?;
         let last = self.accepted.last().copied().unwrap_or(0);
-        let mut touched = Vec::new();
-        let refined = staged(self.sink, &mut Vec::new(), last, Stage::Refine, || -> Result<bool, FuseError> {
-            let Some(refinement) = self.registrar.refine() else { return Ok(false) };
-            // Chunks that vanish must be told as well as those that come.
-            touched = map.chunk_ids();
-            map.rebuild(&refinement.table_from_camera)?;
-            self.sink.refined(&self.accepted, &refinement);
-            Ok(true)
+        // Chunks that a rebuild touched: those that vanish are published as well as those that come.
+        let mut rebuilt = None;
+        let _ = run_stage(self.events, &mut Vec::new(), last, Stage::Refine, || -> Result<(), FuseError> {
+            let Some(refinement) = self.registrar.refine() else { return Ok(()) };
+            {
+                let mut map = model.write();
+                let mut chunks = map.chunk_ids();
+                map.rebuild(&refinement.table_from_camera)?;
+                chunks.extend(map.chunk_ids());
+                rebuilt = Some(chunks);
+            }
+            let poses = self.accepted.iter().zip(&refinement.table_from_camera);
+            let poses = poses.map(|(&view, pose)| ViewPose { view, pose: pose.into() }).collect();
+            self.events.publish(EventKind::Refined { poses, refinement: (&refinement).into() });
+            Ok(())
         });
-        let marked = map.mark_outliers(&self.config.filter);
-        if refined == Ok(true) {
-            touched.extend(map.chunk_ids());
-            touched.sort_unstable();
-            touched.dedup();
-        } else {
-            touched = marked;
-        }
-        let touched: Vec<_> = touched.into_iter().map(|id| TouchedChunk { id, made: 0, relabelled: 0 }).collect();
-        self.sink.map_changed(&map, &touched, true);
-        Ok(Some(map))
+        let marked = model.write().mark_outliers(&self.config.filter);
+        let mut touched = rebuilt.unwrap_or(marked);
+        touched.sort_unstable();
+        touched.dedup();
+        let touched = touched.into_iter().map(|id| TouchedChunk { id, made: 0, relabelled: 0 }).collect();
+        self.publish_model(&model, None, touched, true);
+        Some(model)
+    }
+
+    fn publish_model(&self, model: &SharedModel, view: Option<u32>, touched: Vec<TouchedChunk>, complete: bool) {
+        let (epoch, voxel) = {
+            let map = model.read();
+            (map.epoch(), map.config().voxel)
+        };
+        let model = Some(model.clone());
+        self.events.publish(EventKind::ModelChanged { epoch, voxel, view, touched, complete, model });
     }
 }
 
@@ -155,7 +186,7 @@ fn new_map(
     config: &PipelineConfig,
     cloud: &OrganizedCloud,
     in_table: bool,
-) -> Result<Option<SemanticMap>, PipelineError> {
+) -> Result<Option<SemanticMap>, FuseError> {
     let Some(voxel) = config.voxel.or_else(|| voxel_for(cloud)) else { return Ok(None) };
     let taxonomy = &info.taxonomy;
     let mut settings = MapConfig::new(voxel, taxonomy.component_count(), taxonomy.defect_count());

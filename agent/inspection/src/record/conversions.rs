@@ -1,30 +1,41 @@
 //! From what registration and fusion report to what the record keeps.
 
-use super::{GlobalRecord, IcpRecord, MisidentificationRecord, PoseRecord, RefinementRecord, RegistrationRecord};
-use nalgebra::{Isometry3, Matrix6};
+use super::networks::{ViewNetworksRecord, WindowRecord};
+use super::view::{
+    GlobalRecord, IcpRecord, MisidentificationRecord, PoseRecord, QuaternionRecord, RefinementRecord,
+    RegistrationRecord,
+};
+use nalgebra::{Isometry3, Matrix6, Quaternion, UnitQuaternion};
 use semascan_perception::fuse::Misidentification;
 use semascan_perception::register::{IcpReport, JointRefinement, Method, Relocalised};
+use semascan_perception::segment::network::ViewDetail;
 
 impl From<&Isometry3<f64>> for PoseRecord {
     fn from(pose: &Isometry3<f64>) -> Self {
         let q = pose.rotation.coords;
-        Self { rotation: [q.x, q.y, q.z, q.w], translation: pose.translation.vector.into() }
+        let rotation = QuaternionRecord { x: q.x, y: q.y, z: q.z, w: q.w };
+        Self { rotation, translation: pose.translation.vector.into() }
+    }
+}
+
+impl From<&PoseRecord> for Isometry3<f64> {
+    fn from(pose: &PoseRecord) -> Self {
+        let QuaternionRecord { x, y, z, w } = pose.rotation;
+        let rotation = UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z));
+        Self::from_parts(pose.translation.into(), rotation)
     }
 }
 
 impl From<&Method> for RegistrationRecord {
     fn from(method: &Method) -> Self {
-        let named = |name: &str| Self { method: name.into(), reason: None, icp: None, global: None };
         match method {
-            Method::Kinematic => named("kinematic"),
-            Method::KeptPrior(reason) => Self { reason: Some(reason.to_string()), ..named("kept prior") },
-            Method::Icp(report) => Self { icp: Some((&**report).into()), ..named("icp") },
-            Method::CameraIsFrame => named("camera is frame"),
-            Method::Relocalised(relocalised) => Self {
-                icp: relocalised.icp.as_ref().map(Into::into),
-                global: Some((&**relocalised).into()),
-                ..named("relocalised")
-            },
+            Method::Kinematic => Self::Kinematic,
+            Method::KeptPrior(reason) => Self::KeptPrior { reason: reason.to_string() },
+            Method::Icp(report) => Self::Icp { icp: (&**report).into() },
+            Method::CameraIsFrame => Self::CameraIsFrame,
+            Method::Relocalised(relocalised) => {
+                Self::Relocalized { global: (&**relocalised).into(), icp: relocalised.icp.as_ref().map(Into::into) }
+            }
         }
     }
 }
@@ -38,7 +49,7 @@ impl From<&Relocalised> for GlobalRecord {
             overlap: found.overlap,
             runner_up: found.runner_up,
             support: found.support,
-            open: found.open,
+            unconstrained: found.open,
             rmse: found.rmse,
             confirmed: r.confirmed,
             contradicted: r.contradicted,
@@ -72,7 +83,17 @@ impl From<&JointRefinement> for RefinementRecord {
     }
 }
 
+impl From<&ViewDetail> for ViewNetworksRecord {
+    fn from(detail: &ViewDetail) -> Self {
+        Self {
+            window: detail.window.map(|w| WindowRecord { left: w.left, top: w.top, width: w.width, height: w.height }),
+            components: detail.components,
+            defects: detail.defects,
+        }
+    }
+}
+
 /// Rows of a covariance.
-pub(in crate::record) fn rows(covariance: &Matrix6<f64>) -> Vec<[f64; 6]> {
-    covariance.row_iter().map(|row| std::array::from_fn(|c| row[c])).collect()
+pub(crate) fn rows(covariance: &Matrix6<f64>) -> [[f64; 6]; 6] {
+    std::array::from_fn(|r| std::array::from_fn(|c| covariance[(r, c)]))
 }

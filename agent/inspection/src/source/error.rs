@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 /// Why a source or one of its views cannot be had; every message names the file or field at fault.
 #[derive(Debug, thiserror::Error)]
-pub enum AcquireError {
+pub enum SourceError {
     /// The source string cannot be understood.
     #[error("source {uri}: {reason}")]
     Uri {

@@ -6,10 +6,11 @@
 //! this is the overlap test of keyframe-based mapping (R. Mur-Artal and J. Tardós, ORB-SLAM2, 2017) on depth. What is
 //! skipped is counted, and a view without a pose or that cannot be read is passed on: others judge that.
 
-use crate::source::{AcquireError, Source, SourceInfo, TrueMesh};
+use crate::source::{Source, SourceError, SourceInfo, TrueMesh};
 use nalgebra::{Isometry3, Point3};
 use semascan_perception::view::{DepthImage, Intrinsics, View};
 use std::collections::VecDeque;
+use std::sync::Arc;
 
 /// Keyframes that a view is compared with.
 const REMEMBERED: usize = 8;
@@ -52,7 +53,7 @@ pub struct Keyframes {
 /// What is remembered of a keyframe.
 struct Keyframe {
     intrinsics: Intrinsics,
-    depth: DepthImage,
+    depth: Arc<DepthImage>,
     table_from_camera: Isometry3<f64>,
 }
 
@@ -122,7 +123,7 @@ impl Source for Keyframes {
         &self.info
     }
 
-    fn next_view(&mut self) -> Option<Result<View, AcquireError>> {
+    fn next_view(&mut self) -> Option<Result<View, SourceError>> {
         loop {
             let next = self.source.next_view()?;
             self.seen += 1;
@@ -172,7 +173,7 @@ mod tests {
             &self.info
         }
 
-        fn next_view(&mut self) -> Option<Result<View, AcquireError>> {
+        fn next_view(&mut self) -> Option<Result<View, SourceError>> {
             let shift = *self.shifts.get(self.next)?;
             let index = self.next as u32;
             self.next += 1;
@@ -183,10 +184,10 @@ mod tests {
             });
             Some(Ok(View {
                 index,
-                stamp: f64::from(index),
+                stamp: None,
                 intrinsics,
-                rgb: RgbImage::new(96, 72),
-                depth: DepthImage { width: 96, height: 72, metres: vec![0.5; 96 * 72] },
+                rgb: Arc::new(RgbImage::new(96, 72)),
+                depth: Arc::new(DepthImage { width: 96, height: 72, metres: vec![0.5; 96 * 72] }),
                 pose,
                 labels: None,
                 truth: None,
@@ -241,7 +242,7 @@ mod tests {
         let turned = Isometry3::new(Vector3::zeros(), Vector3::new(0.0, 0.9, 0.0));
         let keyframe = Keyframe {
             intrinsics: Intrinsics { width: 96, height: 72, fx: 80.0, fy: 80.0, cx: 47.5, cy: 35.5 },
-            depth: DepthImage { width: 96, height: 72, metres: vec![0.5; 96 * 72] },
+            depth: Arc::new(DepthImage { width: 96, height: 72, metres: vec![0.5; 96 * 72] }),
             table_from_camera: Isometry3::identity(),
         };
         assert!(keyframe.shows(&Point3::new(0.05, 0.02, 0.5)));

@@ -6,13 +6,14 @@ mod error;
 mod keyframes;
 mod with_taxonomy;
 
-pub use error::AcquireError;
+pub use error::SourceError;
 pub use keyframes::{KeyframeRule, Keyframes};
 pub use with_taxonomy::WithTaxonomy;
 
 use nalgebra::Point3;
 use semascan_model::Taxonomy;
 use semascan_perception::view::View;
+use serde::{Deserialize, Serialize};
 
 /// A stream of views of one part.
 pub trait Source: Send {
@@ -24,7 +25,7 @@ pub trait Source: Send {
     /// # Errors
     /// A bad view (corrupt file, missing depth ...) is an error that names the file or field; the next call goes on
     /// with the view after it.
-    fn next_view(&mut self) -> Option<Result<View, AcquireError>>;
+    fn next_view(&mut self) -> Option<Result<View, SourceError>>;
 
     /// The true surface, where the source knows it.
     fn truth(&self) -> Option<&TrueMesh> {
@@ -48,7 +49,7 @@ pub struct TrueMesh {
 }
 
 /// The disc the part stands on, in the table frame: centred on +z, surface at `height`.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Turntable {
     /// Metres.
     pub radius: f64,

@@ -1,6 +1,6 @@
 //! A source whose labels come from elsewhere: the same views, under the classes of whoever labels them.
 
-use crate::source::{AcquireError, Source, SourceInfo, TrueMesh};
+use crate::source::{Source, SourceError, SourceInfo, TrueMesh};
 use semascan_model::Taxonomy;
 use semascan_perception::view::View;
 
@@ -24,7 +24,7 @@ impl Source for WithTaxonomy {
         &self.info
     }
 
-    fn next_view(&mut self) -> Option<Result<View, AcquireError>> {
+    fn next_view(&mut self) -> Option<Result<View, SourceError>> {
         self.source.next_view()
     }
 

@@ -76,7 +76,7 @@ fn virtual_scene() -> Scene {
     let mut cell = virtual_cell::VirtualCell::open(&spec).expect("needs no file");
     let view = cell.next_view().expect("a view").expect("renders");
     let points = ColouredPoints::of_depth(&view.intrinsics, &view.depth.metres, &view.rgb);
-    let labels = view.labels.expect("the cell knows the labels").components;
+    let labels = view.labels.as_ref().expect("the cell knows the labels").components.clone();
     Scene {
         name: "virtual starter motor".into(),
         width: view.depth.width,

@@ -137,7 +137,7 @@ impl SyntheticScene {
         LabelledView {
             index,
             cloud: OrganizedCloud::new(k, &depth, None),
-            rgb: RgbImage::from_raw(k.width, k.height, rgb).expect("one colour a pixel"),
+            rgb: std::sync::Arc::new(RgbImage::from_raw(k.width, k.height, rgb).expect("one colour a pixel")),
             segmentation: Segmentation {
                 components,
                 defects: ClassField::Hard(vec![0; pixels]),

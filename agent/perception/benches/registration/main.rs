@@ -188,7 +188,7 @@ fn true_pose(view: &View) -> Isometry3<f64> {
 
 fn add_noise(view: &mut View, sigma: f64, random: &mut Pcg64) {
     if sigma > 0.0 {
-        for z in view.depth.metres.iter_mut().filter(|z| **z > 0.0) {
+        for z in std::sync::Arc::make_mut(&mut view.depth).metres.iter_mut().filter(|z| **z > 0.0) {
             let gauss: f64 = (0..12).map(|_| random.random::<f64>()).sum::<f64>() - 6.0;
             *z += (sigma * gauss) as f32;
         }

@@ -151,7 +151,8 @@ mod tests {
                 let before = (index > 0).then_some(&map);
                 assert!(associator.associate(before, &cloud, &pose, &mut segmentation).is_empty());
                 let rgb = RgbImage::new(120, 80);
-                let view = LabelledView { index: index as u32, cloud, rgb, segmentation, table_from_camera: pose };
+                let view =
+                    LabelledView { index: index as u32, cloud, rgb: rgb.into(), segmentation, table_from_camera: pose };
                 map.integrate(&view).expect("fuses");
             }
             let mut numbers: Vec<u16> = map.cloud().instances;
@@ -169,7 +170,8 @@ mod tests {
         let pose = Isometry3::identity();
         associator.associate(None, &cloud, &pose, &mut segmentation);
         let rgb = RgbImage::new(120, 80);
-        map.integrate(&LabelledView { index: 0, cloud, rgb, segmentation, table_from_camera: pose }).expect("fuses");
+        map.integrate(&LabelledView { index: 0, cloud, rgb: rgb.into(), segmentation, table_from_camera: pose })
+            .expect("fuses");
         let (cloud, mut wrong) = view(1, 2);
         wrong.components = ClassField::Hard(wrong.instances.iter().map(|n| if *n == 0 { 0 } else { 2 }).collect());
         let found = associator.associate(Some(&map), &cloud, &pose, &mut wrong);

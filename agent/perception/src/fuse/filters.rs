@@ -16,11 +16,13 @@ use neighbours::{MOST_NEIGHBOURS, Nearest, limit};
 use noise::Suspicion;
 use rayon::prelude::*;
 use semascan_model::PointFlags;
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
 use surroundings::{LARGEST_RADIUS, Place, Surroundings, block_of};
 
 /// Settings of the outlier filters, distances in voxels.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
 pub struct OutlierFilter {
     /// Both filters: neighbourhood half edge in voxels, 1 to 4.
     pub radius: i32,

@@ -14,13 +14,14 @@ use nalgebra::Isometry3;
 use rayon::prelude::*;
 use semascan_model::{PointFlags, SemanticCloud};
 use semascan_protocol::chunk::{CHUNK_EDGE, VoxelChunk};
+use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, HashMap};
 
 /// Rows of a picture whose bricks are merged one after the other along the row.
 const TOGETHER: u32 = 16;
 
 /// A chunk that an integration changed, and how much.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct TouchedChunk {
     /// Chunk coordinates.
     pub id: [i32; 3],

@@ -2,10 +2,11 @@
 
 use crate::segment::network::{DEFECT_THRESHOLD, THRESHOLD};
 use nalgebra::Point3;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// What becomes of pixels whose component class is too uncertain.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Uncertain {
     /// They add geometry, but no evidence for any class.

@@ -35,6 +35,7 @@ use crate::organized::OrganizedCloud;
 use crate::segment::Segmentation;
 use image::RgbImage;
 use nalgebra::Isometry3;
+use std::sync::Arc;
 
 /// Everything fusion needs of one view.
 #[derive(Clone, Debug)]
@@ -44,7 +45,7 @@ pub struct LabelledView {
     /// Points and normals in the camera frame.
     pub cloud: OrganizedCloud,
     /// Colour.
-    pub rgb: RgbImage,
+    pub rgb: Arc<RgbImage>,
     /// Class membership of every pixel.
     pub segmentation: Segmentation,
     /// Camera pose.

@@ -22,7 +22,7 @@ fn view(index: u32, shift: f64) -> LabelledView {
     LabelledView {
         index,
         cloud: cloud(metres),
-        rgb: RgbImage::from_fn(80, 60, |x, y| image::Rgb([x as u8, y as u8, 7])),
+        rgb: std::sync::Arc::new(RgbImage::from_fn(80, 60, |x, y| image::Rgb([x as u8, y as u8, 7]))),
         segmentation: Segmentation {
             components: ClassField::Hard(labels),
             defects: ClassField::Hard(vec![0; pixels]),
@@ -158,7 +158,7 @@ fn dropped_pixels_move_nothing_and_mark_what_they_alone_have_seen() {
 #[test]
 fn views_that_do_not_fit_together_are_refused_and_leave_no_trace() {
     let mut bad = view(4, 0.0);
-    bad.rgb = RgbImage::new(10, 10);
+    bad.rgb = RgbImage::new(10, 10).into();
     let mut empty = view(5, 0.0);
     empty.cloud = cloud(vec![0.0; 80 * 60]);
     let mut map = map();

@@ -61,7 +61,7 @@ mod tests {
         let view = LabelledView {
             index: 0,
             cloud: OrganizedCloud::new(k, &depth, None),
-            rgb: RgbImage::from_pixel(2, 1, Rgb([9, 8, 7])),
+            rgb: std::sync::Arc::new(RgbImage::from_pixel(2, 1, Rgb([9, 8, 7]))),
             segmentation: Segmentation {
                 components: soft,
                 defects: ClassField::Hard(vec![0, 3]),

@@ -118,7 +118,7 @@ impl PackedView {
         Ok(LabelledView {
             index: self.index,
             cloud,
-            rgb,
+            rgb: std::sync::Arc::new(rgb),
             segmentation: rest?,
             table_from_camera: self.table_from_camera,
         })

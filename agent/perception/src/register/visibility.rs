@@ -84,6 +84,7 @@ mod tests {
     use crate::view::{DepthImage, Intrinsics, PoseEvidence, View};
     use image::RgbImage;
     use nalgebra::Isometry3;
+    use std::sync::Arc;
 
     const CAMERA: Intrinsics = Intrinsics { width: 4, height: 1, fx: 10.0, fy: 10.0, cx: 1.5, cy: 0.0 };
 
@@ -92,10 +93,10 @@ mod tests {
         let depth = DepthImage { width: 4, height: 1, metres: vec![1.0, 1.0, 0.0, 1.0] };
         let view = View {
             index: 0,
-            stamp: 0.0,
+            stamp: None,
             intrinsics: CAMERA,
-            rgb: RgbImage::new(4, 1),
-            depth: depth.clone(),
+            rgb: Arc::new(RgbImage::new(4, 1)),
+            depth: Arc::new(depth.clone()),
             pose: PoseEvidence::None,
             labels: None,
             truth: None,

@@ -5,6 +5,7 @@ use semascan_inspection::source::Source;
 use semascan_perception::segment::network::Window;
 use semascan_perception::view::{PoseEvidence, covariance_of_prior};
 use semascan_simulation::{VirtualCell, VirtualCellSpec};
+use std::sync::Arc;
 
 fn cell() -> VirtualCell {
     let spec = VirtualCellSpec::parse("virtual:starter-motor?seed=3&views=4&cell=3").expect("a valid URI");
@@ -21,7 +22,7 @@ fn every_pixel_of_the_part_is_in_it_and_much_else_is_not() {
         assert!(window.pixels() < 640 * 480 / 2, "{window:?}");
         // Without depth the volume's corners have to do.
         let mut blind = view.clone();
-        blind.depth.metres.fill(0.0);
+        Arc::make_mut(&mut blind.depth).metres.fill(0.0);
         let wider = Window::of_volume(&blind, volume.as_ref(), 8).expect("in sight");
         assert!(wider.pixels() > window.pixels(), "{wider:?}, {window:?}");
         let labels = &view.labels.as_ref().expect("truth").components;

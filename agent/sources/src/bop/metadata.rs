@@ -1,7 +1,7 @@
 //! The JSON files of a BOP scene, read view by view so that one bad entry costs one view.
 
 use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, UnitQuaternion, Vector3};
-use semascan_inspection::source::AcquireError;
+use semascan_inspection::source::SourceError;
 use semascan_perception::view::Intrinsics;
 use serde_json::{Map, Value};
 use std::collections::BTreeMap;
@@ -49,7 +49,7 @@ pub(super) struct SceneMetadata {
 }
 
 impl SceneMetadata {
-    pub(super) fn read(folder: &Path) -> Result<Self, AcquireError> {
+    pub(super) fn read(folder: &Path) -> Result<Self, SourceError> {
         let cameras_path = folder.join("scene_camera.json");
         let cameras = read_object(&cameras_path)?;
         let ground_truth_path = folder.join("scene_gt.json");
@@ -68,9 +68,9 @@ impl SceneMetadata {
         self.cameras.keys().filter_map(|k| k.parse().ok())
     }
 
-    pub(super) fn camera(&self, number: u32) -> Result<Camera, AcquireError> {
+    pub(super) fn camera(&self, number: u32) -> Result<Camera, SourceError> {
         let path = &self.cameras_path;
-        let entry = self.cameras.get(&number.to_string()).ok_or_else(|| AcquireError::Field {
+        let entry = self.cameras.get(&number.to_string()).ok_or_else(|| SourceError::Field {
             path: path.clone(),
             field: number.to_string(),
             reason: "no camera entry for this view".into(),
@@ -90,11 +90,11 @@ impl SceneMetadata {
     }
 
     /// Classes of the objects of a view in mask order; `None` if the scene has no ground truth for it.
-    pub(super) fn visible_objects(&self, number: u32) -> Result<Option<Vec<u16>>, AcquireError> {
+    pub(super) fn visible_objects(&self, number: u32) -> Result<Option<Vec<u16>>, SourceError> {
         let Some(entry) = self.ground_truth.as_ref().and_then(|gt| gt.get(&number.to_string())) else {
             return Ok(None);
         };
-        let bad = |field: String, reason: &str| AcquireError::Field {
+        let bad = |field: String, reason: &str| SourceError::Field {
             path: self.ground_truth_path.clone(),
             field,
             reason: reason.into(),
@@ -118,15 +118,15 @@ struct Fields<'a> {
 }
 
 impl Fields<'_> {
-    fn error(&self, field: &str, reason: &str) -> AcquireError {
-        AcquireError::Field {
+    fn error(&self, field: &str, reason: &str) -> SourceError {
+        SourceError::Field {
             path: self.path.to_owned(),
             field: format!("{}.{field}", self.number),
             reason: reason.into(),
         }
     }
 
-    fn numbers<const N: usize>(&self, field: &str) -> Result<Option<[f64; N]>, AcquireError> {
+    fn numbers<const N: usize>(&self, field: &str) -> Result<Option<[f64; N]>, SourceError> {
         let Some(value) = self.entry.get(field) else { return Ok(None) };
         let list = value.as_array().ok_or_else(|| self.error(field, "not a list"))?;
         if list.len() != N {
@@ -141,7 +141,7 @@ impl Fields<'_> {
     }
 
     /// `cam_R_w2c`, `cam_t_w2c` (millimetres) turned round; `None` if the scene records no camera poses.
-    fn pose(&self) -> Result<Option<Isometry3<f64>>, AcquireError> {
+    fn pose(&self) -> Result<Option<Isometry3<f64>>, SourceError> {
         let (rotation, translation) = (self.numbers::<9>("cam_R_w2c")?, self.numbers::<3>("cam_t_w2c")?);
         let (r, t) = match (rotation, translation) {
             (None, None) => return Ok(None),
@@ -175,9 +175,9 @@ fn classes(ground_truth: Option<&Map<String, Value>>, names: &Map<String, Value>
     found.into_iter().map(|(id, name)| SceneClass { id, name }).collect()
 }
 
-fn read_object(path: &Path) -> Result<Map<String, Value>, AcquireError> {
-    let text = fs::read_to_string(path).map_err(|source| AcquireError::Io { path: path.to_owned(), source })?;
-    let bad = |reason: String| AcquireError::Format { path: path.to_owned(), reason };
+fn read_object(path: &Path) -> Result<Map<String, Value>, SourceError> {
+    let text = fs::read_to_string(path).map_err(|source| SourceError::Io { path: path.to_owned(), source })?;
+    let bad = |reason: String| SourceError::Format { path: path.to_owned(), reason };
     // Python writes NaN and Infinity, which JSON forbids: as null they cost the view they stand in, not the scene.
     let value: Value = serde_json::from_str(&without_nan(&text)).map_err(|e| bad(e.to_string()))?;
     match value {

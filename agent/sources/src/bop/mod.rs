@@ -12,25 +12,14 @@ mod write;
 pub(super) use write::write_json;
 pub use write::{DEPTH_SCALE, SceneEntry, SceneWriter};
 
-use crate::camera_mask;
-use crate::camera_mask::PosedDepth;
+use crate::camera_mask::{self, PosedDepth};
 use metadata::SceneMetadata;
-use semascan_inspection::source::{AcquireError, Source, SourceInfo};
+use semascan_inspection::source::{Source, SourceError, SourceInfo};
+use semascan_inspection::spec::CameraMask;
 use semascan_model::Taxonomy;
 use semascan_perception::view::{PoseEvidence, RecordedLabels, View, covariance_of_prior};
 use std::path::{Path, PathBuf};
-
-/// Which pixels show the robot itself.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub enum CameraMask {
-    /// Found by looking at all views: see [`camera_mask`].
-    #[default]
-    Auto,
-    /// A PNG of the picture's size: nonzero = ignore.
-    File(PathBuf),
-    /// Every pixel is used.
-    None,
-}
+use std::sync::Arc;
 
 /// A BOP scene.
 #[derive(Debug)]
@@ -55,8 +44,8 @@ impl BopSource {
     /// Opens a scene folder.
     ///
     /// # Errors
-    /// [`AcquireError`] naming the file if the scene's own files (not single views) cannot be used.
-    pub fn open(folder: &Path, mask: &CameraMask) -> Result<Self, AcquireError> {
+    /// [`SourceError`] naming the file if the scene's own files (not single views) cannot be used.
+    pub fn open(folder: &Path, mask: &CameraMask) -> Result<Self, SourceError> {
         let metadata = SceneMetadata::read(folder)?;
         let views = pictures::view_numbers(folder, &metadata)?;
         let [components, defects] = [&metadata.objects, &metadata.defects]
@@ -78,7 +67,7 @@ impl BopSource {
             CameraMask::Auto => source.find_camera_mask(),
         };
         let ignored = source.ignore.as_ref().map_or(0, |m| m.iter().filter(|&&i| i).count());
-        source.info.settings.push(("camera_mask".into(), format!("{ignored} pixels ignored ({})", mask.name())));
+        source.info.settings.push(("camera_mask".into(), format!("{ignored} pixels ignored ({})", describe(mask))));
         Ok(source)
     }
 
@@ -94,14 +83,14 @@ impl BopSource {
         camera_mask::find(&views)
     }
 
-    fn read_view(&self, index: u32, number: u32) -> Result<View, AcquireError> {
+    fn read_view(&self, index: u32, number: u32) -> Result<View, SourceError> {
         let camera = self.metadata.camera(number)?;
         let rgb = pictures::read_rgb(&self.folder, number)?;
         let (width, height) = rgb.dimensions();
         let mut depth = pictures::read_depth(&self.folder, number, camera.depth_scale, Some((width, height)))?;
         if let Some(ignore) = &self.ignore {
             if ignore.len() != depth.metres.len() {
-                return Err(AcquireError::Format {
+                return Err(SourceError::Format {
                     path: pictures::path_of(&self.folder, "depth", number),
                     reason: format!("{} pixels, but the camera mask has {}", depth.metres.len(), ignore.len()),
                 });
@@ -118,18 +107,18 @@ impl BopSource {
         });
         Ok(View {
             index,
-            stamp: f64::from(index),
+            stamp: None,
             intrinsics: camera.intrinsics(width, height),
-            rgb,
-            depth,
+            rgb: Arc::new(rgb),
+            depth: Arc::new(depth),
             pose,
-            labels,
+            labels: labels.map(Arc::new),
             truth: None,
         })
     }
 
     /// Masks of a view as labels: where masks overlap the later object wins. `None` if the scene has no masks for it.
-    fn read_labels(&self, number: u32, width: u32, height: u32) -> Result<Option<RecordedLabels>, AcquireError> {
+    fn read_labels(&self, number: u32, width: u32, height: u32) -> Result<Option<RecordedLabels>, SourceError> {
         let Some(objects) = self.metadata.visible_objects(number)? else { return Ok(None) };
         let pixels = (width * height) as usize;
         let mut components = vec![0; pixels];
@@ -146,7 +135,7 @@ impl BopSource {
     }
 
     /// Defect classes of a view's pixels: none where the scene records none.
-    fn read_defects(&self, number: u32, width: u32, height: u32) -> Result<Vec<u16>, AcquireError> {
+    fn read_defects(&self, number: u32, width: u32, height: u32) -> Result<Vec<u16>, SourceError> {
         let known = &self.metadata.defects;
         let values = if known.is_empty() { None } else { pictures::read_defects(&self.folder, number, width, height)? };
         let Some(values) = values else { return Ok(vec![0; (width * height) as usize]) };
@@ -155,7 +144,7 @@ impl BopSource {
                 return Ok(0);
             }
             let at = known.iter().position(|d| d.id == u64::from(value));
-            at.map(|at| at as u16 + 1).ok_or_else(|| AcquireError::Format {
+            at.map(|at| at as u16 + 1).ok_or_else(|| SourceError::Format {
                 path: pictures::path_of(&self.folder, "defects", number),
                 reason: format!("a pixel has the value {value}, which defects.json does not name"),
             })
@@ -164,25 +153,24 @@ impl BopSource {
     }
 }
 
-impl CameraMask {
-    fn name(&self) -> &'static str {
-        match self {
-            Self::Auto => "found",
-            Self::File(_) => "from file",
-            Self::None => "off",
-        }
-    }
-}
-
 impl Source for BopSource {
     fn info(&self) -> &SourceInfo {
         &self.info
     }
 
-    fn next_view(&mut self) -> Option<Result<View, AcquireError>> {
+    fn next_view(&mut self) -> Option<Result<View, SourceError>> {
         let number = *self.views.get(self.next)?;
         let index = self.next as u32;
         self.next += 1;
         Some(self.read_view(index, number))
+    }
+}
+
+/// The camera mask as it stands in the source's settings.
+fn describe(mask: &CameraMask) -> &'static str {
+    match mask {
+        CameraMask::Auto => "found",
+        CameraMask::File(_) => "from file",
+        CameraMask::None => "off",
     }
 }

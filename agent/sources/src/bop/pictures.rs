@@ -2,7 +2,7 @@
 
 use super::metadata::SceneMetadata;
 use image::{DynamicImage, ImageReader, Limits, RgbImage};
-use semascan_inspection::source::AcquireError;
+use semascan_inspection::source::SourceError;
 use semascan_perception::view::DepthImage;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -16,16 +16,16 @@ pub(super) fn path_of(folder: &Path, kind: &str, number: u32) -> PathBuf {
 }
 
 /// Numbers of the scene's views: every picture and every camera entry, so that a missing half is noticed.
-pub(super) fn view_numbers(folder: &Path, metadata: &SceneMetadata) -> Result<Vec<u32>, AcquireError> {
+pub(super) fn view_numbers(folder: &Path, metadata: &SceneMetadata) -> Result<Vec<u32>, SourceError> {
     let rgb = folder.join("rgb");
-    let entries = std::fs::read_dir(&rgb).map_err(|source| AcquireError::Io { path: rgb.clone(), source })?;
+    let entries = std::fs::read_dir(&rgb).map_err(|source| SourceError::Io { path: rgb.clone(), source })?;
     let number = |e: std::fs::DirEntry| Path::new(&e.file_name()).file_stem()?.to_str()?.parse::<u32>().ok();
     let mut numbers: BTreeSet<u32> = entries.filter_map(Result::ok).filter_map(number).collect();
     numbers.extend(metadata.camera_numbers());
     Ok(numbers.into_iter().collect())
 }
 
-pub(super) fn read_rgb(folder: &Path, number: u32) -> Result<RgbImage, AcquireError> {
+pub(super) fn read_rgb(folder: &Path, number: u32) -> Result<RgbImage, SourceError> {
     let png = path_of(folder, "rgb", number);
     let jpg = png.with_extension("jpg");
     read(if !png.exists() && jpg.exists() { &jpg } else { &png }).map(DynamicImage::into_rgb8)
@@ -37,10 +37,10 @@ pub(super) fn read_depth(
     number: u32,
     metres_per_unit: f64,
     size: Option<(u32, u32)>,
-) -> Result<DepthImage, AcquireError> {
+) -> Result<DepthImage, SourceError> {
     let path = path_of(folder, "depth", number);
     let DynamicImage::ImageLuma16(picture) = read(&path)? else {
-        return Err(AcquireError::Format { path, reason: "depth is not a 16-bit grey picture".into() });
+        return Err(SourceError::Format { path, reason: "depth is not a 16-bit grey picture".into() });
     };
     check_size(&path, picture.dimensions(), size)?;
     let (width, height) = picture.dimensions();
@@ -55,7 +55,7 @@ pub(super) fn read_object_mask(
     k: usize,
     width: u32,
     height: u32,
-) -> Result<Option<Vec<bool>>, AcquireError> {
+) -> Result<Option<Vec<bool>>, SourceError> {
     let path = folder.join("mask_visib").join(format!("{number:06}_{k:06}.png"));
     if !path.exists() {
         return Ok(None);
@@ -71,26 +71,26 @@ pub(super) fn read_defects(
     number: u32,
     width: u32,
     height: u32,
-) -> Result<Option<Vec<u8>>, AcquireError> {
+) -> Result<Option<Vec<u8>>, SourceError> {
     let path = path_of(folder, "defects", number);
     if !path.exists() {
         return Ok(None);
     }
     let DynamicImage::ImageLuma8(picture) = read(&path)? else {
-        return Err(AcquireError::Format { path, reason: "defects are not an 8-bit grey picture".into() });
+        return Err(SourceError::Format { path, reason: "defects are not an 8-bit grey picture".into() });
     };
     check_size(&path, picture.dimensions(), Some((width, height)))?;
     Ok(Some(picture.into_raw()))
 }
 
 /// A camera mask: nonzero pixels are ignored.
-pub(super) fn read_mask(path: &Path) -> Result<Vec<bool>, AcquireError> {
+pub(super) fn read_mask(path: &Path) -> Result<Vec<bool>, SourceError> {
     Ok(read(path)?.into_luma8().into_raw().into_iter().map(|m| m > 0).collect())
 }
 
-fn check_size(path: &Path, found: (u32, u32), expected: Option<(u32, u32)>) -> Result<(), AcquireError> {
+fn check_size(path: &Path, found: (u32, u32), expected: Option<(u32, u32)>) -> Result<(), SourceError> {
     match expected {
-        Some((w, h)) if (w, h) != found => Err(AcquireError::Format {
+        Some((w, h)) if (w, h) != found => Err(SourceError::Format {
             path: path.to_owned(),
             reason: format!("{}x{} pixels, but the colour picture has {w}x{h}", found.0, found.1),
         }),
@@ -98,12 +98,12 @@ fn check_size(path: &Path, found: (u32, u32), expected: Option<(u32, u32)>) -> R
     }
 }
 
-fn read(path: &Path) -> Result<DynamicImage, AcquireError> {
-    let io = |source| AcquireError::Io { path: path.to_owned(), source };
+fn read(path: &Path) -> Result<DynamicImage, SourceError> {
+    let io = |source| SourceError::Io { path: path.to_owned(), source };
     let mut reader = ImageReader::open(path).map_err(io)?.with_guessed_format().map_err(io)?;
     let mut limits = Limits::default();
     limits.max_image_width = Some(MAX_EDGE);
     limits.max_image_height = Some(MAX_EDGE);
     reader.limits(limits);
-    reader.decode().map_err(|e| AcquireError::Format { path: path.to_owned(), reason: e.to_string() })
+    reader.decode().map_err(|e| SourceError::Format { path: path.to_owned(), reason: e.to_string() })
 }

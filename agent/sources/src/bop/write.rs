@@ -8,7 +8,7 @@ use super::pictures::path_of;
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use image::{ExtendedColorType, ImageEncoder};
 use nalgebra::Isometry3;
-use semascan_inspection::source::AcquireError;
+use semascan_inspection::source::SourceError;
 use semascan_model::{ClassDef, Taxonomy};
 use semascan_perception::view::{PoseEvidence, View};
 use serde::Serialize;
@@ -43,11 +43,11 @@ impl SceneWriter {
     /// Makes the folder of a scene and those in it.
     ///
     /// # Errors
-    /// [`AcquireError::Io`] naming the folder that cannot be made.
-    pub fn create(folder: &Path, taxonomy: &Taxonomy, table_from_object: Isometry3<f64>) -> Result<Self, AcquireError> {
+    /// [`SourceError::Io`] naming the folder that cannot be made.
+    pub fn create(folder: &Path, taxonomy: &Taxonomy, table_from_object: Isometry3<f64>) -> Result<Self, SourceError> {
         for name in FOLDERS {
             let path = folder.join(name);
-            fs::create_dir_all(&path).map_err(|source| AcquireError::Io { path, source })?;
+            fs::create_dir_all(&path).map_err(|source| SourceError::Io { path, source })?;
         }
         Ok(Self { folder: folder.to_owned(), taxonomy: taxonomy.clone(), table_from_object })
     }
@@ -55,8 +55,8 @@ impl SceneWriter {
     /// Writes the pictures of a view; a view without labels gets no masks, one without a pose no pose.
     ///
     /// # Errors
-    /// [`AcquireError`] naming the file.
-    pub fn write(&self, view: &View) -> Result<SceneEntry, AcquireError> {
+    /// [`SourceError`] naming the file.
+    pub fn write(&self, view: &View) -> Result<SceneEntry, SourceError> {
         let number = view.index;
         let (w, h) = view.rgb.dimensions();
         let picture = |kind: &str| path_of(&self.folder, kind, number);
@@ -99,8 +99,8 @@ impl SceneWriter {
     /// Writes the scene's JSON files: after this the scene is whole.
     ///
     /// # Errors
-    /// [`AcquireError`] naming the file.
-    pub fn finish(self, entries: &[SceneEntry]) -> Result<(), AcquireError> {
+    /// [`SourceError`] naming the file.
+    pub fn finish(self, entries: &[SceneEntry]) -> Result<(), SourceError> {
         let by_number = |of: fn(&SceneEntry) -> &Value| -> Map<String, Value> {
             entries.iter().map(|e| (e.number.to_string(), of(e).clone())).collect()
         };
@@ -135,8 +135,8 @@ fn depth_units(metres: f32) -> u16 {
     if (0.0..=f64::from(u16::MAX)).contains(&units) { units as u16 } else { 0 }
 }
 
-fn write_png(path: &Path, bytes: &[u8], (w, h): (u32, u32), colour: ExtendedColorType) -> Result<(), AcquireError> {
-    let io = |source| AcquireError::Io { path: path.to_owned(), source };
+fn write_png(path: &Path, bytes: &[u8], (w, h): (u32, u32), colour: ExtendedColorType) -> Result<(), SourceError> {
+    let io = |source| SourceError::Io { path: path.to_owned(), source };
     let mut file = BufWriter::new(fs::File::create(path).map_err(io)?);
     PngEncoder::new_with_quality(&mut file, CompressionType::Fast, FilterType::Adaptive)
         .write_image(bytes, w, h, colour)
@@ -147,82 +147,16 @@ fn write_png(path: &Path, bytes: &[u8], (w, h): (u32, u32), colour: ExtendedColo
 /// Writes `value` as JSON for people and machines.
 ///
 /// # Errors
-/// [`AcquireError::Io`] naming the file.
-pub(crate) fn write_json(path: &Path, value: &impl Serialize) -> Result<(), AcquireError> {
+/// [`SourceError::Io`] naming the file.
+pub(crate) fn write_json(path: &Path, value: &impl Serialize) -> Result<(), SourceError> {
     let text = serde_json::to_string_pretty(value).map_err(std::io::Error::other);
     text.and_then(|text| fs::write(path, text + "\n"))
-        .map_err(|source| AcquireError::Io { path: path.to_owned(), source })
+        .map_err(|source| SourceError::Io { path: path.to_owned(), source })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::bop::{BopSource, CameraMask};
-    use crate::open;
-    use semascan_inspection::source::Source;
-
-    /// Two views, and a scene whose pictures of them are written.
-    fn begun(folder: &Path, object: Isometry3<f64>) -> (Vec<View>, SceneWriter, Vec<SceneEntry>) {
-        let mut cell =
-            open("virtual:starter-motor?seed=4&views=2&size=96x80&cell=3", &CameraMask::None).expect("opens");
-        let writer = SceneWriter::create(folder, &cell.info().taxonomy, object).expect("made");
-        let views: Vec<View> = std::iter::from_fn(|| cell.next_view()).map(|v| v.expect("a view")).collect();
-        let entries = views.iter().map(|v| writer.write(v).expect("written")).collect();
-        (views, writer, entries)
-    }
-
-    /// What goes out as a scene comes back as the same views, but for the steps of the depth and the numbering of what
-    /// is visible.
-    #[test]
-    fn a_written_scene_reads_back() {
-        let dir = tempfile::tempdir().expect("temporary folder");
-        let folder = dir.path().join("000000");
-        let object = Isometry3::translation(0.01, 0.02, 0.03);
-        let (views, writer, entries) = begun(&folder, object);
-        let taxonomy = writer.taxonomy.clone();
-        assert!(!BopSource::is_scene(&folder), "a scene without its JSON files is no scene yet");
-        writer.finish(&entries).expect("finished");
-        let mut source = BopSource::open(&folder, &CameraMask::None).expect("a scene");
-        let names =
-            |t: &Taxonomy| [&t.components, &t.defects].map(|c| c.iter().map(|c| c.name.clone()).collect::<Vec<_>>());
-        assert_eq!(names(&source.info().taxonomy), names(&taxonomy));
-        for view in &views {
-            let read = source.next_view().expect("as many views").expect("readable");
-            assert_eq!(read.rgb, view.rgb);
-            // A number may lose its last bit on its way through JSON.
-            let (k, l) = (read.intrinsics, view.intrinsics);
-            assert_eq!((k.width, k.height), (l.width, l.height));
-            assert!([k.fx - l.fx, k.fy - l.fy, k.cx - l.cx, k.cy - l.cy].iter().all(|d| d.abs() < 1e-9));
-            let off = read.depth.metres.iter().zip(&view.depth.metres).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
-            assert!(off < 5.1e-5, "{off} m");
-            let (read_labels, labels) = (read.labels.expect("labels"), view.labels.as_ref().expect("labels"));
-            assert_eq!(read_labels.components, labels.components);
-            assert_eq!(read_labels.defects, labels.defects);
-            let PoseEvidence::World { table_from_camera, .. } = read.pose else { panic!("a pose") };
-            let truth = view.truth.as_ref().expect("truth").table_from_camera;
-            assert!((table_from_camera.inverse() * truth).translation.vector.norm() < 1e-9);
-        }
-        assert!(source.next_view().is_none());
-        assert!(views.iter().flat_map(|v| &v.labels).any(|l| l.defects.iter().any(|d| *d != 0)), "a defect is in view");
-        let text = fs::read_to_string(folder.join("scene_gt.json")).expect("reads");
-        let truth: Value = serde_json::from_str(&text).expect("JSON");
-        let pose = views[0].truth.as_ref().expect("truth").table_from_camera.inverse() * object;
-        let z = truth["0"][0]["cam_t_m2c"][2].as_f64().expect("a number");
-        assert!((z - pose.translation.vector.z * 1e3).abs() < 1e-9, "the object stands before the camera");
-    }
-
-    #[test]
-    fn a_defect_without_a_name_costs_its_view() {
-        let dir = tempfile::tempdir().expect("temporary folder");
-        let folder = dir.path().join("scene");
-        let (_, writer, entries) = begun(&folder, Isometry3::identity());
-        writer.finish(&entries).expect("finished");
-        write_png(&folder.join("defects/000000.png"), &[99; 96 * 80], (96, 80), ExtendedColorType::L8)
-            .expect("written");
-        let mut source = BopSource::open(&folder, &CameraMask::None).expect("a scene");
-        let error = source.next_view().expect("a view").expect_err("an unknown defect").to_string();
-        assert!(error.contains("000000.png") && error.contains("99"), "{error}");
-    }
 
     #[test]
     fn depth_that_does_not_fit_is_a_gap() {

@@ -12,7 +12,7 @@ use image::RgbImage;
 
 use super::{Piece, bytes, glb};
 use crate::percent;
-use semascan_inspection::source::AcquireError;
+use semascan_inspection::source::SourceError;
 
 /// Deepest nesting of nodes; deeper files are cyclic or hostile.
 const MAX_DEPTH: usize = 64;
@@ -27,8 +27,8 @@ struct File<'a> {
 }
 
 /// Each node with a mesh, by its name.
-pub(super) fn read(path: &Path) -> Result<Vec<Piece>, AcquireError> {
-    let refuse = |reason: String| AcquireError::Format { path: path.to_owned(), reason };
+pub(super) fn read(path: &Path) -> Result<Vec<Piece>, SourceError> {
+    let refuse = |reason: String| SourceError::Format { path: path.to_owned(), reason };
     let data = bytes(path)?;
     let unusable = |e: String| refuse(format!("is no usable glTF: {e}"));
     let (json, mut blob) = glb::split(&data).map_err(unusable)?;

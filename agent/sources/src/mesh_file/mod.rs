@@ -14,7 +14,7 @@ mod stl;
 
 use glam::{Vec2, Vec3};
 use image::RgbImage;
-use semascan_inspection::source::AcquireError;
+use semascan_inspection::source::SourceError;
 use std::path::Path;
 
 /// Most triangles of a file.
@@ -57,9 +57,9 @@ pub struct VertexSemantics {
 /// Reads a file by its extension; pieces that hold nothing are left out.
 ///
 /// # Errors
-/// [`AcquireError::Io`] or [`AcquireError::Format`] with the file's name.
-pub fn read(path: &Path) -> Result<Vec<Piece>, AcquireError> {
-    let refuse = |reason: String| AcquireError::Format { path: path.to_owned(), reason };
+/// [`SourceError::Io`] or [`SourceError::Format`] with the file's name.
+pub fn read(path: &Path) -> Result<Vec<Piece>, SourceError> {
+    let refuse = |reason: String| SourceError::Format { path: path.to_owned(), reason };
     let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
     let mut pieces = match extension.as_str() {
         "obj" => obj::read(path)?,
@@ -78,8 +78,8 @@ pub fn read(path: &Path) -> Result<Vec<Piece>, AcquireError> {
 }
 
 /// Opens and reads a whole file.
-fn bytes(path: &Path) -> Result<Vec<u8>, AcquireError> {
-    std::fs::read(path).map_err(|source| AcquireError::Io { path: path.to_owned(), source })
+fn bytes(path: &Path) -> Result<Vec<u8>, SourceError> {
+    std::fs::read(path).map_err(|source| SourceError::Io { path: path.to_owned(), source })
 }
 
 fn check(piece: &Piece) -> Result<(), String> {

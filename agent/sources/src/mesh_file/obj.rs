@@ -5,11 +5,11 @@ use std::path::Path;
 use glam::{Vec2, Vec3};
 
 use super::{Piece, bytes, linear};
-use semascan_inspection::source::AcquireError;
+use semascan_inspection::source::SourceError;
 
 /// Each object or group of the file; a missing material library or texture leaves the part grey.
-pub(super) fn read(path: &Path) -> Result<Vec<Piece>, AcquireError> {
-    let refuse = |reason: String| AcquireError::Format { path: path.to_owned(), reason };
+pub(super) fn read(path: &Path) -> Result<Vec<Piece>, SourceError> {
+    let refuse = |reason: String| SourceError::Format { path: path.to_owned(), reason };
     let text = bytes(path)?;
     let options =
         tobj::LoadOptions { triangulate: true, ignore_points: true, ignore_lines: true, ..Default::default() };

@@ -7,7 +7,7 @@ use ply_rs::parser::Parser;
 use ply_rs::ply::{Property, PropertyAccess};
 
 use super::{Piece, VertexSemantics, bytes, fan, linear};
-use semascan_inspection::source::AcquireError;
+use semascan_inspection::source::SourceError;
 
 /// A vertex or a face: unknown properties are passed over, so that memory stays bounded by the file.
 #[derive(Debug, Default)]
@@ -63,8 +63,8 @@ impl Row {
 }
 
 /// The file's one mesh.
-pub(super) fn read(path: &Path) -> Result<Vec<Piece>, AcquireError> {
-    let refuse = |reason: String| AcquireError::Format { path: path.to_owned(), reason };
+pub(super) fn read(path: &Path) -> Result<Vec<Piece>, SourceError> {
+    let refuse = |reason: String| SourceError::Format { path: path.to_owned(), reason };
     let data = bytes(path)?;
     let mut rest = data.as_slice();
     let parser = Parser::<Row>::new();

@@ -4,11 +4,11 @@ use std::io::Cursor;
 use std::path::Path;
 
 use super::{Piece, bytes};
-use semascan_inspection::source::AcquireError;
+use semascan_inspection::source::SourceError;
 
 /// The file's one solid.
-pub(super) fn read(path: &Path) -> Result<Vec<Piece>, AcquireError> {
-    let refuse = |reason: String| AcquireError::Format { path: path.to_owned(), reason };
+pub(super) fn read(path: &Path) -> Result<Vec<Piece>, SourceError> {
+    let refuse = |reason: String| SourceError::Format { path: path.to_owned(), reason };
     let mesh =
         stl_io::read_stl(&mut Cursor::new(bytes(path)?)).map_err(|e| refuse(format!("is no usable STL: {e}")))?;
     Ok(vec![Piece {

@@ -11,7 +11,7 @@ pub use source::PcdSource;
 
 use header::{Field, Header, Kind, Storage};
 use nalgebra::Isometry3;
-use semascan_inspection::source::AcquireError;
+use semascan_inspection::source::SourceError;
 use std::path::Path;
 
 /// A point cloud as it is stored; every column that is there has one entry a point.
@@ -36,11 +36,11 @@ pub struct PcdCloud {
 /// Reads a PCD file.
 ///
 /// # Errors
-/// [`AcquireError::Io`] or [`AcquireError::Format`] with the file's name.
-pub fn read(path: &Path) -> Result<PcdCloud, AcquireError> {
-    let data = std::fs::read(path).map_err(|source| AcquireError::Io { path: path.to_owned(), source })?;
+/// [`SourceError::Io`] or [`SourceError::Format`] with the file's name.
+pub fn read(path: &Path) -> Result<PcdCloud, SourceError> {
+    let data = std::fs::read(path).map_err(|source| SourceError::Io { path: path.to_owned(), source })?;
     parse(&data)
-        .map_err(|reason| AcquireError::Format { path: path.to_owned(), reason: format!("is no usable PCD: {reason}") })
+        .map_err(|reason| SourceError::Format { path: path.to_owned(), reason: format!("is no usable PCD: {reason}") })
 }
 
 /// Reads the content of a PCD file.

@@ -6,10 +6,11 @@
 
 use super::PcdCloud;
 use image::RgbImage;
-use semascan_inspection::source::{AcquireError, Source, SourceInfo};
+use semascan_inspection::source::{Source, SourceError, SourceInfo};
 use semascan_model::Taxonomy;
 use semascan_perception::view::{DepthImage, Intrinsics, PoseEvidence, View};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// Root mean square distance in pixels between the points' images and their places in the cloud that rounding explains.
 const OFF: f64 = 0.5;
@@ -33,11 +34,11 @@ impl PcdSource {
     /// Opens a file or folder; the files are read when their views are asked for.
     ///
     /// # Errors
-    /// [`AcquireError`] if the folder cannot be read or holds no PCD file.
-    pub fn open(path: &Path) -> Result<Self, AcquireError> {
+    /// [`SourceError`] if the folder cannot be read or holds no PCD file.
+    pub fn open(path: &Path) -> Result<Self, SourceError> {
         let files = files(path)?;
         if files.is_empty() {
-            return Err(AcquireError::Format { path: path.to_owned(), reason: "no PCD file in it".into() });
+            return Err(SourceError::Format { path: path.to_owned(), reason: "no PCD file in it".into() });
         }
         let info = SourceInfo {
             uri: path.display().to_string(),
@@ -57,23 +58,23 @@ impl Source for PcdSource {
         &self.info
     }
 
-    fn next_view(&mut self) -> Option<Result<View, AcquireError>> {
+    fn next_view(&mut self) -> Option<Result<View, SourceError>> {
         let path = self.files.get(self.next)?;
         let index = self.next as u32;
         self.next += 1;
         let view =
-            |cloud: PcdCloud| view(index, cloud).map_err(|reason| AcquireError::Format { path: path.clone(), reason });
+            |cloud: PcdCloud| view(index, cloud).map_err(|reason| SourceError::Format { path: path.clone(), reason });
         Some(super::read(path).and_then(view))
     }
 }
 
 /// The PCD files that `path` means, by name.
-fn files(path: &Path) -> Result<Vec<PathBuf>, AcquireError> {
+fn files(path: &Path) -> Result<Vec<PathBuf>, SourceError> {
     let is_pcd = |p: &Path| p.extension().is_some_and(|e| e.eq_ignore_ascii_case("pcd")) && p.is_file();
     if path.is_file() {
         return Ok(is_pcd(path).then(|| path.to_owned()).into_iter().collect());
     }
-    let io = |source| AcquireError::Io { path: path.to_owned(), source };
+    let io = |source| SourceError::Io { path: path.to_owned(), source };
     let mut files = Vec::new();
     for entry in std::fs::read_dir(path).map_err(io)? {
         let file = entry.map_err(io)?.path();
@@ -95,10 +96,10 @@ fn view(index: u32, cloud: PcdCloud) -> Result<View, String> {
     let rgb = RgbImage::from_raw(width, height, pixels.into_iter().flatten().collect());
     Ok(View {
         index,
-        stamp: f64::from(index),
+        stamp: None,
         intrinsics,
-        rgb: rgb.ok_or_else(|| format!("there is not one colour for each of {width} x {height} points"))?,
-        depth: DepthImage { width, height, metres },
+        rgb: Arc::new(rgb.ok_or_else(|| format!("there is not one colour for each of {width} x {height} points"))?),
+        depth: Arc::new(DepthImage { width, height, metres }),
         pose: PoseEvidence::None,
         labels: None,
         truth: None,

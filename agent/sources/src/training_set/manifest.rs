@@ -2,7 +2,7 @@
 
 use super::Description;
 use crate::bop;
-use semascan_inspection::source::AcquireError;
+use semascan_inspection::source::SourceError;
 use semascan_model::ClassDef;
 use serde::{Deserialize, Serialize};
 use std::fs;
@@ -58,25 +58,25 @@ impl Manifest {
     /// Reads the file; `None` if there is none.
     ///
     /// # Errors
-    /// [`AcquireError`] naming the file if it cannot be read or is no such description.
-    pub fn read(path: &Path) -> Result<Option<Self>, AcquireError> {
+    /// [`SourceError`] naming the file if it cannot be read or is no such description.
+    pub fn read(path: &Path) -> Result<Option<Self>, SourceError> {
         let text = match fs::read_to_string(path) {
             Ok(text) => text,
             Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(None),
-            Err(source) => return Err(AcquireError::Io { path: path.to_owned(), source }),
+            Err(source) => return Err(SourceError::Io { path: path.to_owned(), source }),
         };
         let read = serde_json::from_str(&text);
-        read.map(Some).map_err(|e| AcquireError::Format { path: path.to_owned(), reason: e.to_string() })
+        read.map(Some).map_err(|e| SourceError::Format { path: path.to_owned(), reason: e.to_string() })
     }
 
     /// Writes the file, whole or not at all.
     ///
     /// # Errors
-    /// [`AcquireError::Io`] naming the file.
-    pub fn write(&self, path: &Path) -> Result<(), AcquireError> {
+    /// [`SourceError::Io`] naming the file.
+    pub fn write(&self, path: &Path) -> Result<(), SourceError> {
         let draft = path.with_extension(format!("json.{}", std::process::id()));
         bop::write_json(&draft, self)?;
-        fs::rename(&draft, path).map_err(|source| AcquireError::Io { path: path.to_owned(), source })
+        fs::rename(&draft, path).map_err(|source| SourceError::Io { path: path.to_owned(), source })
     }
 
     /// The first field, the number of parts aside, in which `self` differs from `other`, with both values.

@@ -17,7 +17,7 @@ pub use manifest::Manifest;
 use crate::bop::{SceneEntry, SceneWriter, write_json};
 use nalgebra::Isometry3;
 use rayon::prelude::*;
-use semascan_inspection::source::AcquireError;
+use semascan_inspection::source::SourceError;
 use semascan_model::Taxonomy;
 use semascan_perception::view::View;
 use serde_json::Value;
@@ -74,16 +74,16 @@ impl<G: PartGenerator> TrainingSet<G> {
     /// Begins the set in `folder`, or goes on with the one that is there, to hold `parts` parts of `views` views.
     ///
     /// # Errors
-    /// [`AcquireError::Io`] if the folder cannot be written; [`AcquireError::Field`] if the set that is there was made
+    /// [`SourceError::Io`] if the folder cannot be written; [`SourceError::Field`] if the set that is there was made
     /// otherwise, naming in what.
-    pub fn open(folder: &Path, parts: u32, views: u32, generator: G) -> Result<Self, AcquireError> {
-        fs::create_dir_all(folder).map_err(|source| AcquireError::Io { path: folder.to_owned(), source })?;
+    pub fn open(folder: &Path, parts: u32, views: u32, generator: G) -> Result<Self, SourceError> {
+        fs::create_dir_all(folder).map_err(|source| SourceError::Io { path: folder.to_owned(), source })?;
         let path = folder.join("dataset.json");
         let mut manifest = Manifest::new(parts, views, generator.description());
         if let Some(there) = Manifest::read(&path)? {
             if let Some((field, has, wants)) = there.difference(&manifest) {
                 let reason = format!("the set that is there has {has}, asked for is {wants}: name another folder");
-                return Err(AcquireError::Field { path, field: field.into(), reason });
+                return Err(SourceError::Field { path, field: field.into(), reason });
             }
             manifest.parts = parts.max(there.parts);
         }
@@ -114,12 +114,12 @@ impl<G: PartGenerator> TrainingSet<G> {
     /// Draws and writes a part; `on_view` hears of every finished view, from any thread.
     ///
     /// # Errors
-    /// [`AcquireError`] naming the file that cannot be written; the part is not there then.
-    pub fn write_part(&self, part: u32, on_view: &(dyn Fn() + Sync)) -> Result<(), AcquireError> {
+    /// [`SourceError`] naming the file that cannot be written; the part is not there then.
+    pub fn write_part(&self, part: u32, on_view: &(dyn Fn() + Sync)) -> Result<(), SourceError> {
         let draft = self.folder.join(format!(".{part:06}.partial"));
         let io = |path: &Path| {
             let path = path.to_owned();
-            move |source| AcquireError::Io { path, source }
+            move |source| SourceError::Io { path, source }
         };
         if draft.exists() {
             // What an earlier run left half done.
@@ -132,7 +132,7 @@ impl<G: PartGenerator> TrainingSet<G> {
             on_view();
             entry
         };
-        let entries: Result<Vec<SceneEntry>, AcquireError> =
+        let entries: Result<Vec<SceneEntry>, SourceError> =
             (0..self.manifest.views).into_par_iter().map(write).collect();
         writer.finish(&entries?)?;
         write_json(&draft.join("part.json"), &generated.about())?;

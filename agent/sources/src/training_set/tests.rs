@@ -1,11 +1,13 @@
 //! Training sets on disk, drawn by a generator that needs no simulator.
 
 use super::*;
-use crate::bop::{BopSource, CameraMask};
+use crate::bop::BopSource;
 use image::{Rgb, RgbImage};
 use semascan_inspection::source::Source;
+use semascan_inspection::spec::CameraMask;
 use semascan_perception::view::{DepthImage, Intrinsics, PoseEvidence, RecordedLabels, covariance_of_prior};
 use serde_json::json;
+use std::sync::Arc;
 
 /// Draws walls with one labelled square, which stand elsewhere in each view.
 #[derive(Clone, Copy)]
@@ -50,19 +52,19 @@ impl GeneratedPart for Wall {
         let labels: Vec<u16> = (0..width * height).map(|i| u16::from(inside(i))).collect();
         View {
             index,
-            stamp: 0.0,
+            stamp: None,
             intrinsics: Intrinsics { width, height, fx: 60.0, fy: 60.0, cx: 23.5, cy: 15.5 },
-            rgb: RgbImage::from_fn(width, height, |u, v| Rgb([u as u8, v as u8, shade])),
-            depth: DepthImage { width, height, metres: vec![0.5; labels.len()] },
+            rgb: Arc::new(RgbImage::from_fn(width, height, |u, v| Rgb([u as u8, v as u8, shade]))),
+            depth: Arc::new(DepthImage { width, height, metres: vec![0.5; labels.len()] }),
             pose: PoseEvidence::World {
                 table_from_camera: Isometry3::translation(0.01 * f64::from(index), 0.0, 0.0),
                 covariance: covariance_of_prior(1e-6, 1e-6),
             },
-            labels: Some(RecordedLabels {
+            labels: Some(Arc::new(RecordedLabels {
                 defects: vec![0; labels.len()],
                 instances: labels.clone(),
                 components: labels,
-            }),
+            })),
             truth: None,
         }
     }
@@ -108,7 +110,7 @@ fn a_part_is_the_same_bytes_again_and_a_scene_of_its_own() {
     for index in 0..3 {
         let (read, drawn) = (scene.next_view().expect("three views").expect("readable"), part.view(index));
         assert_eq!(read.rgb, drawn.rgb);
-        assert_eq!(read.labels.map(|l| l.components), drawn.labels.map(|l| l.components));
+        assert_eq!(read.labels, drawn.labels);
     }
 }
 

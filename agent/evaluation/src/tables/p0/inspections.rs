@@ -4,23 +4,18 @@
 //! --sigma T` inspects it. Accuracy is correct / retained, completeness retained / all points of a component; points of
 //! the ten models count together, then components count alike.
 
-use super::super::{NetworkSetting, Progress, Silent};
+use super::super::{NetworkSetting, Progress};
 use super::P0Error;
 use crate::network_scores::Shelf;
 use crate::{DefectArea, TruthReport, defect_areas, judge};
-use semascan_inspection::pipeline;
-use semascan_inspection::pipeline::PipelineConfig;
-use semascan_inspection::source::{Source, WithTaxonomy};
+use semascan_inspection::source::Source;
+use semascan_inspection::spec::{InspectionSpec, LabelSource, NetworkSpec};
 use semascan_model::Taxonomy;
-use semascan_perception::fuse::{SemanticMap, Uncertain, UncertaintyRule};
-use semascan_perception::register::{IcpConfig, IcpRegistrar, Selection};
-use semascan_perception::segment::network::{Manifest, NetworkConfig, extended};
+use semascan_perception::fuse::Uncertain;
 use semascan_simulation::{VirtualCell, VirtualCellSpec};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::io::{self, Write};
-use std::path::PathBuf;
-use std::sync::atomic::AtomicBool;
 
 /// P0's figures, shares of 1: by component in the order of [`COMPONENTS`], then the mean.
 const PUBLISHED: [(&str, [f64; 6]); 4] = [
@@ -150,26 +145,22 @@ fn inspect(shelf: &Shelf, setting: &NetworkSetting, sigma: f32, seed: u64) -> Re
     let uri = format!("virtual:starter-motor?seed={seed}&views={}&size={w}x{h}&cell={}", test.views, test.cell);
     let cell = VirtualCell::open(&VirtualCellSpec::parse(&uri)?)?;
     let chosen = shelf.chosen(&cell.info().taxonomy)?;
-    let manifests: Vec<&Manifest> = chosen.iter().map(|(_, manifest)| manifest).collect();
-    let taxonomy = extended(&cell.info().taxonomy, &manifests);
-    let folders: Vec<PathBuf> = chosen.iter().map(|(folder, _)| folder.clone()).collect();
-    let mut config = NetworkConfig::default();
-    config.uncertainty.threshold = sigma;
-    let mut segmenter = shelf.segmenter(&folders, cell.info(), &config)?;
-    let mut source = WithTaxonomy::new(Box::new(cell), taxonomy.clone());
-    let mut registrar = IcpRegistrar::new(IcpConfig::default(), Selection::Object);
-    let uncertainty =
-        UncertaintyRule { threshold: sigma, defect_threshold: config.defect_threshold, uncertain: Uncertain::Drop };
-    let pipeline = PipelineConfig { uncertainty, ..PipelineConfig::default() };
-    let stop = AtomicBool::new(false);
-    let done = pipeline::run(&mut source, &mut segmenter, &mut registrar, &pipeline, &Silent, &stop)?;
-    let map = done.map.as_ref().ok_or(P0Error::NoView(seed))?;
-    let cloud = SemanticMap::cloud(map);
-    let truth = source.truth().ok_or(P0Error::NoView(seed))?;
-    let report = judge(&cloud, truth);
-    let areas = defect_areas(&cloud, truth, map.config().voxel);
+    let network = NetworkSpec {
+        models: chosen.iter().map(|(folder, _)| folder.display().to_string()).collect(),
+        threshold: Some(sigma),
+        uncertain: Uncertain::Drop,
+        ..NetworkSpec::default()
+    };
+    let spec = InspectionSpec { labels: LabelSource::Network, network, ..InspectionSpec::default() };
+    let inspected = super::super::inspect(spec, Box::new(cell))?;
+    let cloud = &inspected.cloud;
+    let truth = inspected.source.truth().ok_or(P0Error::NoView(seed))?;
+    let report = judge(cloud, truth);
+    let areas = defect_areas(cloud, truth, inspected.model.read().config().voxel);
+    let taxonomy = inspected.source.info().taxonomy.clone();
+    let rejected = inspected.recorded.rejections().len() as u32;
     let figures = Figures { accuracy: report.accuracy, completeness: report.completeness };
-    Ok((Motor { seed, figures, points: report.points, rejected: done.rejected }, report, areas, taxonomy))
+    Ok((Motor { seed, figures, points: report.points, rejected }, report, areas, taxonomy))
 }
 
 fn figures([points, retained, correct]: [u64; 3]) -> Figures {

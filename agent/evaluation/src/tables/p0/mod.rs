@@ -7,10 +7,9 @@ pub mod networks;
 pub mod reference_models;
 
 use super::frozen_threshold::{self, FrozenThreshold, freeze};
-use super::{NetworkSetting, Progress};
+use super::{InspectError, NetworkSetting, Progress};
 use crate::{AlignError, NetworkError, TestDomain};
-use semascan_inspection::pipeline::PipelineError;
-use semascan_inspection::source::AcquireError;
+use semascan_inspection::source::SourceError;
 use serde::Serialize;
 use std::io::{self, Write};
 
@@ -33,10 +32,10 @@ pub struct Config {
 pub enum P0Error {
     /// A motor cannot be had.
     #[error(transparent)]
-    Acquire(#[from] AcquireError),
-    /// An inspection could not be run.
+    Acquire(#[from] SourceError),
+    /// An inspection has no result.
     #[error(transparent)]
-    Pipeline(#[from] PipelineError),
+    Inspect(#[from] InspectError),
     /// Networks could not be judged.
     #[error(transparent)]
     Network(#[from] NetworkError),

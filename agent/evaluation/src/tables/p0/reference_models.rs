@@ -6,19 +6,13 @@
 //! stand beside ours to show the order of magnitude; they are of other parts, and of hardware.
 
 use super::P0Error;
-use crate::tables::Silent;
+use crate::tables::inspect;
 use crate::{AlignedEvaluation, Model, Range, evaluate_aligned, ranges};
-use semascan_inspection::pipeline;
-use semascan_inspection::pipeline::PipelineConfig;
-use semascan_inspection::source::Source;
+use semascan_inspection::spec::InspectionSpec;
 use semascan_model::{PointFlags, SemanticCloud};
-use semascan_perception::fuse::SemanticMap;
-use semascan_perception::register::{IcpConfig, IcpRegistrar, Selection};
-use semascan_perception::segment::RecordedSegmenter;
 use semascan_simulation::{VirtualCell, VirtualCellSpec};
 use serde::Serialize;
 use std::io::{self, Write};
-use std::sync::atomic::AtomicBool;
 
 /// What is run.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -155,15 +149,12 @@ fn setting(config: &Config) -> String {
 fn one(config: &Config, motor: u64) -> Result<(Row, (usize, usize)), P0Error> {
     let (width, height) = config.size;
     let uri = format!("virtual:starter-motor?seed={motor}&views={}&size={width}x{height}&noise=zivid", config.views);
-    let mut cell = VirtualCell::open(&VirtualCellSpec::parse(&uri)?)?;
-    let mut registrar = IcpRegistrar::new(IcpConfig::default(), Selection::Object);
-    let mut segmenter = RecordedSegmenter { required: true };
-    let pipeline = PipelineConfig { voxel: config.voxel, ..PipelineConfig::default() };
-    let stop = AtomicBool::new(false);
-    let inspected = pipeline::run(&mut cell, &mut segmenter, &mut registrar, &pipeline, &Silent, &stop)?;
-    let cloud = inspected.map.as_ref().map(SemanticMap::cloud).ok_or(P0Error::NoView(motor))?;
-    let c = reconstructed(&cloud, motor);
-    let truth = cell.truth().ok_or(P0Error::NoView(motor))?;
+    let cell = VirtualCell::open(&VirtualCellSpec::parse(&uri)?)?;
+    let mut spec = InspectionSpec::default();
+    spec.source.voxel_mm = config.voxel.map(|metres| metres * 1e3);
+    let inspected = inspect(spec, Box::new(cell))?;
+    let c = reconstructed(&inspected.cloud, motor);
+    let truth = inspected.source.truth().ok_or(P0Error::NoView(motor))?;
     let l = Model::sampled(
         &format!("truth of motor {motor}"),
         &truth.vertices,

@@ -23,7 +23,7 @@ pub use score::MethodScore;
 
 use methods::{Capture, hard, reconstruct};
 use score::TrueSurface;
-use semascan_inspection::source::{AcquireError, Source};
+use semascan_inspection::source::{Source, SourceError};
 use semascan_perception::segment::Degradation;
 use semascan_simulation::VirtualCell;
 use std::path::PathBuf;
@@ -52,7 +52,7 @@ pub struct Config {
 pub enum TableError {
     /// An object cannot be had.
     #[error(transparent)]
-    Acquire(#[from] AcquireError),
+    Acquire(#[from] SourceError),
     /// A method failed.
     #[error("{object}, run {seed}: {source}")]
     Method {

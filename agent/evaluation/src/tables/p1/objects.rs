@@ -1,7 +1,7 @@
 //! The thirteen objects: five toys, four scanned YCB objects, four starter motors.
 
 use super::toys::toys;
-use semascan_inspection::source::{AcquireError, TrueMesh};
+use semascan_inspection::source::{SourceError, TrueMesh};
 use semascan_simulation::{Domain, ErrorModel, PartSpec, Sampling, SensorModel, VirtualCellSpec};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -64,18 +64,18 @@ impl Setting {
 ///
 /// # Errors
 /// If a mesh cannot be written, or a YCB mesh is missing.
-pub fn objects(folder: &Path, ycb: Option<&Path>) -> Result<Vec<TableObject>, AcquireError> {
+pub fn objects(folder: &Path, ycb: Option<&Path>) -> Result<Vec<TableObject>, SourceError> {
     let mut objects = Vec::new();
     for (toy, class) in toys().iter().zip(1..) {
         let path = folder.join(format!("{}.obj", toy.name));
-        std::fs::write(&path, toy.obj()).map_err(|source| AcquireError::Io { path: path.clone(), source })?;
+        std::fs::write(&path, toy.obj()).map_err(|source| SourceError::Io { path: path.clone(), source })?;
         objects.push(TableObject::mesh(toy.name, Dataset::Toys, class, path, 1e-3));
     }
     for (name, class) in ["lemon", "orange", "plum", "mug"].into_iter().zip(1..) {
         let Some(path) = ycb.map(|folder| folder.join(name).join("textured.obj")) else { continue };
         if !path.is_file() {
             let missing = std::io::ErrorKind::NotFound.into();
-            return Err(AcquireError::Io { path, source: missing });
+            return Err(SourceError::Io { path, source: missing });
         }
         // The mug's scan is in centimetres, the fruit are in metres.
         let scale = if name == "mug" { 0.01 } else { 1.0 };

@@ -18,7 +18,7 @@ fn view(index: u32, pose: Isometry3<f64>, depth: impl Fn(usize, usize) -> f32) -
     LabelledView {
         index,
         cloud: OrganizedCloud::new(K, &DepthImage { width: 160, height: 120, metres }, None),
-        rgb: RgbImage::new(160, 120),
+        rgb: std::sync::Arc::new(RgbImage::new(160, 120)),
         segmentation: Segmentation {
             components: ClassField::Hard(labels),
             defects: ClassField::Hard(vec![0; 160 * 120]),

@@ -11,7 +11,9 @@ fn view(metres: Vec<f32>, draw: &[u8]) -> LabelledView {
     LabelledView {
         index: 3,
         cloud: OrganizedCloud::new(K, &DepthImage { width: 23, height: 11, metres }, None),
-        rgb: RgbImage::from_fn(23, 11, |x, y| image::Rgb([byte(x as usize), byte(y as usize), byte(7)])),
+        rgb: std::sync::Arc::new(RgbImage::from_fn(23, 11, |x, y| {
+            image::Rgb([byte(x as usize), byte(y as usize), byte(7)])
+        })),
         segmentation: Segmentation {
             components: ClassField::Soft {
                 classes: 3,

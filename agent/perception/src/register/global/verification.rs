@@ -3,8 +3,7 @@
 
 use super::consistency::Hypothesis;
 use super::point;
-use crate::register::gicp;
-use crate::register::gicp::{GicpConfig, GicpFit};
+use crate::register::gicp::{self, GicpConfig, GicpFit};
 use crate::register::surfels::SurfelCloud;
 use nalgebra::{Isometry3, Matrix6, Point3, Vector3, Vector6};
 use semascan_geometry::measure::Guess;

@@ -6,6 +6,7 @@ use super::manifest::{Channel, Input};
 use super::preprocess::bilinear;
 use rand::{Rng, RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 
@@ -21,7 +22,7 @@ const BRIGHTNESS: f32 = 0.06;
 const NOISE: f32 = 0.02;
 
 /// A kind of change.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Augmentation {
     /// None.

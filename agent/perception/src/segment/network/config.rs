@@ -5,10 +5,11 @@ use super::engine::EngineDescription;
 use super::manifest::{Fusion, Manifest, NetworkFile, Task};
 use super::region::Window;
 use super::uncertainty::{DEFECT_THRESHOLD, Statistic, UncertaintyFigures, UncertaintySettings};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Where networks look.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Region {
     /// At the measuring volume and a margin around it; all else is taken to be none, with certainty.
@@ -76,7 +77,7 @@ impl NetworkConfig {
 }
 
 /// One model in a record.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ModelReport {
     /// Its name.
     pub name: String,
@@ -109,7 +110,7 @@ impl From<&Manifest> for ModelReport {
 }
 
 /// What labelled an inspection, and how.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct NetworkReport {
     /// The models.
     pub models: Vec<ModelReport>,

@@ -9,6 +9,7 @@ use semascan_perception::segment::network::{FILE_NAME, Manifest, NetworkFile};
 use semascan_perception::view::{DepthImage, Intrinsics, PoseEvidence, View};
 use sha2::{Digest, Sha256};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// A manifest for colour classifiers (see [`onnx::classifier`]) of `task` and `classes`, without files.
 pub(crate) fn manifest(task: &str, classes: &[&str]) -> Manifest {
@@ -70,10 +71,10 @@ pub(crate) fn view(width: u32, height: u32, colour: impl Fn(u32, u32) -> [u8; 3]
     let (w, h) = (f64::from(width), f64::from(height));
     View {
         index: 0,
-        stamp: 0.0,
+        stamp: None,
         intrinsics: Intrinsics { width, height, fx: w, fy: w, cx: w / 2.0, cy: h / 2.0 },
-        rgb: RgbImage::from_fn(width, height, |u, v| Rgb(colour(u, v))),
-        depth: DepthImage { width, height, metres: vec![0.5; (width * height) as usize] },
+        rgb: Arc::new(RgbImage::from_fn(width, height, |u, v| Rgb(colour(u, v)))),
+        depth: Arc::new(DepthImage { width, height, metres: vec![0.5; (width * height) as usize] }),
         pose: PoseEvidence::None,
         labels: None,
         truth: None,

@@ -11,6 +11,7 @@ mod tests;
 mod validate;
 
 pub use output::{Activation, Output};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
@@ -60,7 +61,7 @@ pub struct Manifest {
 }
 
 /// What a network says of a picture.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Task {
     /// Component classes.
@@ -86,7 +87,7 @@ impl Task {
 }
 
 /// Where colour and depth meet (P0's fusion variants, P2's contribution layer).
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Fusion {
     /// One of them only.
@@ -106,7 +107,7 @@ pub enum Fusion {
 }
 
 /// One `.onnx` file.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct NetworkFile {
     /// Its name, in the model's folder.

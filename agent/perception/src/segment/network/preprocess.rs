@@ -162,6 +162,7 @@ mod tests {
     use crate::segment::network::manifest::{ColourScale, DepthScale};
     use crate::view::{DepthImage, Intrinsics, PoseEvidence};
     use image::{Rgb, RgbImage};
+    use std::sync::Arc;
 
     const WIDTH: u32 = 50;
     const HEIGHT: u32 = 40;
@@ -172,10 +173,10 @@ mod tests {
         metres[0] = 0.0;
         View {
             index: 0,
-            stamp: 0.0,
+            stamp: None,
             intrinsics: Intrinsics { width: WIDTH, height: HEIGHT, fx: 50.0, fy: 50.0, cx: 25.0, cy: 20.0 },
-            rgb: RgbImage::from_fn(WIDTH, HEIGHT, |u, v| Rgb([u as u8 * 4, v as u8 * 4, 7])),
-            depth: DepthImage { width: WIDTH, height: HEIGHT, metres },
+            rgb: Arc::new(RgbImage::from_fn(WIDTH, HEIGHT, |u, v| Rgb([u as u8 * 4, v as u8 * 4, 7]))),
+            depth: Arc::new(DepthImage { width: WIDTH, height: HEIGHT, metres }),
             pose: PoseEvidence::None,
             labels: None,
             truth: None,

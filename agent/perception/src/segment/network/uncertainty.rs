@@ -8,10 +8,11 @@
 //! quantiles of the M values, beside the expanded uncertainty `U = k u`.
 
 use rayon::prelude::*;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// What sigma of a pixel is.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Statistic {
     /// `sqrt(sum_c u_c^2)`.
@@ -81,7 +82,7 @@ pub struct Estimate {
 }
 
 /// A picture's uncertainty in numbers. Means are over the pixels whose predicted class is not none.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct UncertaintyFigures {
     /// Pixels the networks looked at.
     pub pixels: u64,

@@ -15,6 +15,7 @@ use super::{SegmentError, Segmentation, Segmenter};
 use crate::view::View;
 use contour::Snake;
 use nalgebra::Point3;
+use std::sync::Arc;
 
 /// How the background is told from the part.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -66,7 +67,7 @@ impl<S: Segmenter> Segmenter for Prepared<S> {
         let quiet = if self.preparation.denoise { denoise::denoised(&view.rgb) } else { None };
         let background = self.preparation.background_of(view);
         let mut segmentation = match quiet {
-            Some(rgb) => self.segmenter.segment(&View { rgb, ..view.clone() })?,
+            Some(rgb) => self.segmenter.segment(&View { rgb: Arc::new(rgb), ..view.clone() })?,
             None => self.segmenter.segment(view)?,
         };
         for (i, _) in background.iter().flatten().enumerate().filter(|(_, outside)| **outside) {

@@ -10,6 +10,7 @@ pub use onnx_runtime::OnnxRuntime;
 #[cfg(feature = "tract")]
 pub use tract::Tract;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::fmt::Debug;
 use std::path::{Path, PathBuf};
@@ -84,7 +85,7 @@ fn one_by_one(
 }
 
 /// What an engine is, for people and records.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct EngineDescription {
     /// `onnxruntime` or `tract`.
     pub name: String,
@@ -98,7 +99,7 @@ pub struct EngineDescription {
 }
 
 /// What computes (ONNX Runtime's execution providers).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Provider {
     /// The processor.

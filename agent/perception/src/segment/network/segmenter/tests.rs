@@ -9,6 +9,7 @@ use crate::segment::network::fixtures::{engines, manifest, onnx, view, write};
 use crate::segment::network::{Augmentation, Manifest, ModelError};
 use crate::view::{PoseEvidence, covariance_of_prior};
 use nalgebra::{Isometry3, Point3};
+use std::sync::Arc;
 use tempfile::TempDir;
 
 /// Scores of none, red and green: `softmax(0, 6 r - b, 6 g - b)`.

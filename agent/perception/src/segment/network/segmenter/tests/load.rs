@@ -97,6 +97,6 @@ fn models_that_do_not_go_together_are_refused() {
         NetworkSegmenter::new(vec![load()], engine.description(), &taxonomy(), None, NetworkConfig::default())
             .expect("goes together");
     let mut picture = view(32, 32, colour);
-    picture.depth.metres.pop();
+    Arc::make_mut(&mut picture.depth).metres.pop();
     assert!(segmenter.segment(&picture).expect_err("no depth for a pixel").to_string().contains("view 0"));
 }

@@ -22,7 +22,7 @@ fn a_two_stream_network_tells_what_each_stream_contributes() {
         m.output.activation = Activation::Softmax;
     });
     let mut picture = view(32, 32, |_, _| [255, 0, 0]);
-    picture.depth.metres[5] = 1.0;
+    Arc::make_mut(&mut picture.depth).metres[5] = 1.0;
     for mut segmenter in segmenters(&[&folder], None, &asked(&[Augmentation::Identity, Augmentation::Flip])) {
         let said = segmenter.segment(&picture).expect("runs");
         let share = said.network.and_then(|n| n.contribution.clone()).expect("two streams");

@@ -1,79 +1,74 @@
-//! Views of which nothing is known: the first one's camera is the table frame, the others are found in the model.
+//! Views of which nothing is known: the first one's camera is the table frame, the others are found in the
+//! model.
 
 use anyhow::{Context, Result};
 use image::GrayImage;
-use nalgebra::{Isometry3, Point3, Quaternion, UnitQuaternion};
+use nalgebra::{Isometry3, Point3};
 use semascan_evaluation::{PosePair, align_poses, aligned_pose_errors, judge_aligned, pose_error};
-use semascan_inspection::pipeline;
-use semascan_inspection::pipeline::PipelineConfig;
-use semascan_inspection::record::{InspectionRecord, PoseRecord, Recorder, ViewRecord};
+use semascan_inspection::Inspected;
+use semascan_inspection::record::{InspectionRecord, RegistrationRecord, ViewRecord};
 use semascan_inspection::source::Source;
+use semascan_inspection::spec::{CameraMask, InspectionSpec, LabelSource, RegistrationMethod};
 use semascan_model::SemanticCloud;
-use semascan_perception::fuse::SemanticMap;
-use semascan_perception::register::{IcpConfig, IcpRegistrar, Selection};
-use semascan_perception::segment::RecordedSegmenter;
 use semascan_simulation::{VirtualCell, VirtualCellSpec};
-use semascan_sources::bop::CameraMask;
 use semascan_tests::data;
+use semascan_tests::inspect::inspect_with;
 use semascan_tests::sources::open;
 use semascan_tests::unposed::Unposed;
 use std::path::Path;
-use std::sync::atomic::AtomicBool;
 
 /// A motor seen in a full turn, of whose views those that `lost` names come without evidence.
 fn motor(uri: &str, lost: fn(u32) -> bool) -> Result<Unposed<VirtualCell>> {
-    Ok(Unposed { source: VirtualCell::open(&VirtualCellSpec::parse(uri)?)?, lost })
+    Ok(Unposed { source: cell(uri)?, lost })
 }
 
-fn inspect(source: &mut dyn Source, selection: Selection) -> Result<(InspectionRecord, SemanticMap)> {
-    let (recorder, config) = (Recorder::default(), PipelineConfig::default());
-    let mut registrar = IcpRegistrar::new(IcpConfig::default(), selection);
-    let (mut labels, stop) = (RecordedSegmenter { required: false }, AtomicBool::new(false));
-    let inspected = pipeline::run(source, &mut labels, &mut registrar, &config, &recorder, &stop)?;
-    let map = inspected.map.context("no view could be used")?;
-    let record = recorder.finish("test", source.info(), "source", None, &SemanticCloud::default()).record;
-    for view in &record.views {
-        let how = view.registration.as_ref().map(|r| (&r.method, &r.global));
-        eprintln!("view {}: {how:?} {}", view.index, view.reason.as_deref().unwrap_or_default());
+fn cell(uri: &str) -> Result<VirtualCell> {
+    Ok(VirtualCell::open(&VirtualCellSpec::parse(uri)?)?)
+}
+
+fn inspect(source: Box<dyn Source>, registration: RegistrationMethod) -> Result<Inspected> {
+    let spec = InspectionSpec { registration, labels: LabelSource::None, ..InspectionSpec::default() };
+    let inspected = inspect_with(spec, source)?;
+    for view in &inspected.record.views {
+        eprintln!("view {}: {:?} {}", view.index, view.registration, view.reason.as_deref().unwrap_or_default());
     }
-    Ok((record, map))
+    Ok(inspected)
 }
 
-fn method(record: &InspectionRecord, view: usize) -> Option<&str> {
-    Some(record.views[view].registration.as_ref()?.method.as_str())
+fn is_relocalized(view: &ViewRecord) -> bool {
+    matches!(view.registration, Some(RegistrationRecord::Relocalized { .. }))
 }
 
-fn pose(record: &PoseRecord) -> Isometry3<f64> {
-    let [x, y, z, w] = record.rotation;
-    let rotation = UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z));
-    Isometry3::from_parts(record.translation.into(), rotation)
+fn is_frame(view: &ViewRecord) -> bool {
+    view.registration == Some(RegistrationRecord::CameraIsFrame)
 }
 
 /// Estimated and true poses of the accepted views.
 fn poses(record: &InspectionRecord, cell: &VirtualCell) -> Result<Vec<PosePair>> {
     let pair = |view: &ViewRecord| {
         let truth = cell.view(view.index).and_then(|v| v.truth).context("no truth")?.table_from_camera;
-        Ok(PosePair { estimate: pose(view.pose.as_ref().context("no pose")?), truth })
+        Ok(PosePair { estimate: view.pose.as_ref().context("no pose")?.into(), truth })
     };
     record.views.iter().filter(|v| v.accepted).map(pair).collect()
 }
 
 #[test]
 fn a_turn_without_any_pose_gives_the_model_in_the_frame_of_the_first_camera() -> Result<()> {
-    let mut source = motor("virtual:starter-motor?seed=7&views=12", |_| true)?;
-    let (record, map) = inspect(&mut source, Selection::Object)?;
-    assert_eq!(method(&record, 0), Some("camera is frame"));
-    assert!((1..12).all(|view| matches!(method(&record, view), Some("relocalised") | None)));
+    let uri = "virtual:starter-motor?seed=7&views=12";
+    let Inspected { record, cloud, source, .. } =
+        inspect(Box::new(motor(uri, |_| true)?), RegistrationMethod::SegmentIcp)?;
+    assert!(is_frame(&record.views[0]));
+    assert!(record.views[1..].iter().all(|view| is_relocalized(view) || view.registration.is_none()));
     assert!(record.base_from_table.is_none() && record.views.iter().all(|v| v.prior.is_none()));
     let accepted = record.views.iter().filter(|v| v.accepted).count();
     assert!(accepted >= 11, "{accepted} of 12 views");
 
-    let pairs = poses(&record, &source.source)?;
+    let pairs = poses(&record, &cell(uri)?)?;
     let errors = aligned_pose_errors(&pairs);
     let angle = errors.iter().map(|e| e.rotation.to_degrees()).fold(0.0, f64::max);
     let distance = errors.iter().map(|e| e.translation * 1e3).fold(0.0, f64::max);
     // The surroundings do not turn with the part: the part alone is the model.
-    let part: SemanticCloud = map.cloud().iter().filter(|p| p.label != 0).collect();
+    let part: SemanticCloud = cloud.iter().filter(|p| p.label != 0).collect();
     let truth = source.truth().context("the cell knows the truth")?;
     let surface = judge_aligned(&part, truth, &align_poses(&pairs).context("finite")?).surface.context("points")?;
     eprintln!(
@@ -89,14 +84,18 @@ fn a_turn_without_any_pose_gives_the_model_in_the_frame_of_the_first_camera() ->
 #[test]
 fn views_that_lost_their_pose_on_the_way_are_found_in_the_table_frame() -> Result<()> {
     let lost = |view| matches!(view, 4 | 5 | 9);
-    let mut source = motor("virtual:starter-motor?seed=8&views=12&errors=none&size=480x360", lost)?;
-    let (record, _) = inspect(&mut source, Selection::Object)?;
+    let uri = "virtual:starter-motor?seed=8&views=12&errors=none&size=480x360";
+    let record = inspect(Box::new(motor(uri, lost)?), RegistrationMethod::SegmentIcp)?.record;
     assert!(record.base_from_table.is_some());
     for view in &record.views {
-        let found = method(&record, view.index as usize) == Some("relocalised");
-        assert_eq!((found, view.prior.is_none()), (lost(view.index), lost(view.index)), "view {}", view.index);
+        assert_eq!(
+            (is_relocalized(view), view.prior.is_none()),
+            (lost(view.index), lost(view.index)),
+            "view {}",
+            view.index
+        );
     }
-    for (pair, view) in poses(&record, &source.source)?.iter().zip(&record.views) {
+    for (pair, view) in poses(&record, &cell(uri)?)?.iter().zip(&record.views) {
         let error = pose_error(&pair.estimate, &pair.truth);
         let (angle, distance) = (error.rotation.to_degrees(), error.translation * 1e3);
         assert!(angle < 0.1 && distance < 0.5, "view {}: {angle} deg {distance} mm", view.index);
@@ -106,13 +105,13 @@ fn views_that_lost_their_pose_on_the_way_are_found_in_the_table_frame() -> Resul
 
 #[test]
 fn readings_are_not_believed_in_the_frame_of_a_camera() -> Result<()> {
-    let mut source = motor("virtual:starter-motor?seed=8&views=12&errors=none&size=480x360", |view| view == 0)?;
-    let (record, map) = inspect(&mut source, Selection::Object)?;
-    assert_eq!(method(&record, 0), Some("camera is frame"));
-    assert_eq!(method(&record, 1), Some("relocalised"));
+    let uri = "virtual:starter-motor?seed=8&views=12&errors=none&size=480x360";
+    let Inspected { record, model, .. } =
+        inspect(Box::new(motor(uri, |view| view == 0)?), RegistrationMethod::SegmentIcp)?;
+    assert!(is_frame(&record.views[0]) && is_relocalized(&record.views[1]));
     assert!(record.base_from_table.is_none(), "the robot does not know where that camera was");
-    assert!(map.config().volume.is_none(), "nor does the measuring volume");
-    let errors = aligned_pose_errors(&poses(&record, &source.source)?);
+    assert!(model.read().config().volume.is_none(), "nor does the measuring volume");
+    let errors = aligned_pose_errors(&poses(&record, &cell(uri)?)?);
     assert!(errors.len() >= 10 && errors.iter().all(|e| e.rotation.to_degrees() < 0.1), "{errors:?}");
     Ok(())
 }
@@ -125,19 +124,15 @@ fn a_real_scene_without_camera_poses_is_put_together() -> Result<()> {
     let mask = folder.path().join("gripper.png");
     let mut posed = open(&shelf.display().to_string())?;
     write_camera_mask(posed.as_mut(), &mask)?;
-    let (reference, _) = inspect(
-        semascan_sources::open(&shelf.display().to_string(), &CameraMask::File(mask.clone()))?.as_mut(),
-        Selection::Everything,
-    )?;
+    let posed = semascan_sources::open(&shelf.display().to_string(), &CameraMask::File(mask.clone()))?;
+    let reference = inspect(posed, RegistrationMethod::Icp)?.record;
     let scene = folder.path().join("scene");
     without_camera_poses(&shelf, &scene)?;
-    let (record, _) = inspect(
-        semascan_sources::open(&scene.display().to_string(), &CameraMask::File(mask))?.as_mut(),
-        Selection::Everything,
-    )?;
+    let unposed = semascan_sources::open(&scene.display().to_string(), &CameraMask::File(mask))?;
+    let record = inspect(unposed, RegistrationMethod::Icp)?.record;
     let both = reference.views.iter().zip(&record.views).filter(|(a, b)| a.accepted && b.accepted);
     let pairs: Vec<PosePair> = both
-        .map(|(a, b)| Some(PosePair { truth: pose(a.pose.as_ref()?), estimate: pose(b.pose.as_ref()?) }))
+        .map(|(a, b)| Some(PosePair { truth: a.pose.as_ref()?.into(), estimate: b.pose.as_ref()?.into() }))
         .collect::<Option<_>>()
         .context("poses")?;
     let errors = aligned_pose_errors(&pairs);
@@ -199,9 +194,8 @@ const BY_OPEN3D: [([f64; 3], [f64; 3]); 4] = [
 #[cfg_attr(not(semascan_data), ignore = "SEMASCAN_DATA is not set")]
 fn five_real_clouds_without_poses_make_one_room() -> Result<()> {
     let folder = data::folder("point-clouds/pairwise")?;
-    let mut source = open(&folder.display().to_string())?;
-    let (record, _) = inspect(source.as_mut(), Selection::Everything)?;
-    let found: Option<Vec<_>> = record.views.iter().map(|v| v.pose.as_ref().map(pose)).collect();
+    let record = inspect(open(&folder.display().to_string())?, RegistrationMethod::Icp)?.record;
+    let found: Option<Vec<Isometry3<f64>>> = record.views.iter().map(|v| v.pose.as_ref().map(Into::into)).collect();
     let found = found.context("a view was left out")?;
     let middle = Point3::new(0.0, 0.0, 2.2);
     for (pair, (translation, rotation)) in found.windows(2).zip(BY_OPEN3D) {

@@ -1,0 +1,41 @@
+//! `semascan demo`: a simulated starter motor, watched in the browser.
+
+use super::config::CellConfig;
+use super::serve::{Job, ReachArgs, serve, use_threads};
+use super::{Failure, run};
+use clap::Args;
+use semascan_inspection::spec::InspectionSpec;
+
+/// What the demo shows.
+const DEMO_SOURCE: &str = "virtual:starter-motor?seed=7&views=12";
+
+/// Arguments of `semascan demo`.
+#[derive(Debug, Args)]
+pub(crate) struct DemoArgs {
+    /// What to inspect
+    #[arg(long, default_value = DEMO_SOURCE)]
+    source: String,
+    /// Do not open the browser
+    #[arg(long)]
+    no_open: bool,
+    /// Least time between two captures in seconds
+    #[arg(long, value_name = "SECONDS", default_value_t = 1.5)]
+    pace: f64,
+    /// Voxel edge in millimetres
+    #[arg(long, value_name = "MM")]
+    voxel: Option<f64>,
+    #[command(flatten)]
+    reach: ReachArgs,
+}
+
+impl DemoArgs {
+    pub(crate) fn run(self) -> Result<(), Failure> {
+        use_threads(self.reach.threads)?;
+        let mut spec = InspectionSpec::default();
+        spec.source.uri = Some(self.source);
+        spec.source.voxel_mm = self.voxel;
+        spec.source.pace_s = self.pace;
+        let job = Job { inspection: run::prepare(spec)?, out: None };
+        serve(&self.reach, &CellConfig::default(), !self.no_open, Some(job))
+    }
+}

@@ -1,0 +1,235 @@
+//! Arguments of every command that inspects, to an [`InspectionSpec`].
+
+use clap::{Args, ValueEnum};
+use semascan_inspection::spec::{
+    BackgroundMethod, CameraMask, InspectionSpec, LabelSource, MaskRefinement, ObjectAssociation, RegistrationMethod,
+};
+use semascan_perception::fuse::Uncertain;
+
+/// What an inspection is run with, as the command line says it; what is not said is as `cell.toml` or the default has it.
+#[derive(Clone, Debug, Default, Args)]
+pub(crate) struct SpecArgs {
+    /// Where labels come from [default: source]
+    #[arg(long, value_enum)]
+    labels: Option<LabelsArg>,
+    /// Pixels that show the robot: a PNG (nonzero = ignore), `auto` to find them, or `none` [default: auto]
+    #[arg(long, value_name = "PNG")]
+    camera_mask: Option<String>,
+    /// Models for `--labels network`: names, folders of models, or folders with models, separated by commas; by default
+    /// the best of each task that is installed
+    #[arg(long, value_name = "NAME|DIR", value_delimiter = ',')]
+    models: Vec<String>,
+    /// Largest standard uncertainty of a component label, 0 to 1 [default: 0.16]
+    #[arg(long, value_name = "T")]
+    sigma: Option<f32>,
+    /// What becomes of pixels beyond it [default: geometry]
+    #[arg(long, value_enum)]
+    uncertain: Option<UncertainArg>,
+    /// Filter the pictures' noise, of the type and level that they have
+    #[arg(long)]
+    denoise: bool,
+    /// What is known not to be the part, and is not labelled [default: keep]
+    #[arg(long, value_enum)]
+    background: Option<BackgroundArg>,
+    /// How views get their poses [default: auto]
+    #[arg(long, value_enum)]
+    registration: Option<RegistrationArg>,
+    /// Whether masks are fitted to the geometry of the view [default: as-is]
+    #[arg(long, value_enum)]
+    masks: Option<MasksArg>,
+    /// How objects of a view are found among those of the model [default: none]
+    #[arg(long, value_enum)]
+    association: Option<AssociationArg>,
+    /// Voxel edge in millimetres; by default twice the median pixel footprint, at least 0.5
+    #[arg(long, value_name = "MM")]
+    voxel: Option<f64>,
+    /// Inspect only the views of a moving camera that show something new (keyframes)
+    #[arg(long)]
+    keyframes: bool,
+    /// Least time between two captures in seconds [default: 0]
+    #[arg(long, value_name = "SECONDS")]
+    pace: Option<f64>,
+}
+
+/// Where labels come from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum LabelsArg {
+    /// Recorded masks or simulated truth that come with the views
+    Source,
+    /// Trained networks
+    Network,
+    /// Geometry only
+    None,
+}
+
+/// What becomes of uncertain pixels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum UncertainArg {
+    /// They add geometry, but no evidence for a class
+    Geometry,
+    /// They are dropped
+    Drop,
+}
+
+/// Whether masks are fitted to the geometry of the view (fusion segmentation).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum MasksArg {
+    /// As they come
+    AsIs,
+    /// To superpixels of the picture
+    Slic,
+    /// To convex patches of one colour
+    Lcccp,
+}
+
+/// How the background of a picture is found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum BackgroundArg {
+    /// It is not looked for
+    Keep,
+    /// Outside an active contour around the edges
+    Contour,
+    /// Outside the cell's measuring volume
+    Volume,
+}
+
+/// How objects of a view are found among those of the model.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum AssociationArg {
+    /// Views number them alike already
+    None,
+    /// By common surface
+    Overlap,
+    /// By the nearest gravity centre
+    GravityCentre,
+}
+
+/// How views get their poses.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum RegistrationArg {
+    /// ICP on the object's points where a turntable moves it, on all points where everything stands still
+    Auto,
+    /// The robot's and turntable's readings alone
+    Kinematic,
+    /// ICP on all points
+    Icp,
+    /// ICP on the points that carry a component label
+    SegmentIcp,
+}
+
+impl SpecArgs {
+    /// The specification `spec` with what the command line says.
+    pub(crate) fn apply(self, mut spec: InspectionSpec) -> InspectionSpec {
+        fn set<T>(place: &mut T, value: Option<impl Into<T>>) {
+            if let Some(value) = value {
+                *place = value.into();
+            }
+        }
+        set(&mut spec.labels, self.labels);
+        set(&mut spec.source.camera_mask, self.camera_mask.map(CameraMask::from));
+        if !self.models.is_empty() {
+            spec.network.models = self.models;
+        }
+        spec.network.threshold = self.sigma.or(spec.network.threshold);
+        set(&mut spec.network.uncertain, self.uncertain);
+        spec.preparation.denoise |= self.denoise;
+        set(&mut spec.preparation.background, self.background);
+        set(&mut spec.registration, self.registration);
+        set(&mut spec.masks, self.masks);
+        set(&mut spec.association, self.association);
+        spec.source.voxel_mm = self.voxel.or(spec.source.voxel_mm);
+        spec.source.keyframes |= self.keyframes;
+        set(&mut spec.source.pace_s, self.pace);
+        spec
+    }
+}
+
+impl From<LabelsArg> for LabelSource {
+    fn from(arg: LabelsArg) -> Self {
+        match arg {
+            LabelsArg::Source => Self::Source,
+            LabelsArg::Network => Self::Network,
+            LabelsArg::None => Self::None,
+        }
+    }
+}
+
+impl From<UncertainArg> for Uncertain {
+    fn from(arg: UncertainArg) -> Self {
+        match arg {
+            UncertainArg::Geometry => Self::Geometry,
+            UncertainArg::Drop => Self::Drop,
+        }
+    }
+}
+
+impl From<MasksArg> for MaskRefinement {
+    fn from(arg: MasksArg) -> Self {
+        match arg {
+            MasksArg::AsIs => Self::AsIs,
+            MasksArg::Slic => Self::Slic,
+            MasksArg::Lcccp => Self::Lcccp,
+        }
+    }
+}
+
+impl From<BackgroundArg> for BackgroundMethod {
+    fn from(arg: BackgroundArg) -> Self {
+        match arg {
+            BackgroundArg::Keep => Self::Keep,
+            BackgroundArg::Contour => Self::Contour,
+            BackgroundArg::Volume => Self::Volume,
+        }
+    }
+}
+
+impl From<AssociationArg> for ObjectAssociation {
+    fn from(arg: AssociationArg) -> Self {
+        match arg {
+            AssociationArg::None => Self::None,
+            AssociationArg::Overlap => Self::Overlap,
+            AssociationArg::GravityCentre => Self::GravityCentre,
+        }
+    }
+}
+
+impl From<RegistrationArg> for RegistrationMethod {
+    fn from(arg: RegistrationArg) -> Self {
+        match arg {
+            RegistrationArg::Auto => Self::Auto,
+            RegistrationArg::Kinematic => Self::Kinematic,
+            RegistrationArg::Icp => Self::Icp,
+            RegistrationArg::SegmentIcp => Self::SegmentIcp,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::Parser;
+
+    #[derive(Parser)]
+    struct Command {
+        #[command(flatten)]
+        args: SpecArgs,
+    }
+
+    fn apply(line: &str, spec: InspectionSpec) -> InspectionSpec {
+        let words = std::iter::once("semascan").chain(line.split_whitespace());
+        Command::try_parse_from(words).expect("a right call").args.apply(spec)
+    }
+
+    #[test]
+    fn what_is_not_said_stays_and_what_is_said_wins() {
+        let mut spec = InspectionSpec { labels: LabelSource::Network, ..InspectionSpec::default() };
+        spec.source.voxel_mm = Some(2.0);
+        spec.source.keyframes = true;
+        assert_eq!(apply("", spec.clone()), spec);
+        let changed = apply("--labels none --voxel 1 --sigma 0.3 --camera-mask m.png --pace 0.5", spec.clone());
+        assert_eq!((changed.labels, changed.source.voxel_mm), (LabelSource::None, Some(1.0)));
+        assert_eq!(changed.network.threshold, Some(0.3));
+        assert_eq!(changed.source.camera_mask, CameraMask::File("m.png".into()));
+        assert!(changed.source.keyframes && changed.source.pace_s == 0.5);
+    }
+}

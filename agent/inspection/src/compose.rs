@@ -1,0 +1,141 @@
+//! From a specification to the stages that do it: the one place that puts segmenter and registrar together.
+
+use crate::record::NetworksRecord;
+use crate::source::{KeyframeRule, Keyframes, Source, SourceError, SourceInfo, WithTaxonomy};
+use crate::spec::{
+    BackgroundMethod, InspectionSpec, LabelSource, MaskRefinement, NetworkSpec, RegistrationMethod, SpecError,
+};
+use semascan_model::Taxonomy;
+use semascan_perception::register::{IcpConfig, IcpRegistrar, KinematicRegistrar, Registrar, Selection};
+use semascan_perception::segment::geometric::PatchMethod;
+use semascan_perception::segment::network::{
+    EngineError, Manifest, Model, ModelError, NetworkSegmenter, SelectError, SetupError, engine, extended, select,
+};
+use semascan_perception::segment::preparation::contour::Snake;
+use semascan_perception::segment::preparation::{Background, Preparation, Prepared};
+use semascan_perception::segment::{GeometricSegmenter, RecordedSegmenter, Segmenter};
+use std::path::PathBuf;
+
+/// Why an inspection cannot begin.
+#[derive(Debug, thiserror::Error)]
+pub enum SetupFailure {
+    /// A field of the specification cannot be used.
+    #[error(transparent)]
+    Spec(#[from] SpecError),
+    /// The source cannot be had.
+    #[error(transparent)]
+    Source(#[from] SourceError),
+    /// There are no such models.
+    #[error(transparent)]
+    Select(#[from] SelectError),
+    /// Nothing runs networks.
+    #[error(transparent)]
+    Engine(#[from] EngineError),
+    /// A model cannot be loaded.
+    #[error(transparent)]
+    Model(#[from] ModelError),
+    /// The models do not go together.
+    #[error("the networks cannot be used: {0}")]
+    Networks(#[from] SetupError),
+}
+
+/// What an inspection is done with.
+pub(crate) struct Composition {
+    pub(crate) source: Box<dyn Source>,
+    pub(crate) segmenter: Box<dyn Segmenter>,
+    pub(crate) registrar: Box<dyn Registrar>,
+    pub(crate) networks: Option<NetworksRecord>,
+}
+
+/// Puts together what `spec` says for `source`: everything that is wrong with either shows here.
+pub(crate) fn compose(spec: &InspectionSpec, source: Box<dyn Source>) -> Result<Composition, SetupFailure> {
+    let mut source = source;
+    let models = match spec.labels {
+        LabelSource::Network => {
+            let models = select(&spec.network.models, &source.info().taxonomy)?;
+            let taxonomy = network_taxonomy(&models, &source.info().taxonomy, source.truth().is_some());
+            source = Box::new(WithTaxonomy::new(source, taxonomy));
+            models
+        }
+        LabelSource::Source | LabelSource::None => Vec::new(),
+    };
+    if spec.source.keyframes {
+        source = Box::new(Keyframes::new(source, KeyframeRule::default()));
+    }
+    let info = source.info();
+    let (labels, networks): (Box<dyn Segmenter>, _) = match spec.labels {
+        LabelSource::Source => (Box::new(RecordedSegmenter { required: true }), None),
+        LabelSource::None => (Box::new(RecordedSegmenter { required: false }), None),
+        LabelSource::Network => {
+            let segmenter = network_segmenter(&spec.network, &models, info)?;
+            let network = segmenter.report().clone();
+            (Box::new(segmenter), Some(NetworksRecord { network, uncertain: spec.network.uncertain }))
+        }
+    };
+    let preparation = preparation(spec, info)?;
+    let prepared: Box<dyn Segmenter> =
+        if preparation == Preparation::default() { labels } else { Box::new(Prepared::new(labels, preparation)) };
+    let segmenter: Box<dyn Segmenter> = match spec.masks {
+        MaskRefinement::AsIs => prepared,
+        MaskRefinement::Slic => Box::new(GeometricSegmenter::new(prepared, PatchMethod::SLIC)),
+        MaskRefinement::Lcccp => Box::new(GeometricSegmenter::new(prepared, PatchMethod::LCCCP)),
+    };
+    let registrar = registrar(spec.registration, info);
+    Ok(Composition { source, segmenter, registrar, networks })
+}
+
+fn registrar(method: RegistrationMethod, info: &SourceInfo) -> Box<dyn Registrar> {
+    let selection = match method {
+        RegistrationMethod::Kinematic => return Box::new(KinematicRegistrar),
+        RegistrationMethod::Auto if info.turntable.is_some() => Selection::Object,
+        RegistrationMethod::SegmentIcp => Selection::Object,
+        RegistrationMethod::Auto | RegistrationMethod::Icp => Selection::Everything,
+    };
+    Box::new(IcpRegistrar::new(IcpConfig::default(), selection))
+}
+
+/// What is done to the views of a source like `info` before they are labelled.
+fn preparation(spec: &InspectionSpec, info: &SourceInfo) -> Result<Preparation, SpecError> {
+    let background = match spec.preparation.background {
+        BackgroundMethod::Keep => Background::Kept,
+        BackgroundMethod::Contour => Background::Contour(Snake::default()),
+        BackgroundMethod::Volume => {
+            let (low, high) = info.volume.ok_or_else(|| SpecError {
+                field: "background".into(),
+                reason: format!("volume: {} knows no measuring volume; use contour", info.uri),
+            })?;
+            Background::Volume(low, high)
+        }
+    };
+    Ok(Preparation { denoise: spec.preparation.denoise, background })
+}
+
+/// The classes of an inspection of a source with the classes `known`. Where its truth is known its numbers stay;
+/// otherwise the networks' classes are all there are.
+fn network_taxonomy(models: &[(PathBuf, Manifest)], known: &Taxonomy, has_truth: bool) -> Taxonomy {
+    let manifests: Vec<&Manifest> = models.iter().map(|(_, manifest)| manifest).collect();
+    let none = Taxonomy::from_names::<&str>(&[], &[]);
+    extended(if has_truth { known } else { &none }, &manifests)
+}
+
+/// Loads the networks for an inspection of a source like `info`.
+fn network_segmenter(
+    spec: &NetworkSpec,
+    models: &[(PathBuf, Manifest)],
+    info: &SourceInfo,
+) -> Result<NetworkSegmenter, SetupFailure> {
+    let config = spec.network_config();
+    config.check().map_err(|(field, reason)| SpecError { field: format!("network.{field}"), reason })?;
+    let engine = engine::open(spec.engine, spec.onnxruntime.as_deref(), spec.provider)?;
+    let threads = spec.threads.unwrap_or_else(rayon::current_num_threads);
+    let load = |(folder, _): &(PathBuf, Manifest)| Model::load(folder, engine.as_ref(), threads);
+    let models: Vec<Model> = models.iter().map(load).collect::<Result<_, _>>()?;
+    let description = engine.description();
+    let names: Vec<&str> = models.iter().map(|m| m.manifest().name.as_str()).collect();
+    tracing::info!("labels by {} in {} {}", names.join(", "), description.name, description.version);
+    let segmenter = NetworkSegmenter::new(models, description, &info.taxonomy, info.volume, config)?;
+    if segmenter.predictions() == 1 {
+        tracing::warn!("one network asked once: its uncertainty cannot be known and counts as none");
+    }
+    Ok(segmenter)
+}

@@ -1,0 +1,230 @@
+//! One inspection from its beginning to its end.
+
+use crate::bus::{EventBus, Events};
+use crate::compose::{Composition, SetupFailure, compose};
+use crate::event::{EventKind, Outcome, SharedModel};
+use crate::pipeline::{self, PipelineConfig};
+use crate::record::{InspectionRecord, Recorded, Recorder, SCHEMA_VERSION, Setting, SoftwareRecord};
+use crate::source::{Source, SourceInfo};
+use crate::spec::InspectionSpec;
+use crate::summary::summarize;
+use jiff::Timestamp;
+use semascan_model::{InspectionId, SemanticCloud};
+use semascan_perception::fuse::FuseError;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::JoinHandle;
+
+/// An inspection that is ready to begin: subscribe to its events, then [`start`](Self::start) it.
+///
+/// ```
+/// use semascan_inspection::Inspection;
+/// use semascan_inspection::spec::InspectionSpec;
+/// use semascan_simulation::{VirtualCell, VirtualCellSpec};
+///
+/// // Two small views of a simulated motor; any other source is inspected alike.
+/// let uri = "virtual:starter-motor?seed=7&views=2&size=96x72&cell=4&errors=none";
+/// let source = VirtualCell::open(&VirtualCellSpec::parse(uri)?)?;
+/// let inspection = Inspection::new(InspectionSpec::default(), Box::new(source))?;
+/// let events = inspection.subscribe();
+/// let handle = inspection.start();
+/// assert!(events.count() > 2);
+/// let inspected = handle.wait()?;
+/// // Points in metres, in the table frame; areas in square metres.
+/// assert!(inspected.cloud.len() > 100);
+/// assert_eq!(inspected.record.views.len(), 2);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub struct Inspection {
+    id: InspectionId,
+    spec: InspectionSpec,
+    config: PipelineConfig,
+    parts: Composition,
+    events: EventBus,
+}
+
+/// An inspection that runs, on threads of its own.
+#[derive(Debug)]
+pub struct InspectionHandle {
+    id: InspectionId,
+    stop: StopSwitch,
+    worker: JoinHandle<Result<Inspected, InspectionError>>,
+}
+
+/// Ends an inspection early: the view in work is finished, and the model is that of the views until then.
+#[derive(Clone, Debug, Default)]
+pub struct StopSwitch(Arc<AtomicBool>);
+
+/// A finished inspection.
+pub struct Inspected {
+    /// What it was run with.
+    pub spec: InspectionSpec,
+    /// Its source, whose views are used up; it still knows its truth.
+    pub source: Box<dyn Source>,
+    /// The model.
+    pub model: SharedModel,
+    /// The model as points, table frame.
+    pub cloud: SemanticCloud,
+    /// The record, without a judgement against truth.
+    pub record: InspectionRecord,
+    /// What its events have told, true poses included.
+    pub recorded: Recorded,
+}
+
+/// Why an inspection has no result.
+#[derive(Debug, thiserror::Error)]
+pub enum InspectionError {
+    /// The map could not be made.
+    #[error(transparent)]
+    Fuse(#[from] FuseError),
+    /// Every view was left out.
+    #[error("no view could be used: {}", reasons.join("; "))]
+    NoView {
+        /// Why, view by view.
+        reasons: Vec<String>,
+    },
+    /// A stage panicked.
+    #[error("the inspection ended unexpectedly: this is a fault of the program")]
+    Panicked,
+}
+
+impl Inspection {
+    /// An inspection of `source` as `spec` says. Everything that is wrong with either shows here.
+    ///
+    /// # Errors
+    /// [`SetupFailure`] naming the field, file or model at fault.
+    pub fn new(spec: InspectionSpec, source: Box<dyn Source>) -> Result<Self, SetupFailure> {
+        let config = PipelineConfig {
+            voxel: spec.voxel()?,
+            filter: spec.outliers,
+            association: spec.association_test(),
+            uncertainty: spec.network.uncertainty_rule(),
+            pace: spec.pace()?,
+        };
+        let parts = compose(&spec, source)?;
+        let id = InspectionId::from(uuid::Uuid::now_v7());
+        Ok(Self { id, spec, config, parts, events: EventBus::new(id) })
+    }
+
+    /// Its identifier.
+    pub fn id(&self) -> InspectionId {
+        self.id
+    }
+
+    /// What is inspected, with the classes that its labels will have.
+    pub fn info(&self) -> &SourceInfo {
+        self.parts.source.info()
+    }
+
+    /// Everything that will happen, from the first event on. A subscriber that does not read holds the inspection up: see
+    /// [`crate::bus`].
+    pub fn subscribe(&self) -> Events {
+        self.events.subscribe()
+    }
+
+    /// Begins.
+    pub fn start(self) -> InspectionHandle {
+        let stop = StopSwitch::default();
+        let (id, switch) = (self.id, stop.clone());
+        let worker = std::thread::spawn(move || self.run(&switch));
+        InspectionHandle { id, stop, worker }
+    }
+
+    fn run(self, stop: &StopSwitch) -> Result<Inspected, InspectionError> {
+        let Self { id, spec, config, parts, events } = self;
+        let Composition { mut source, mut segmenter, mut registrar, networks } = parts;
+        let info = source.info().clone();
+        // The record is made by a subscriber like any other, which is done when the events are.
+        let followed = events.subscribe();
+        let recorder = std::thread::spawn(move || {
+            let mut recorder = Recorder::default();
+            followed.for_each(|event| recorder.handle(&event));
+            recorder.finish()
+        });
+        events.publish(EventKind::Started {
+            part: info.part.clone(),
+            source: info.uri.clone(),
+            taxonomy: info.taxonomy.clone(),
+            views_expected: info.view_count,
+            turntable: info.turntable,
+        });
+        let model = pipeline::run(source.as_mut(), segmenter.as_mut(), registrar.as_mut(), &config, &events, &stop.0);
+        let outcome = match &model {
+            Err(error) => Outcome::Failed { reason: error.to_string() },
+            Ok(None) => Outcome::Failed { reason: "no view could be used".into() },
+            Ok(Some(_)) if stop.is_set() => Outcome::Stopped,
+            Ok(Some(_)) => Outcome::Finished,
+        };
+        events.publish(EventKind::Ended { outcome: outcome.clone() });
+        drop(events);
+        let recorded = recorder.join().map_err(|_| InspectionError::Panicked)?;
+        let Some(model) = model? else {
+            return Err(InspectionError::NoView { reasons: recorded.rejections() });
+        };
+
+        let (cloud, voxel) = {
+            let map = model.read();
+            (map.cloud(), map.config().voxel)
+        };
+        let (components, defects) = summarize(&cloud, &info.taxonomy, voxel);
+        let record = InspectionRecord {
+            schema_version: SCHEMA_VERSION,
+            id,
+            began: recorded.began.unwrap_or(Timestamp::UNIX_EPOCH),
+            ended: recorded.ended,
+            outcome,
+            software: SoftwareRecord { name: "semascan".into(), version: env!("CARGO_PKG_VERSION").into() },
+            part: info.part,
+            source: info.uri,
+            labels: spec.labels,
+            networks,
+            settings: info.settings.into_iter().map(|(name, value)| Setting { name, value }).collect(),
+            voxel: Some(voxel),
+            points: cloud.len() as u64,
+            base_from_table: recorded.base_from_table.as_ref().map(Into::into),
+            refinement: recorded.refinement.clone(),
+            views: recorded.views.clone(),
+            components,
+            defects,
+            truth: None,
+        };
+        Ok(Inspected { spec, source, model, cloud, record, recorded })
+    }
+}
+
+impl InspectionHandle {
+    /// The inspection's identifier.
+    pub fn id(&self) -> InspectionId {
+        self.id
+    }
+
+    /// What ends it early.
+    pub fn stop_switch(&self) -> StopSwitch {
+        self.stop.clone()
+    }
+
+    /// Ends it early.
+    pub fn stop(&self) {
+        self.stop.set();
+    }
+
+    /// Waits for the end.
+    ///
+    /// # Errors
+    /// [`InspectionError`] if there is no model.
+    pub fn wait(self) -> Result<Inspected, InspectionError> {
+        self.worker.join().map_err(|_| InspectionError::Panicked)?
+    }
+}
+
+impl StopSwitch {
+    /// Ends the inspection early.
+    pub fn set(&self) {
+        self.0.store(true, Ordering::Relaxed);
+    }
+
+    /// Whether somebody ended it.
+    pub fn is_set(&self) -> bool {
+        self.0.load(Ordering::Relaxed)
+    }
+}

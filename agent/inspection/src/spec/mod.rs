@@ -1,0 +1,259 @@
+//! What an inspection is run with: one plain value, which the command line, `cell.toml` and programs all produce.
+//!
+//! Every field has a default, so that an empty document is a specification; unknown fields are refused, so that a typing
+//! mistake is noticed.
+
+mod network;
+
+pub use network::NetworkSpec;
+
+use schemars::JsonSchema;
+use semascan_perception::fuse::{AssociationTest, OutlierFilter};
+use serde::{Deserialize, Serialize};
+use std::path::PathBuf;
+use std::time::Duration;
+
+/// What an inspection is run with.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct InspectionSpec {
+    /// What is inspected, and at which resolution.
+    pub source: SourceSpec,
+    /// Where labels come from.
+    pub labels: LabelSource,
+    /// The networks, with `labels = "network"`.
+    pub network: NetworkSpec,
+    /// What is done to the pictures before they are labelled.
+    pub preparation: PreparationSpec,
+    /// Whether masks are fitted to the geometry of a view.
+    pub masks: MaskRefinement,
+    /// How objects of a view are found among those of the model.
+    pub association: ObjectAssociation,
+    /// How views get their poses.
+    pub registration: RegistrationMethod,
+    /// When a point of the model is an outlier.
+    pub outliers: OutlierFilter,
+}
+
+/// What is inspected.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct SourceSpec {
+    /// URI or path of the source: `virtual:starter-motor?seed=7`, a BOP scene folder ...
+    pub uri: Option<String>,
+    /// Pixels that show the robot itself: `auto`, `none` or a PNG (nonzero = ignored).
+    pub camera_mask: CameraMask,
+    /// Voxel edge in millimetres; by default twice the median pixel footprint of the first view, at least 0.5.
+    pub voxel_mm: Option<f64>,
+    /// Inspect only the views of a moving camera that show something new (keyframes); the rest is counted.
+    pub keyframes: bool,
+    /// Least time between two captures in seconds, so that people can watch.
+    pub pace_s: f64,
+}
+
+/// What is known to show the robot itself in every view.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(from = "String", into = "String")]
+pub enum CameraMask {
+    /// Found from the views.
+    #[default]
+    Auto,
+    /// Nothing.
+    None,
+    /// A PNG of the pictures' size; pixels other than 0 are ignored.
+    File(PathBuf),
+}
+
+/// Where labels come from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum LabelSource {
+    /// Recorded masks or simulated truth that come with the views.
+    #[default]
+    Source,
+    /// Trained networks.
+    Network,
+    /// Geometry only.
+    None,
+}
+
+/// What is done to the pictures before they are labelled.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct PreparationSpec {
+    /// Filter the pictures' noise, of the type and level that they have.
+    pub denoise: bool,
+    /// What is known not to be the part, and is not labelled.
+    pub background: BackgroundMethod,
+}
+
+/// How the background of a picture is found.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum BackgroundMethod {
+    /// It is not looked for.
+    #[default]
+    Keep,
+    /// Outside an active contour around the edges.
+    Contour,
+    /// Outside the cell's measuring volume.
+    Volume,
+}
+
+/// Whether masks are fitted to the geometry of the view (fusion segmentation).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum MaskRefinement {
+    /// As they come.
+    #[default]
+    AsIs,
+    /// To superpixels of the picture.
+    Slic,
+    /// To convex patches of one colour.
+    Lcccp,
+}
+
+/// How objects of a view are found among those of the model.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ObjectAssociation {
+    /// Views number them alike already.
+    #[default]
+    None,
+    /// By common surface.
+    Overlap,
+    /// By the nearest gravity centre.
+    GravityCentre,
+}
+
+/// How views get their poses.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum RegistrationMethod {
+    /// ICP on the object's points where a turntable moves it, on all points where everything stands still.
+    #[default]
+    Auto,
+    /// The robot's and turntable's readings alone.
+    Kinematic,
+    /// ICP on all points.
+    Icp,
+    /// ICP on the points that carry a component label.
+    SegmentIcp,
+}
+
+/// A field of a specification that cannot be used.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{field}: {reason}")]
+pub struct SpecError {
+    /// The field, as a path of keys.
+    pub field: String,
+    /// What is wrong with it.
+    pub reason: String,
+}
+
+impl InspectionSpec {
+    /// The voxel edge in metres; `None` if the first view decides.
+    ///
+    /// # Errors
+    /// [`SpecError`] if it is no length.
+    pub fn voxel(&self) -> Result<Option<f64>, SpecError> {
+        match self.source.voxel_mm {
+            Some(mm) if !(mm.is_finite() && mm > 0.0) => {
+                Err(SpecError { field: "voxel".into(), reason: format!("{mm} is not a length in millimetres") })
+            }
+            mm => Ok(mm.map(|mm| mm * 1e-3)),
+        }
+    }
+
+    /// The least time between two captures.
+    ///
+    /// # Errors
+    /// [`SpecError`] if it is no duration.
+    pub fn pace(&self) -> Result<Duration, SpecError> {
+        let seconds = self.source.pace_s;
+        Duration::try_from_secs_f64(seconds)
+            .map_err(|e| SpecError { field: "pace".into(), reason: format!("{seconds} seconds: {e}") })
+    }
+
+    /// How objects of a view are found in the model; `None` where views number them alike.
+    pub fn association_test(&self) -> Option<AssociationTest> {
+        match self.association {
+            ObjectAssociation::None => None,
+            ObjectAssociation::Overlap => Some(AssociationTest::Overlap(Default::default())),
+            ObjectAssociation::GravityCentre => Some(AssociationTest::GravityCentre(Default::default())),
+        }
+    }
+}
+
+impl From<String> for CameraMask {
+    fn from(text: String) -> Self {
+        match text.as_str() {
+            "auto" => Self::Auto,
+            "none" => Self::None,
+            _ => Self::File(PathBuf::from(text)),
+        }
+    }
+}
+
+impl From<CameraMask> for String {
+    fn from(mask: CameraMask) -> Self {
+        match mask {
+            CameraMask::Auto => "auto".into(),
+            CameraMask::None => "none".into(),
+            CameraMask::File(path) => path.display().to_string(),
+        }
+    }
+}
+
+impl LabelSource {
+    /// As it stands in specifications and records.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Source => "source",
+            Self::Network => "network",
+            Self::None => "none",
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_empty_document_is_a_specification_and_comes_back_from_its_own() {
+        let spec: InspectionSpec = toml::from_str("").expect("everything has a default");
+        assert_eq!(spec, InspectionSpec::default());
+        let text = toml::to_string(&spec).expect("plain data");
+        assert_eq!(toml::from_str::<InspectionSpec>(&text).expect("its own"), spec, "{text}");
+    }
+
+    #[test]
+    fn every_field_is_read_and_an_unknown_one_is_named() {
+        let text = "labels = \"network\"\nmasks = \"lcccp\"\nassociation = \"gravity-centre\"\n\
+            registration = \"segment-icp\"\n[source]\nuri = \"scene\"\ncamera_mask = \"gripper.png\"\nvoxel_mm = 1.5\n\
+            keyframes = true\npace_s = 0.5\n[preparation]\ndenoise = true\nbackground = \"volume\"\n\
+            [outliers]\nmin_neighbours = 4\n[network]\nmodels = [\"ud-net-edge\"]\nthreshold = 0.3\n";
+        let spec: InspectionSpec = toml::from_str(text).expect("right");
+        assert_eq!(spec.source.camera_mask, CameraMask::File("gripper.png".into()));
+        assert_eq!(spec.voxel(), Ok(Some(1.5e-3)));
+        assert_eq!(spec.pace(), Ok(Duration::from_millis(500)));
+        assert_eq!((spec.outliers.min_neighbours, spec.outliers.radius), (4, OutlierFilter::default().radius));
+        assert!(spec.association_test().is_some());
+        for (wrong, word) in [("lables = \"none\"", "lables"), ("[source]\nurl = 1", "url"), ("masks = 3", "masks")] {
+            let error = toml::from_str::<InspectionSpec>(wrong).expect_err(word).to_string();
+            assert!(error.contains(word), "{error}");
+        }
+    }
+
+    #[test]
+    fn what_is_no_length_or_duration_is_refused_by_name() {
+        let spec = |voxel_mm, pace_s| InspectionSpec {
+            source: SourceSpec { voxel_mm, pace_s, ..SourceSpec::default() },
+            ..InspectionSpec::default()
+        };
+        assert_eq!(spec(Some(-1.0), 0.0).voxel().expect_err("negative").field, "voxel");
+        assert_eq!(spec(Some(f64::NAN), 0.0).voxel().expect_err("no number").field, "voxel");
+        assert_eq!(spec(None, -1.0).pace().expect_err("negative").field, "pace");
+    }
+}
