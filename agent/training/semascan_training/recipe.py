@@ -62,7 +62,7 @@ class TrainingRecipe:
     epoch_images: int = 0  # images of one epoch, a part of them or several times all; 0 = each once
     validation_images: int = 0  # 0 = all
     batch: int = 8
-    precision: str = "float32"  # float32 | bfloat16: convolutions in 16 bits, 1.5 times as fast where processors have them
+    precision: str = "float32"  # float32 | bfloat16: convolutions in 16 bits, faster where the processor has them
     seed: int = 1
 
 

@@ -3,8 +3,9 @@
 import time
 
 import pytest
-import torch
 from conftest import write_recipe
+
+torch = pytest.importorskip("torch", reason="needs PyTorch")
 
 from semascan_training.dataset.samples import IGNORE
 from semascan_training.errors import TrainingError
