@@ -1,4 +1,4 @@
-"""Losses: Dice and focal, as in [Remanufacturing], their sum, and what instance and two-stream networks need besides."""
+"""Losses: Dice and focal, as in [Remanufacturing], their sum, and what instance and two-stream networks need too."""
 
 from functools import cache
 
