@@ -40,7 +40,7 @@ class DataRecipe:
     near: float = 0.25  # metres
     far: float = 0.90
     augment: float = 0.5  # share of the images that are augmented
-    augment_validation: bool = False  # [Remanufacturing] validates on augmented images
+    augment_validation: bool = False  # [Remanufacturing paper] validates on augmented images
     part_pattern: str = ""  # labelme: pattern of file names; its first group that matches is the part
     scale: float = 1.0  # labelme: pictures are resized by this factor
     split_seed: int = 1
@@ -68,7 +68,7 @@ class TrainingRecipe:
 
 @dataclass(frozen=True)
 class EnsembleRecipe:
-    """Members differ in their training parts, as in [Remanufacturing].
+    """Members differ in their training parts, as in [Remanufacturing paper].
 
     With `fork_epochs` they fork from a trunk trained on all of them.
     """

@@ -1,4 +1,4 @@
-"""80 % of the parts to train, 10 % to validate, 10 % to test, as in [Remanufacturing], or more to test.
+"""80 % of the parts to train, 10 % to validate, 10 % to test, as in [Remanufacturing paper], or more to test.
 
 A part never is on two sides.
 """

@@ -1,7 +1,7 @@
-"""Mask R-CNN [He2017] by torchvision, on any of our encoders, as a network that also gives class probabilities.
+"""Mask R-CNN [He 2017] by torchvision, on any of our encoders, as a network that also gives class probabilities.
 
 Pyramid and heads are normalised, as in torchvision's second version, and while it is trained the finest map of the
-pyramid is asked for every pixel's class as well, as in Hybrid Task Cascade [Chen2019]: both let it learn from
+pyramid is asked for every pixel's class as well, as in Hybrid Task Cascade [Chen 2019]: both let it learn from
 few pictures. torchvision's own resizing and normalisation are switched off: the picture comes as the manifest says.
 Detections are turned into probabilities a pixel (the best score times mask of each class, the rest is background), so
 that everything that reads semantic networks reads this one too; boxes, labels, scores and masks are given beside them.
