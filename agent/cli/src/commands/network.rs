@@ -19,7 +19,7 @@ use std::sync::OnceLock;
 pub(crate) enum UncertainArg {
     /// They add geometry, but no evidence for a class
     Geometry,
-    /// They are dropped, as P0 does
+    /// They are dropped: no geometry, no class
     Drop,
 }
 

@@ -37,7 +37,7 @@ pub(crate) enum Labels {
     None,
 }
 
-/// Whether masks are fitted to the geometry of the view (P1's fusion segmentation).
+/// Whether masks are fitted to the geometry of the view (fusion segmentation).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Masks {
     /// As they come
@@ -54,7 +54,7 @@ pub(crate) enum BackgroundArg {
     /// It is not looked for
     #[default]
     Keep,
-    /// Outside an active contour around the edges (P2)
+    /// Outside an active contour around the edges of the picture
     Contour,
     /// Outside the cell's measuring volume
     Volume,
@@ -67,7 +67,7 @@ pub(crate) enum Association {
     None,
     /// By common surface
     Overlap,
-    /// P1's nearest gravity centre
+    /// By the nearest gravity centre of the same class
     GravityCentre,
 }
 
@@ -95,7 +95,7 @@ pub(crate) struct InspectionArgs {
     pub(crate) camera_mask: String,
     #[command(flatten)]
     pub(crate) network: NetworkArgs,
-    /// Filter the pictures' noise, of the type and level that they have (P2)
+    /// Filter the pictures' noise, of the type (Gaussian, impulses) and level that they have
     #[arg(long)]
     pub(crate) denoise: bool,
     /// What is known not to be the part, and is not labelled
@@ -113,7 +113,7 @@ pub(crate) struct InspectionArgs {
     /// Voxel edge in millimetres; by default twice the median pixel footprint, at least 0.5
     #[arg(long, value_name = "MM")]
     pub(crate) voxel: Option<f64>,
-    /// Inspect only the views of a moving camera that show something new (P2's keyframes)
+    /// Inspect only the views of a moving camera that show something new (keyframes)
     #[arg(long)]
     pub(crate) keyframes: bool,
     /// Least time between two captures in seconds
