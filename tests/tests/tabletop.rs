@@ -1,4 +1,5 @@
-//! Geometric segmentation of three real tabletop clouds with labels: P1's LCCCP and LCCP scored against them.
+//! Geometric segmentation of three real tabletop clouds with labels: patches by convexity and colour (LCCCP) and by
+//! convexity alone (LCCP), scored against them.
 //!
 //! Over-segmentation is the share of points outside the segment that covers most of their labelled region,
 //! under-segmentation the share in a segment whose majority belongs to another region; points that are missing or

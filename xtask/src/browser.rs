@@ -2,8 +2,9 @@
 //! against a built agent.
 
 use crate::packages::{self, NeedsYou};
-use crate::process::{capture, exists, run};
+use crate::process::{capture, exists, run, run_reading};
 use crate::report::note;
+use crate::tally::{Tally, read_node};
 use crate::workspace::Workspace;
 use anyhow::{Context, Result};
 use std::ffi::OsStr;
@@ -30,22 +31,25 @@ impl Browser {
     }
 
     /// Runs every `*.test.mjs`, or those whose name contains `filter`, with `agent` as the binary under test.
-    pub(crate) fn run_tests(&self, workspace: &Workspace, agent: &Path, filter: Option<&str>) -> Result<()> {
+    pub(crate) fn run_tests(
+        &self,
+        workspace: &Workspace,
+        agent: &Path,
+        filter: Option<&str>,
+        tally: &mut Tally,
+    ) -> Result<()> {
         let folder = workspace.root.join("tests/browser");
         install_npm_packages(&folder)?;
         let tests = tests(&folder, filter)?;
         // One file at a time: each one draws with a software rasterizer that takes every core. A test that never
         // comes back is a failed test.
-        run(self
-            .node(&folder, agent)
-            .args([
-                "--test",
-                "--test-concurrency=1",
-                "--test-reporter=spec",
-                "--test-timeout=600000",
-                "--test-force-exit",
-            ])
-            .args(tests))
+        let mut node = self.node(&folder, agent);
+        node.args(["--test", "--test-concurrency=1", "--test-reporter=spec"]);
+        node.args(["--test-timeout=600000", "--test-force-exit"]).args(tests);
+        run_reading(&mut node, |line| {
+            read_node(line, tally);
+            true
+        })
     }
 
     /// The command that runs the benchmark `tests/browser/bench/NAME.mjs` with `agent` as the binary under test.

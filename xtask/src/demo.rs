@@ -36,8 +36,8 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     agent.args(&options.arguments);
     match onnx_runtime::prepare(&workspace) {
         Ok(library) => drop(agent.env(onnx_runtime::VARIABLE, library)),
-        // The demo does not stand or fall with it.
-        Err(error) => note(format!("without ONNX Runtime networks run in tract, several times slower: {error:#}")),
+        // The demo's own labels come from the simulation: only trained networks need it.
+        Err(error) => note(format!("without ONNX Runtime trained networks do not run, the rest does: {error:#}")),
     }
     become_command(&mut agent)
 }

@@ -17,7 +17,10 @@ mod pcl;
 mod process;
 mod report;
 mod rivals;
+mod tally;
 mod test;
+mod training;
+mod venv;
 mod wasm_sysroot;
 mod wasm_target;
 mod web;
@@ -38,7 +41,7 @@ struct Cli {
 enum Task {
     /// Build everything and run the demo: a virtual cell, watched in the browser
     Demo(demo::Options),
-    /// Run every test: bundle size, Rust, browsers
+    /// Run every test: training code, bundle size, Rust, browsers
     Test(test::Options),
     /// Build the viewer into www/dist
     Web(web::Options),

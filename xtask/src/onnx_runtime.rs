@@ -1,5 +1,5 @@
-//! ONNX Runtime, which runs the trained networks: taken from the wheel that PyPI has, because neither crates.io nor Debian
-//! carries it, and put where the agent looks for it.
+//! ONNX Runtime, which runs the trained networks: taken from the wheel that PyPI has, because neither crates.io nor
+//! Debian carries it, and put where the agent looks for it.
 
 use crate::packages::NeedsYou;
 use crate::process::{capture, run};

@@ -1,6 +1,7 @@
 //! Running other programs: shown before they start, an error that quotes the command line, an optional time limit.
 
 use anyhow::{Context, Result, bail};
+use std::io::{BufRead, BufReader, Write};
 use std::process::{Command, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
@@ -50,6 +51,29 @@ pub(crate) fn run_within(command: &mut Command, limit: Duration) -> Result<()> {
     }
 }
 
+/// Shows and runs a command to its end; each line that it writes on stdout is passed to `read`, which says whether it is
+/// shown.
+pub(crate) fn run_reading(command: &mut Command, mut read: impl FnMut(&str) -> bool) -> Result<()> {
+    eprintln!("   $ {}", line(command));
+    let child = command.stdin(Stdio::null()).stdout(Stdio::piped()).spawn();
+    let mut child = child.with_context(|| format!("cannot start `{}`", line(command)))?;
+    let stdout = child.stdout.take().context("the command has no stdout")?;
+    for bytes in BufReader::new(stdout).split(b'\n') {
+        let bytes = bytes?;
+        let text = String::from_utf8_lossy(&bytes);
+        if read(text.trim_end_matches('\r')) {
+            let mut ours = std::io::stdout().lock();
+            ours.write_all(&bytes)?;
+            ours.write_all(b"\n")?;
+        }
+    }
+    let status = child.wait()?;
+    if !status.success() {
+        bail!("`{}` ended with {status}", line(command));
+    }
+    Ok(())
+}
+
 /// Runs a command quietly and gives back what it wrote on stdout, trimmed.
 pub(crate) fn capture(command: &mut Command) -> Result<String> {
     let output = command.output().with_context(|| format!("cannot start `{}`", line(command)))?;
@@ -79,6 +103,18 @@ mod tests {
         let mut command = Command::new("cargo");
         command.env("RUSTFLAGS", "-C a -C b").args(["build", "--config", "x=[\"y\"]"]);
         assert_eq!(line(&command), "RUSTFLAGS='-C a -C b' cargo build --config 'x=[\"y\"]'");
+    }
+
+    #[test]
+    fn what_a_command_writes_is_read_line_by_line() {
+        let mut lines = Vec::new();
+        let mut read = |line: &str| {
+            lines.push(line.to_owned());
+            false
+        };
+        run_reading(Command::new("printf").arg("one\\ntwo\\n"), &mut read).expect("ends well");
+        assert!(run_reading(Command::new("false").arg("x"), &mut read).is_err());
+        assert_eq!(lines, ["one", "two"]);
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! What a developer reads while a task runs: headings, notes, a closing table of steps. All on stderr.
 
+use crate::tally::{Skipped, Tally};
 use std::io::IsTerminal;
 use std::time::{Duration, Instant};
 
@@ -42,23 +43,35 @@ enum Outcome {
     Skipped(String),
 }
 
+/// Names of skipped tests that the summary gives for one reason; the rest are counted.
+const NAMED: usize = 4;
+
+/// One step of a task.
+struct Step {
+    name: &'static str,
+    outcome: Outcome,
+    duration: Duration,
+    tally: Tally,
+}
+
 /// The steps of a task, each run under a heading, with a table of outcomes and durations at the end.
 #[derive(Default)]
 pub(crate) struct Steps {
-    done: Vec<(&'static str, Outcome, Duration)>,
+    done: Vec<Step>,
 }
 
 impl Steps {
-    /// Runs one step; a failure is kept for the table and does not stop the steps after it. What only a person can
-    /// fix ([`crate::packages::NeedsYou`]) is passed on at once.
+    /// Runs one step, which may count tests; a failure is kept for the table and does not stop the steps after it. What
+    /// only a person can fix ([`crate::packages::NeedsYou`]) is passed on at once.
     pub(crate) fn run(
         &mut self,
         name: &'static str,
-        step: impl FnOnce() -> anyhow::Result<()>,
+        step: impl FnOnce(&mut Tally) -> anyhow::Result<()>,
     ) -> anyhow::Result<bool> {
         heading(name);
         let start = Instant::now();
-        let outcome = match step() {
+        let mut tally = Tally::default();
+        let outcome = match step(&mut tally) {
             Ok(()) => Outcome::Passed,
             Err(error) if error.is::<crate::packages::NeedsYou>() => return Err(error),
             Err(error) => {
@@ -67,32 +80,69 @@ impl Steps {
             }
         };
         let passed = matches!(outcome, Outcome::Passed);
-        self.done.push((name, outcome, start.elapsed()));
+        self.done.push(Step { name, outcome, duration: start.elapsed(), tally });
         Ok(passed)
     }
 
     /// Records a step that is left out, and why.
     pub(crate) fn skip(&mut self, name: &'static str, why: impl Into<String>) {
-        self.done.push((name, Outcome::Skipped(why.into()), Duration::ZERO));
+        let outcome = Outcome::Skipped(why.into());
+        self.done.push(Step { name, outcome, duration: Duration::ZERO, tally: Tally::default() });
     }
 
-    /// Prints the table; an error names the steps that failed.
+    /// Prints the table and what was skipped; an error names the steps that failed.
     pub(crate) fn finish(self) -> anyhow::Result<()> {
         heading("Summary");
-        let mut failed = Vec::new();
-        for (name, outcome, duration) in &self.done {
-            let (word, remark) = match outcome {
-                Outcome::Passed => ("passed", ""),
-                Outcome::Failed(why) => {
-                    failed.push(*name);
-                    ("FAILED", why.as_str())
-                }
-                Outcome::Skipped(why) => ("skipped", why.as_str()),
-            };
-            let line = format!("{name:<24} {word:<8} {:>12}  {remark}", seconds(*duration));
-            note(line.trim_end());
+        for step in &self.done {
+            note(step.row());
         }
+        let total = self.done.iter().map(|step| step.duration).sum();
+        note(format!("{:<24} {:<8} {:>12}", "in all", "", seconds(total)));
+        let lines: Vec<String> = self.done.iter().flat_map(Step::skipped).collect();
+        if !lines.is_empty() {
+            heading("Skipped tests");
+            lines.iter().for_each(note);
+        }
+        let failed: Vec<&str> = self.done.iter().filter(|step| step.failed()).map(|step| step.name).collect();
         if failed.is_empty() { Ok(()) } else { Err(anyhow::anyhow!("failed: {}", failed.join(", "))) }
+    }
+}
+
+impl Step {
+    fn failed(&self) -> bool {
+        matches!(self.outcome, Outcome::Failed(_))
+    }
+
+    /// Name, outcome, duration, and what there is to say of it.
+    fn row(&self) -> String {
+        let (word, why) = match &self.outcome {
+            Outcome::Passed => ("passed", ""),
+            Outcome::Failed(why) => ("FAILED", why.as_str()),
+            Outcome::Skipped(why) => ("skipped", why.as_str()),
+        };
+        let counts = self.tally.words();
+        let between = if counts.is_empty() || why.is_empty() { "" } else { ": " };
+        let row = format!("{:<24} {word:<8} {:>12}  {counts}{between}{why}", self.name, seconds(self.duration));
+        row.trim_end().to_owned()
+    }
+
+    /// A line for each reason for which tests of this step were skipped.
+    fn skipped(&self) -> Vec<String> {
+        let mut reasons: Vec<(&str, Vec<&str>)> = Vec::new();
+        for Skipped { test, why } in &self.tally.skipped {
+            match reasons.iter_mut().find(|(reason, _)| reason == why) {
+                Some((_, tests)) => tests.push(test),
+                None => reasons.push((why, vec![test])),
+            }
+        }
+        let line = |(why, tests): (&str, Vec<&str>)| {
+            let more = tests.len().saturating_sub(NAMED);
+            let names = tests[..tests.len() - more].join(", ");
+            let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+            let why = if why.is_empty() { "no reason is given" } else { why };
+            format!("{}: {} ({why}): {names}{more}", self.name, tests.len())
+        };
+        reasons.into_iter().map(line).collect()
     }
 }
 
@@ -110,9 +160,21 @@ mod tests {
     #[test]
     fn a_failed_step_fails_the_task_and_lets_the_next_one_run() {
         let mut steps = Steps::default();
-        assert!(!steps.run("first", || anyhow::bail!("broken")).expect("kept for the table"));
-        assert!(steps.run("second", || Ok(())).expect("runs"));
+        assert!(!steps.run("first", |_| anyhow::bail!("broken")).expect("kept for the table"));
+        assert!(steps.run("second", |_| Ok(())).expect("runs"));
         let error = steps.finish().expect_err("one step failed");
         assert_eq!(error.to_string(), "failed: first");
+    }
+
+    #[test]
+    fn skipped_tests_are_listed_by_reason() {
+        let skipped = |test: &str, why: &str| Skipped { test: test.to_owned(), why: why.to_owned() };
+        let many = ["a", "b", "c", "d", "e", "f"].map(|test| skipped(test, "no data"));
+        let tally = Tally { passed: 9, failed: 0, skipped: many.into_iter().chain([skipped("x", "")]).collect() };
+        let step = Step { name: "rust tests", outcome: Outcome::Passed, duration: Duration::from_secs(61), tally };
+        assert_eq!(step.row(), "rust tests               passed     1 min 01 s  9 passed, 7 skipped");
+        let lines = step.skipped();
+        assert_eq!(lines[0], "rust tests: 6 (no data): a, b, c, d and 2 more");
+        assert_eq!(lines[1], "rust tests: 1 (no reason is given): x");
     }
 }

@@ -5,11 +5,9 @@
 //! it prints one JSON object with the rivals' figures, and fails if their results are not ours.
 
 use crate::packages;
-use crate::process::{exists, run};
-use crate::report::note;
+use crate::venv::Environment;
 use crate::workspace::Workspace;
 use anyhow::Result;
-use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
@@ -31,25 +29,15 @@ pub(crate) fn script(bench_source: &Path) -> Option<PathBuf> {
     (bench_source.ends_with("main.rs") && script.is_file()).then_some(script)
 }
 
-/// A Python with the rivals installed, in a virtual environment of its own, made anew when the pins change.
+/// A Python with the rivals installed.
 pub(crate) fn python(workspace: &Workspace) -> Result<PathBuf> {
-    let venv = workspace.target.join("bench-venv");
-    let (python, pins) = (venv.join("bin/python"), venv.join("pins.txt"));
-    if fs::read_to_string(&pins).is_ok_and(|made| made == PINS.join("\n")) {
-        return Ok(python);
-    }
-    if !exists("python3") {
-        packages::install("the rivals are Python packages", &["python3", "python3-venv"])?;
-    }
-    note(format!("making a virtual environment with {}", PINS.join(", ")));
-    run(Command::new("python3").args(["-m", "venv", "--clear"]).arg(&venv))?;
-    run(Command::new(&python).args(["-m", "pip", "install", "--quiet"]).args(PINS))?;
+    let why = "the rivals are Python packages";
+    let python = Environment { name: "bench-venv", why, packages: &PINS, constraints: None }.prepare(workspace)?;
     let missing: Vec<&str> =
         LIBRARIES.iter().filter(|(library, _)| !loads(&python, library)).map(|(_, package)| *package).collect();
     if !missing.is_empty() {
         packages::install("Open3D needs shared libraries", &missing)?;
     }
-    fs::write(pins, PINS.join("\n"))?;
     Ok(python)
 }
 

@@ -2,8 +2,10 @@
 
 use crate::browser::Browser;
 use crate::packages::NeedsYou;
-use crate::process::run as run_command;
+use crate::process::{run as run_command, run_reading};
 use crate::report::{Steps, note};
+use crate::tally::{CargoTest, Tally};
+use crate::training::{self, Training};
 use crate::workspace::{Workspace, cargo};
 use crate::{budget, onnx_runtime, web};
 use anyhow::{Context, Result};
@@ -19,6 +21,9 @@ pub(crate) struct Options {
     /// Leave the browser tests out
     #[arg(long)]
     no_browser: bool,
+    /// Leave the tests and the linter of the training code out, which need packages from PyPI
+    #[arg(long)]
+    no_training: bool,
     /// Run the browser tests only, or those whose file name contains NAME
     #[arg(long, value_name = "NAME", num_args = 0..=1, default_missing_value = "", conflicts_with = "no_browser")]
     browser: Option<String>,
@@ -29,48 +34,102 @@ pub(crate) struct Options {
 
 /// Runs the steps, then prints what became of each.
 pub(crate) fn run(options: &Options) -> Result<()> {
-    let data = find_data(options.require_data)?;
+    let variables = variables(options.require_data)?;
     // What only a person can install is said at once, not after minutes of compiling.
     let browser = if options.no_browser { None } else { Some(Browser::prepare()?) };
     let workspace = Workspace::find()?;
-    let onnx_runtime = onnx_runtime::prepare(&workspace)?;
     let mut steps = Steps::default();
 
-    let built = steps.run("web build", || web::run(&web::Options { dev: false }).map(drop))?;
-    if built {
-        steps.run("download budget", || budget::check(&workspace))?;
+    test_training(options, &workspace, &mut steps)?;
+    let web = steps.run("web build", |_| web::run(&web::Options { dev: false }).map(drop))?;
+    if web {
+        steps.run("download budget", |_| budget::check(&workspace))?;
     } else {
         steps.skip("download budget", "there is no web build");
     }
+    let built = steps.run("rust build", |_| build(options, &workspace, &variables))?;
     if options.browser.is_some() {
         steps.skip("rust tests", "--browser");
+    } else if built {
+        steps.run("rust tests", |tally| test_rust(&workspace, &variables, tally))?;
     } else {
-        steps.run("rust tests", || {
-            let mut test = cargo();
-            test.current_dir(&workspace.root).args(["test", "--workspace", "--no-fail-fast"]);
-            test.env(onnx_runtime::VARIABLE, &onnx_runtime);
-            run_command(data.iter().fold(&mut test, |test, folder| test.env(DATA, folder)))
-        })?;
+        steps.skip("rust tests", "the build failed");
     }
     match browser {
         None => steps.skip("browser tests", "--no-browser"),
-        Some(_) if !built => steps.skip("browser tests", "there is no web build"),
+        Some(_) if !(web && built) => steps.skip("browser tests", "a build failed"),
         Some(browser) => {
             let filter = options.browser.as_deref().filter(|name| !name.is_empty());
-            steps.run("browser tests", || browser.run_tests(&workspace, &agent(&workspace)?, filter))?;
+            steps.run("browser tests", |tally| browser.run_tests(&workspace, &agent(&workspace), filter, tally))?;
         }
     }
     steps.finish()
 }
 
-/// Builds the agent that the browser tests start. The whole workspace is selected, as in `cargo test`: features of the
-/// dependencies are then the same and nothing is compiled twice.
-fn agent(workspace: &Workspace) -> Result<PathBuf> {
-    run_command(cargo().current_dir(&workspace.root).args(["build", "--workspace", "--bin", "semascan"]))?;
-    Ok(workspace.target.join("debug").join(format!("semascan{}", std::env::consts::EXE_SUFFIX)))
+/// The training code's linter and tests, which are done in seconds once their environment is made.
+fn test_training(options: &Options, workspace: &Workspace, steps: &mut Steps) -> Result<()> {
+    let left_out = match () {
+        () if options.no_training => Some("--no-training"),
+        () if options.browser.is_some() => Some("--browser"),
+        () => None,
+    };
+    if let Some(why) = left_out {
+        steps.skip("training lint", why);
+        steps.skip("training tests", why);
+        return Ok(());
+    }
+    let mut training = None;
+    let prepare = |_: &mut Tally| Training::prepare(workspace).map(|prepared| training = Some(prepared));
+    steps.run("training environment", prepare)?;
+    match training {
+        Some(training) => {
+            steps.run("training lint", |_| training.lint())?;
+            steps.run("training tests", |tally| training.test(tally))?;
+        }
+        None => {
+            steps.skip("training lint", "there is no environment");
+            steps.skip("training tests", "there is no environment");
+        }
+    }
+    Ok(())
 }
 
-/// The folder of real captures as an absolute path: tests run in the folders of their packages.
+/// Builds all tests and with them the agent, or the agent alone where only browser tests are run. The whole workspace is
+/// selected for that too: most features of the dependencies are then the same and little is compiled twice.
+fn build(options: &Options, workspace: &Workspace, variables: &Variables) -> Result<()> {
+    let what: &[&str] = match options.browser {
+        Some(_) => &["build", "--workspace", "--bin", "semascan"],
+        None => &["test", "--workspace", "--no-run"],
+    };
+    run_command(cargo().current_dir(&workspace.root).args(what).envs(variables.iter().cloned()))
+}
+
+/// Runs the tests of all crates.
+fn test_rust(workspace: &Workspace, variables: &Variables, tally: &mut Tally) -> Result<()> {
+    let mut test = cargo();
+    test.current_dir(&workspace.root).args(["test", "--workspace", "--no-fail-fast", "--", "--show-output"]);
+    let mut output = CargoTest::default();
+    run_reading(test.envs(variables.iter().cloned()), |line| output.read(line, tally))
+}
+
+/// The agent that `build` made: a build of an integration test builds the binaries of its package too.
+fn agent(workspace: &Workspace) -> PathBuf {
+    workspace.target.join("debug").join(format!("semascan{}", std::env::consts::EXE_SUFFIX))
+}
+
+/// Environment variables of the Rust tests.
+type Variables = Vec<(&'static str, PathBuf)>;
+
+/// Where the tests find ONNX Runtime, the real captures and a Python with PyTorch. Paths are absolute: tests run in the
+/// folders of their packages.
+fn variables(require_data: bool) -> Result<Variables> {
+    let data = find_data(require_data)?.map(|folder| (DATA, folder));
+    let python = training::python_with_torch()?.map(|python| (training::PYTHON, python));
+    let onnx_runtime = onnx_runtime::prepare(&Workspace::find()?)?;
+    Ok([Some((onnx_runtime::VARIABLE, onnx_runtime)), data, python].into_iter().flatten().collect())
+}
+
+/// The folder of real captures.
 fn find_data(required: bool) -> Result<Option<PathBuf>> {
     let Some(folder) = std::env::var_os(DATA).map(PathBuf::from) else {
         if required {

@@ -2,7 +2,7 @@
 //! fused and meshed; from the start of the program, which reads the first byte, to `mesh.ply` and to the end.
 //!
 //! `cargo bench -p semascan-cli --bench inspection`. The recording is of a simulated motor that no network was trained
-//! on; P0 takes 15 to 20 s, its robot's motion included.
+//! on. [Remanufacturing paper] takes 15 to 20 s, its robot's motion included.
 #![allow(clippy::print_stdout)]
 
 use nalgebra::Isometry3;

@@ -1,8 +1,9 @@
-//! One model against another: as they stand, or by P0's protocol after ten seeded alignments.
+//! One model against another: as they stand, or by a published protocol after ten seeded alignments.
 //!
-//! P0, Table 1: "C as well as L are registered 10 times using a global (RANSAC) followed by a local (ICP) approach. All
-//! these registration results are then used to calculate the minimum, maximum, and mean metric values." Here global
-//! registration draws motions from consistent pairs of features, and GICP is the local one.
+//! [Remanufacturing paper], Table 1: "C as well as L are registered 10 times using a global (RANSAC) followed by a
+//! local (ICP) approach. All these registration results are then used to calculate the minimum, maximum, and mean
+//! metric values." Here global registration draws motions from consistent pairs of features [Chen 2022], and GICP
+//! [Segal 2009] is the local one.
 
 use super::Model;
 use super::poses::moved;
@@ -12,7 +13,7 @@ use semascan_perception::register::gicp::{self, GicpConfig};
 use semascan_perception::register::global::{CloudInput, GlobalConfig, GlobalError, GlobalMatch, register_globally};
 use semascan_perception::register::{CloudError, SurfelCloud};
 
-/// Alignments of P0's protocol.
+/// Alignments of the protocol.
 pub const ALIGNMENTS: u64 = 10;
 /// The local alignment's grid is this much finer than that of the global one.
 const FINER: f64 = 3.0;
@@ -75,7 +76,7 @@ pub fn evaluate(a: &Model, b: &Model, b_from_a: &Isometry3<f64>, tau: f64) -> Op
     })
 }
 
-/// P0's protocol: the figures after each of [`ALIGNMENTS`] alignments, with the seeds from `seed` on.
+/// The protocol: the figures after each of [`ALIGNMENTS`] alignments, with the seeds from `seed` on.
 ///
 /// # Errors
 /// For each alignment on its own.

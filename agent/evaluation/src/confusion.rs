@@ -1,8 +1,9 @@
-//! Pixels by what they are and what was said of them, and the figures that P0 and P2 take from it.
+//! Pixels by what they are and what was said of them, and the figures that [Remanufacturing paper] and [Wang 2023] take
+//! from it.
 //!
 //! IoU of a class is correct / (true or said to be). A pixel whose label was dropped as uncertain is a miss: it counts
-//! among the true pixels of its class and nowhere else. P0's false detection rate is wrong / all retained pixels that are
-//! said to be something other than none.
+//! among the true pixels of its class and nowhere else. The false detection rate of [Remanufacturing paper] is wrong /
+//! all retained pixels that are said to be something other than none.
 
 use serde::Serialize;
 

@@ -1,4 +1,5 @@
-//! How much of each component's surface is corroded, worn or cracked, against truth (the outlook of P0).
+//! How much of each component's surface is corroded, worn or cracked, against truth ([Remanufacturing paper], the
+//! outlook on corrosion).
 //!
 //! A model shows only what its views have seen, so its area is compared with the truth of the same points; the area on
 //! the whole true mesh, seen or not, stands beside it.

@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 /// Agreement of two partitions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PartitionScore {
-    /// Adjusted Rand index (Hubert and Arabie 1985): 1 for the same partition, about 0 for unrelated ones.
+    /// Adjusted Rand index [Hubert 1985]: 1 for the same partition, about 0 for unrelated ones.
     pub adjusted_rand: f64,
     /// Share of the points that lie outside the segment that covers most of their true region: how far regions fall
     /// apart.

@@ -2,8 +2,7 @@
 //!
 //! Registration against a model can only make the poses agree with each other: where the model as a whole stands is
 //! the kinematics' word. So poses are also judged after the one rigid motion that brings all of them closest to the
-//! truth (J. Sturm et al., "A benchmark for the evaluation of RGB-D SLAM systems", 2012, with the rotations as well as
-//! the centres, so that cameras in one line are aligned too).
+//! truth ([Sturm 2012], with the rotations as well as the centres, so that cameras in one line are aligned too).
 
 use nalgebra::{Isometry3, Matrix3, Point3, Translation3, UnitQuaternion, Vector3};
 use semascan_perception::register::rigid::nearest_rotation;

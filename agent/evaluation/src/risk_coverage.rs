@@ -1,8 +1,8 @@
 //! Risk against coverage: what is lost and what is won by dropping the labels that networks are unsure of.
 //!
-//! The threshold of sigma is chosen once, on motors that serve for nothing else, and frozen (P0 gives 0.5 without saying
-//! how it was found). Fields hold sigma in eight bits, so one [`Confusion`] for each of its values tells the figures at
-//! every threshold after one pass over the pictures.
+//! The threshold of sigma is chosen once, on motors that serve for nothing else, and frozen
+//! ([Remanufacturing paper] gives 0.5 without saying how it was found). Fields hold sigma in eight bits, so one
+//! [`Confusion`] for each of its values tells the figures at every threshold after one pass over the pictures.
 
 use super::confusion::{Confusion, PixelScores};
 use semascan_perception::segment::ClassField;

@@ -1,4 +1,5 @@
-//! A model against the true surface: P0's accuracy and completeness by component, and how far its points are off.
+//! A model against the true surface: accuracy and completeness by component ([Remanufacturing paper], Table 6), and how
+//! far its points are off.
 //!
 //! Each point takes the label of the nearest vertex of the nearest true triangle as its true class. Points marked as
 //! outliers or background do not belong to the model and are not judged.

@@ -50,8 +50,8 @@ pub(super) fn sigma_overlay(view: &View, segmentation: &Segmentation) -> Vec<u8>
     })
 }
 
-/// Share of the colour stream of a two-stream network as a small PNG where the network looked: orange where colour decides,
-/// blue where depth does (P2); empty for other networks.
+/// Share of the colour stream of a two-stream network as a small PNG where the network looked: orange where colour
+/// decides, blue where depth does ([Wang 2023], contribution layer); empty for other networks.
 pub(super) fn contribution_overlay(view: &View, segmentation: &Segmentation) -> Vec<u8> {
     let detail = segmentation.network.as_deref();
     let Some((share, window)) = detail.and_then(|d| d.contribution.as_ref().zip(d.window)) else { return Vec::new() };

@@ -1,6 +1,6 @@
-//! Meshing of a [`Solid`]: dual contouring on a sparse grid (T. Ju et al., "Dual contouring of Hermite data", SIGGRAPH
-//! 2002). Where the surface is smooth the vertex goes to the field's zero by Newton steps; where faces meet it goes to
-//! the point that lies on all of them, so that edges come out straight.
+//! Meshing of a [`Solid`]: dual contouring on a sparse grid [Ju 2002]. Where the surface is smooth the vertex goes to
+//! the field's zero by Newton steps; where faces meet it goes to the point that lies on all of them, so that edges come
+//! out straight.
 //!
 //! Only blocks of the grid that the surface can pass are sampled (a distance field tells by one evaluation), each with
 //! the few steps of the solid that reach it. Blocks are meshed in parallel and joined in grid order, so the mesh does

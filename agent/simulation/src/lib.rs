@@ -1,4 +1,5 @@
-//! The virtual cell: a simulated inspection station in the manner of P0, with truth for everything.
+//! The virtual cell: a simulated inspection station in the manner of [Remanufacturing paper], with truth for
+//! everything.
 //!
 //! A part (a parametric starter motor, or any mesh) stands on a turntable; a robot carries a structured-light camera
 //! around it. Views come one by one with the chain that the station reports, noisy depth, shaded colour, exact labels

@@ -1,9 +1,9 @@
 //! Light in the cell and how surfaces answer it.
 //!
 //! A soft key light, a fill, a rim light, the camera's own light beside the lens, and a room with ceiling lights that
-//! metals mirror. Surfaces follow the microfacet model (GGX distribution, Smith visibility, Schlick's Fresnel term;
-//! B. Walter et al., EGSR 2007; B. Burley 2012 for roughness and metalness). Lights stand in the static turntable
-//! frame: the part turns beneath them, so pictures of one spot differ in light as P0 wants them to.
+//! metals mirror. Surfaces follow the microfacet model (GGX distribution, Smith visibility, Schlick's Fresnel term:
+//! [Walter 2007]; roughness and metalness as in [Burley 2012]). Lights stand in the static turntable frame: the part
+//! turns beneath them, so pictures of one spot differ in light, as [Remanufacturing paper] wants them to.
 
 use std::f32::consts::PI;
 

@@ -2,7 +2,7 @@
 //!
 //! Everything here is a pure function of its arguments, so a picture does not depend on the order or the number of
 //! threads that computed it. Gradient-free value noise with quintic fade is enough at the scales used here and costs
-//! eight hashes a sample (K. Perlin, "Improving Noise", SIGGRAPH 2002, for the fade curve).
+//! eight hashes a sample ([Perlin 2002] for the fade curve).
 
 use glam::Vec3;
 

@@ -1,8 +1,7 @@
 //! Domain randomisation: how far lights, camera, sensor and surfaces vary between training views.
 //!
-//! A network that is to work in cells it has not seen must not learn one cell's look (J. Tobin et al., "Domain
-//! randomization for transferring deep neural networks from simulation to the real world", IROS 2017). Every view gets
-//! new lights, a new camera and new surfaces; only the part's shape stays. All ranges are here, in one value.
+//! A network that is to work in cells it has not seen must not learn one cell's look [Tobin 2017]. Every view gets new
+//! lights, a new camera and new surfaces; only the part's shape stays. All ranges are here, in one value.
 
 use glam::Vec3;
 

@@ -1,7 +1,7 @@
 //! Ray casting on triangle meshes.
 //!
-//! Rays use the eight-wide compressed hierarchy of the `obvhs` crate (H. Ylitie et al., "Efficient incoherent ray
-//! traversal on GPUs through compressed wide BVHs", 2017). Hierarchies are built on one thread, so that ties at shared edges fall the same way every time.
+//! Rays use the eight-wide compressed hierarchy of the `obvhs` crate [Ylitie 2017]. Hierarchies are built on one
+//! thread, so that ties at shared edges fall the same way every time.
 
 use glam::{Vec3, Vec3A};
 use obvhs::BvhBuildParams;

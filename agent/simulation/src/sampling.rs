@@ -1,4 +1,4 @@
-//! Where to look from: P0's random sampling, or a regular turn that covers the part.
+//! Where to look from: the random sampling of [Remanufacturing paper], or a regular turn that covers the part.
 
 use glam::Vec3;
 use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
@@ -48,8 +48,8 @@ impl Target {
     }
 }
 
-/// P0's sampling: azimuth and polar angle 45 to 90 degrees, 400 to 600 mm (here `distance`, metres), the view turned by
-/// up to 10 degrees about each of its axes, the table anywhere.
+/// The sampling of [Remanufacturing paper]: azimuth and polar angle 45 to 90 degrees, 400 to 600 mm (here `distance`,
+/// metres), the view turned by up to 10 degrees about each of its axes, the table anywhere.
 pub(super) fn random_viewpoint(s: &mut Stream, distance: (f32, f32), target: &Target) -> Viewpoint {
     let mut within = |low: f32, high: f32| f64::from(s.range(low, high));
     let (azimuth, polar) = (within(45.0, 90.0).to_radians(), within(45.0, 90.0).to_radians());

@@ -64,7 +64,8 @@ impl SensorModel {
         edges: (0.45, 0.53),
         color: 0.012,
     };
-    /// A camera of the class P0 uses: quieter, with exposure bracketing for dark and bright surfaces.
+    /// A camera of the class that [Remanufacturing paper] uses: quieter, with exposure bracketing for dark and bright
+    /// surfaces.
     pub const ZIVID: Self = Self {
         sigma: 4e-5,
         ripple: 2.5e-5,

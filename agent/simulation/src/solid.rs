@@ -2,8 +2,7 @@
 //!
 //! A [`Solid`] is a list of steps (union, cut) over placed primitives ([`Shape`]), with smooth blends for cast fillets.
 //! A field gives holes, ribs, teeth and fillets without any mesh booleans, is exact about inside and outside, and its
-//! gradient is the surface normal (J. C. Hart, "Sphere tracing", 1996).
-//! Units are millimetres; distances are negative inside.
+//! gradient is the surface normal [Hart 1996]. Units are millimetres; distances are negative inside.
 
 use glam::{Mat3, Vec2, Vec3};
 

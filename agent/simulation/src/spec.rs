@@ -1,10 +1,11 @@
 //! What to simulate, as a URI: `virtual:starter-motor?seed=7&views=12&size=640x480` or `virtual:mesh?path=part.obj`.
 //!
-//! Keys (defaults in brackets): `seed` [7], `part-seed` [that seed] of the motor alone, `views` [12], `size` [640x480] up
-//! to 4096x4096, `errors` [default], `rough` (each view off by up to 1 degree and 3 mm) or `none` (robot and table),
-//! `noise` [the domain's], `default`, `zivid`, `stereo` or `none` (sensor), `sampling` [turn] or `random` (P0's), `domain`
-//! [standard] or `shifted`: a wide lens, other lights and a stereo camera's noise, none of which training data ever has;
-//! `cell` [1.2] the motor's mesh size in millimetres; for `mesh` also `path` and `scale` [1] to metres. `%xx` is a byte.
+//! Keys (defaults in brackets): `seed` [7], `part-seed` [that seed] of the motor alone, `views` [12], `size` [640x480]
+//! up to 4096x4096, `errors` [default], `rough` (each view off by up to 1 degree and 3 mm) or `none` (robot and table),
+//! `noise` [the domain's], `default`, `zivid`, `stereo` or `none` (sensor), `sampling` [turn] or `random`, `domain`
+//! [standard] or `shifted`: a wide lens, other lights and a stereo camera's noise, none of which training data ever
+//! has; `cell` [1.2] the motor's mesh size in millimetres; for `mesh` also `path` and `scale` [1] to metres. `%xx` is a
+//! byte.
 
 use std::path::PathBuf;
 
@@ -19,7 +20,7 @@ use semascan_sources::percent;
 pub enum Sampling {
     /// Regular steps of the table at three heights.
     Turn,
-    /// At random, as P0 sampled its dataset.
+    /// At random, as [Remanufacturing paper] sampled its dataset.
     Random,
 }
 

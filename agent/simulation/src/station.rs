@@ -1,7 +1,8 @@
-//! The inspection station as P0's kinematic chain: where the camera is, and where the robot believes it is.
+//! The inspection station as a kinematic chain: where the camera is, and where the robot believes it is.
 //!
-//! P0 Eq. 1: `table_from_camera = Rz(-phi) * tablebase_from_base * base_from_ee * ee_from_camera`. Views are planned in
-//! the reported chain; the true pose follows from the true chain, which differs by constant calibration errors (hand-eye,
+//! [Remanufacturing paper], Eq. 1:
+//! `table_from_camera = Rz(-phi) * tablebase_from_base * base_from_ee * ee_from_camera`. Views are planned in the
+//! reported chain; the true pose follows from the true chain, which differs by constant calibration errors (hand-eye,
 //! turntable axis) and by a new error for every view (robot repeatability, table angle). The chain is private to the
 //! generator: the registration has its own, and truth must not come from the code that it checks.
 
@@ -142,7 +143,7 @@ impl Station {
     }
 }
 
-/// P0 Eq. 1.
+/// The camera's pose in the table frame ([Remanufacturing paper], Eq. 1).
 fn camera_pose(
     base_from_ee: &Isometry3<f64>,
     ee_from_camera: &Isometry3<f64>,

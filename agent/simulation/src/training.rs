@@ -1,8 +1,8 @@
 //! Training views of one starter motor: everything but its shape is drawn anew for every view.
 //!
-//! P0 takes its training pictures from random points on a part of a sphere with the view jittered; here a window of the
-//! picture around the part is rendered at native resolution, with exact labels. A part and a view depend on the seed
-//! and their numbers only.
+//! [Remanufacturing paper] takes its training pictures from random points on a part of a sphere with the view jittered;
+//! here a window of the picture around the part is rendered at native resolution, with exact labels. A part and a view
+//! depend on the seed and their numbers only.
 
 use nalgebra::{Isometry3, Point3, Rotation3, UnitQuaternion, Vector3};
 use semascan_model::Taxonomy;

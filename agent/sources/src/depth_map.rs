@@ -1,5 +1,5 @@
-//! Point cloud -> depth map, the way back from `OrganizedCloud`: P2's conversion (its Fig. 4: each point of the cloud
-//! goes to a pixel of the depth map), with the camera stated.
+//! Point cloud -> depth map, the way back from `OrganizedCloud`: the conversion of [Wang 2023] (its Fig. 4: each point
+//! of the cloud goes to a pixel of the depth map), with the camera stated.
 //!
 //! `u = fx x/z + cx`, `v = fy y/z + cy`, rounded to the nearest pixel, whose centre has whole coordinates; of the points
 //! of a pixel the nearest stays.

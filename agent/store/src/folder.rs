@@ -88,8 +88,8 @@ pub fn write_inspection(folder: &Path, inspected: &Inspected) -> Result<(), Stor
     })
 }
 
-/// Writes every kept view as a semantic cloud of its own (P2's keyframe clouds), `folder/000000.ply` and so on by its
-/// place in the capture order.
+/// Writes every kept view as a semantic cloud of its own (as [Wang 2023] makes of keyframes), `folder/000000.ply` and
+/// so on by its place in the capture order.
 ///
 /// # Errors
 /// [`StoreError`] naming the file or the view.

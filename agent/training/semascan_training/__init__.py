@@ -1,1 +1,1 @@
-"""Training of Semascan's networks: from labelled views to ONNX files with their manifest (P0, P2)."""
+"""Training of Semascan's networks: from labelled views to ONNX files with their manifest."""

@@ -1,4 +1,4 @@
-"""P0's augmentations, online, on a share of the images (P0: 50 %); the rest stay as they are.
+"""The augmentations of [Remanufacturing paper], online, on a share of the images (there 50 %); the others stay.
 
 Geometric ones (flip, rotation, scale, translation, crop) go to colour, depth, labels and instances alike, colour
 (brightness, contrast, saturation) and filters (noise, CLAHE, blur) to the colour image alone. A zoom by s is a camera

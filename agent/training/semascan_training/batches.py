@@ -11,12 +11,8 @@ from torch.utils.data import DataLoader, Dataset
 
 from .augment import View, augment
 from .dataset import Samples
-from .dataset.samples import DEPTH_UNIT
+from .dataset.samples import DEPTH_UNIT, MEAN, STD
 from .recipe import Recipe
-
-MEAN = (0.485, 0.456, 0.406)
-STD = (0.229, 0.224, 0.225)
-"""ImageNet's, so that pretrained backbones see what they know."""
 
 
 @dataclass

@@ -6,7 +6,8 @@ import os
 import sys
 from pathlib import Path
 
-# Threads that wait must not spin: other work needs the cores. Read by OpenMP when it starts, so before torch is imported.
+# Threads that wait must not spin: other work needs the cores. OpenMP reads this when it starts, so it comes before
+# torch is imported.
 os.environ.setdefault("OMP_WAIT_POLICY", "passive")
 
 from .errors import TrainingError
@@ -94,7 +95,8 @@ def _evaluate(options) -> dict:
     import numpy as np
 
     from .dataset import open_samples
-    from .evaluate import evaluate_networks, model_files
+    from .evaluate import evaluate_networks
+    from .manifest import model_files
     from .run import open_run
 
     run = open_run(options.run)

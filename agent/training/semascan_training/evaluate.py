@@ -1,6 +1,5 @@
 """Exported networks on labelled views, through ONNX Runtime, as the agent runs them."""
 
-import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -8,7 +7,6 @@ import onnxruntime
 
 from .batches import evaluation_batches
 from .dataset import Samples
-from .errors import TrainingError
 from .metrics import Confusion
 from .recipe import Recipe
 
@@ -45,13 +43,3 @@ def probabilities_of(session: onnxruntime.InferenceSession, image: np.ndarray) -
     one = session.get_inputs()[0].shape[0] == 1
     parts = [image[i : i + 1] for i in range(len(image))] if one else [image]
     return np.concatenate([session.run(["probabilities"], {"image": part})[0] for part in parts])
-
-
-def model_files(folder: Path) -> list[Path]:
-    """The networks that a model's manifest names."""
-    path = folder / "model.toml"
-    try:
-        table = tomllib.loads(path.read_text(encoding="utf-8"))
-        return [folder / network["file"] for network in table["network"]]
-    except (OSError, tomllib.TOMLDecodeError, KeyError, TypeError) as error:
-        raise TrainingError(f"{path}: {error}") from error

@@ -1,4 +1,4 @@
-"""Losses: Dice and focal (P0), their sum, and what instance and two-stream networks need beside them."""
+"""Losses: Dice and focal ([Remanufacturing paper]), their sum, and those of instance and two-stream networks."""
 
 from functools import cache
 
@@ -36,7 +36,7 @@ def dice_loss(probabilities: torch.Tensor, labels: torch.Tensor) -> torch.Tensor
 def focal_loss(
     log_probabilities: torch.Tensor, labels: torch.Tensor, gamma: float, weights: tuple[float, ...] = ()
 ) -> torch.Tensor:
-    """Cross entropy of a pixel times (1 - p)^gamma (Lin et al. 2017) and its class's weight; gamma = 0 is plain."""
+    """Cross entropy of a pixel times (1 - p)^gamma [Lin 2017] and its class's weight; gamma = 0 is plain."""
     entropy = F.nll_loss(log_probabilities, labels, ignore_index=IGNORE, reduction="none")
     if gamma > 0:
         entropy = entropy * (1 - torch.exp(-entropy)).clamp(min=1e-6) ** gamma
@@ -63,7 +63,7 @@ def segmentation_loss(logits: torch.Tensor, labels: torch.Tensor, recipe: Recipe
 
 
 def centre_loss(logits: torch.Tensor, heat: torch.Tensor) -> torch.Tensor:
-    """Penalty-reduced focal loss of a centre heat map (Law and Deng 2018): near a centre a false one costs less."""
+    """Penalty-reduced focal loss of a centre heat map [Law 2018]: near a centre a false one costs less."""
     p = logits.sigmoid().clamp(1e-4, 1 - 1e-4)
     is_centre = (heat > 0.95).to(p.dtype)
     positive = torch.log(p) * (1 - p) ** 2 * is_centre

@@ -2,9 +2,11 @@
 
 import hashlib
 import json
+import tomllib
 from pathlib import Path
 
-from .batches import MEAN, STD
+from .dataset.samples import MEAN, STD
+from .errors import TrainingError
 from .recipe import Recipe
 from .taxonomy import class_list
 
@@ -50,6 +52,16 @@ def fusion(recipe: Recipe) -> str:
         return "contribution"
     stacked = recipe.uses_colour and recipe.uses_depth and recipe.network.fusion == "none"
     return "early" if stacked else recipe.network.fusion
+
+
+def model_files(folder: Path) -> list[Path]:
+    """The networks that a model's manifest names."""
+    path = folder / "model.toml"
+    try:
+        table = tomllib.loads(path.read_text(encoding="utf-8"))
+        return [folder / network["file"] for network in table["network"]]
+    except (OSError, tomllib.TOMLDecodeError, KeyError, TypeError) as error:
+        raise TrainingError(f"{path}: {error}") from error
 
 
 def _entry(key: str, value) -> str:

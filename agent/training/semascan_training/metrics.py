@@ -1,4 +1,7 @@
-"""Metrics of a label image against the truth, from one confusion matrix; conventions as in P0 and P2.
+"""Metrics of a label image against the truth, from one confusion matrix.
+
+IoU, precision and recall as [Wang 2023] takes them, the false detection rate as [Remanufacturing paper] does: the share
+of wrong pixels among those that are said to be something other than none.
 
 Classes that neither truth nor prediction shows are left out of the means. `mean_iou` is over the part's classes,
 without background; `mean_iou_with_none` counts it too.

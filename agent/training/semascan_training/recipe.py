@@ -40,7 +40,7 @@ class DataRecipe:
     near: float = 0.25  # metres
     far: float = 0.90
     augment: float = 0.5  # share of the images that are augmented
-    augment_validation: bool = False  # P0 validates on augmented images
+    augment_validation: bool = False  # [Remanufacturing paper] validates on augmented images
     part_pattern: str = ""  # labelme: pattern of file names; its first group that matches is the part
     scale: float = 1.0  # labelme: pictures are resized by this factor
     split_seed: int = 1
@@ -62,13 +62,16 @@ class TrainingRecipe:
     epoch_images: int = 0  # images of one epoch, a part of them or several times all; 0 = each once
     validation_images: int = 0  # 0 = all
     batch: int = 8
-    precision: str = "float32"  # float32 | bfloat16: convolutions in 16 bits, 1.5 times as fast where processors have them
+    precision: str = "float32"  # float32 | bfloat16: convolutions in 16 bits, faster where the processor has them
     seed: int = 1
 
 
 @dataclass(frozen=True)
 class EnsembleRecipe:
-    """Members differ in their training parts (P0); with `fork_epochs` they fork from a trunk trained on all of them."""
+    """Members differ in their training parts, as in [Remanufacturing paper].
+
+    With `fork_epochs` they fork from a trunk trained on all of them.
+    """
 
     members: int = 1
     composition: str = "all"  # all | bootstrap: as many parts, drawn with replacement | subset: 80 % of the parts

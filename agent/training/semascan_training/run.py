@@ -61,8 +61,9 @@ def open_run(folder: Path) -> Run:
     recipe = read_recipe(folder / RECIPE)
     try:
         table = json.loads((folder / INDEX).read_text(encoding="utf-8"))
-        split, started_from = Split(**table["split"]), table.get("started_from", [])
-        return Run(folder, recipe, split, table["classes"], table["about"], started_from, table.get("device", "unknown"))
+        split, classes, about = Split(**table["split"]), table["classes"], table["about"]
+        started_from, device = table.get("started_from", []), table.get("device", "unknown")
+        return Run(folder, recipe, split, classes, about, started_from, device)
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise TrainingError(f"{folder / INDEX}: {error}") from error
 

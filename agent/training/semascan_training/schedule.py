@@ -12,10 +12,10 @@ from .recipe import Recipe
 
 STEP_EPOCHS = 10
 STEP_FACTOR = 0.8
-"""P0 (Table 2): reduced by 20 % every 10 epochs."""
+"""[Remanufacturing paper], Table 2: reduced by 20 % every 10 epochs."""
 WARM_UP = 0.1
 FLOOR = 1e-3
-"""One-cycle: rises over the first tenth, falls on a cosine to a thousandth (after Smith and Topin 2018)."""
+"""One-cycle: rises over the first tenth, falls on a cosine to a thousandth (after [Smith 2018])."""
 
 
 def learning_rate(recipe: Recipe, peak: float, progress: float) -> float:

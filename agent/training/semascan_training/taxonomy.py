@@ -1,4 +1,4 @@
-"""Class names and colours, the same as the agent's (`shared/src/model/taxonomy.rs`): a colour is a class everywhere."""
+"""Class names and colours, the same as the agent's (`shared/model/src/taxonomy.rs`): a colour is a class everywhere."""
 
 from dataclasses import dataclass
 

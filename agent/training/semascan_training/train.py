@@ -203,7 +203,7 @@ class Trainer:
         return float(np.mean(losses)) if losses else 0.0, images, rate
 
     def freeze(self, progress: float) -> None:
-        """P0's frozen start: the pretrained backbones stand still for the first epochs."""
+        """The frozen start of [Remanufacturing paper]: the pretrained backbones stand still for the first epochs."""
         network = self.recipe.network
         if network.start != "frozen":
             return

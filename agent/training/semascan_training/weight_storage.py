@@ -1,8 +1,8 @@
 """Weights stored in 16 or 8 bits and widened in the graph: a half or a quarter of the file, the same speed.
 
 In 16 bits a Cast widens them (11 bits of precision); in 8 bits a Cast and a Mul with one scale for each output channel,
-so that the largest weight of a channel is 127. Runtimes fold both when they load the network, so the arithmetic stays in
-32 bits.
+so that the largest weight of a channel is 127. Runtimes fold both when they load the network, so the arithmetic stays
+in 32 bits.
 """
 
 import numpy as np

@@ -17,7 +17,7 @@ impl PointFlags {
     pub const EDGE: u16 = 1 << 4;
     /// A noisy double of a surface that is much better known: off it by no more than its own noise explains.
     pub const NOISE: u16 = 1 << 5;
-    /// Seen only by pixels whose class was too uncertain, where such pixels are dropped as P0 drops them.
+    /// Seen only by pixels whose class was too uncertain, where such pixels are dropped.
     pub const UNCERTAIN: u16 = 1 << 6;
     /// Vertices of a mesh only: what lies beyond was not observed.
     pub const BOUNDARY: u16 = 1 << 15;

@@ -23,7 +23,8 @@ impl ClassDef {
     }
 }
 
-/// The component classes (column K of P0 Eq. 2) and defect classes (column D of P0 Eq. 3) of an inspection.
+/// The component classes (column K of [Remanufacturing paper], Eq. 2) and defect classes (column D, Eq. 3) of an
+/// inspection.
 ///
 /// Both lists are dense: `list[i].id == i`, and entry 0 is `none`.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]

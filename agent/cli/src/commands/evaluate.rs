@@ -24,7 +24,7 @@ pub(crate) struct EvaluateArgs {
     /// Print one JSON object on stdout
     #[arg(long)]
     json: bool,
-    /// Align A with B ten times first (global, then local registration) and give the range of every figure, as P0 does
+    /// Align A with B ten times first (global, then local registration) and give the range of every figure
     #[arg(long)]
     align: bool,
     /// Distance of precision, recall and F-score in millimetres

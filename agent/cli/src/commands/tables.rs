@@ -1,4 +1,5 @@
-//! `semascan tables P0|P1|P2`: reruns a paper's tables on the virtual cell.
+//! `semascan tables P0|P1|P2`: reruns a paper's tables on the virtual cell. P0 is [Remanufacturing paper], P1
+//! [Eye-in-hand 2020], P2 [Wang 2023].
 
 use super::Failure;
 use anyhow::{Context, anyhow};
@@ -12,13 +13,13 @@ use std::path::PathBuf;
 /// The papers whose tables can be rerun.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Paper {
-    /// Semantic 3D product modelling for inspection: Tables 1, 3, 5 and 6
+    /// Semantic 3D product modelling for automated inspection in remanufacturing processes: Tables 1, 3, 5 and 6
     #[value(name = "P0", alias = "p0")]
     P0,
-    /// Semantic 3D reconstruction for manipulators: Tables 1 to 5
+    /// Semantic 3D reconstruction for robotic manipulators with an eye-in-hand vision system: Tables 1 to 5
     #[value(name = "P1", alias = "p1")]
     P1,
-    /// Semantic segmentation with two data streams: Tables 2 to 4
+    /// Keyframe image processing of semantic 3D point clouds based on deep learning: Tables 2 to 4
     #[value(name = "P2", alias = "p2")]
     P2,
 }
@@ -61,7 +62,7 @@ pub(crate) struct TablesArgs {
     json: bool,
 }
 
-/// P1's tables together.
+/// The tables of [Eye-in-hand 2020] together.
 #[derive(Serialize)]
 struct P1Report {
     /// Tables 3 to 5.
@@ -90,7 +91,7 @@ impl TablesArgs {
         Ok(if self.tables.is_empty() { all.to_vec() } else { self.tables.clone() })
     }
 
-    /// Refuses what belongs to P1.
+    /// Refuses what belongs to the tables of [Eye-in-hand 2020].
     fn not_p1(&self) -> Result<(), Failure> {
         if self.only.is_some() || self.ycb.is_some() {
             return Err(Failure::Call(anyhow!("--only and --ycb belong to P1")));
@@ -143,7 +144,7 @@ impl TablesArgs {
         self.write(&P1Report { reconstruction, masks })
     }
 
-    /// P1's Tables 3 to 5.
+    /// [Eye-in-hand 2020], Tables 3 to 5.
     fn reconstruction(&self) -> Result<p1::Report, Failure> {
         let in_data = || Some(PathBuf::from(std::env::var_os("SEMASCAN_DATA")?).join("objects/ycb"));
         let ycb = self.ycb.clone().or_else(|| in_data().filter(|folder| folder.is_dir()));

@@ -1,9 +1,9 @@
 //! The threshold of sigma, chosen on validation motors and then left alone.
 //!
-//! P0 drops pixels with sigma above 0.5 without saying how that was found, and what sigma is decides what it means. Here
-//! the rule is: the largest threshold, to a hundredth, at which the false detection rate on the validation motors falls
-//! to [`GOAL`] of what it is without one, in the randomised views and in the virtual cell alike. It is the one that costs
-//! least completeness. Test motors have no say in it.
+//! [Remanufacturing paper] drops pixels with sigma above 0.5 without saying how that was found, and what sigma is
+//! decides what it means. Here the rule is: the largest threshold, to a hundredth, at which the false detection rate on
+//! the validation motors falls to [`GOAL`] of what it is without one, in the randomised views and in the virtual cell
+//! alike. It is the one that costs least completeness. Test motors have no say in it.
 
 use super::{NetworkSetting, Progress};
 use crate::network_scores::{Shelf, labelling, score_networks, test_source};

@@ -1,7 +1,7 @@
-//! The way of one view: acquire -> segment -> register -> fuse, on bounded queues, as P0 runs its steps beside the
-//! robot's motion. A view is registered against the model that the views before it made, so these two stages share a
-//! thread; capture and segmentation of the next views go on beside them. After the last view all poses are refined
-//! together and the map is made anew with them.
+//! The way of one view: acquire -> segment -> register -> fuse, on bounded queues, as [Remanufacturing paper] runs its
+//! steps beside the robot's motion. A view is registered against the model that the views before it made, so these two
+//! stages share a thread; capture and segmentation of the next views go on beside them. After the last view all poses
+//! are refined together and the map is made anew with them.
 //!
 //! A view that fails in any stage is reported with its reason and left out; the inspection goes on.
 

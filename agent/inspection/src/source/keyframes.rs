@@ -1,10 +1,10 @@
-//! Keyframes: of a camera that moves all the time, the views worth inspecting (P2, "Method of generating semantic point
-//! clouds for keyframes").
+//! Keyframes: of a camera that moves all the time, the views worth inspecting ([Wang 2023], "Method of generating
+//! semantic point clouds for keyframes").
 //!
 //! A view is skipped where the camera has hardly moved since a keyframe, taken where it has moved far (labels gain from
-//! another angle), and in between taken if enough of what it shows was in none of the last keyframes. P2 names no rule;
-//! this is the overlap test of keyframe-based mapping (R. Mur-Artal and J. Tardós, ORB-SLAM2, 2017) on depth. What is
-//! skipped is counted, and a view without a pose or that cannot be read is passed on: others judge that.
+//! another angle), and in between taken if enough of what it shows was in none of the last keyframes. The paper names
+//! no rule; this is the overlap test of keyframe-based mapping [Mur-Artal 2017] on depth. What is skipped is counted,
+//! and a view without a pose or that cannot be read is passed on: others judge that.
 
 use crate::source::{Source, SourceError, SourceInfo, TrueMesh};
 use nalgebra::{Isometry3, Point3};

@@ -1,9 +1,9 @@
-//! Data association: which objects of the model the objects of a view are (P1 section 3.3).
+//! Data association: which objects of the model the objects of a view are ([Eye-in-hand 2020], section 3.3).
 //!
-//! Two tests. [`by_gravity_centre`] is P1's: of the model's objects of the same class, the one whose gravity centre is
-//! nearest; accepted if more than half of the points lie within zeta = 2 mm of it, else a misidentification. Gravity
-//! centres of partial views move, so there is also [`by_overlap`]: seen from the view, the share of surface that both
-//! have in common, `min(|A & B| / |A|, |A & B| / |B|)`, over the surface that view and model both show.
+//! Two tests. [`by_gravity_centre`] is the paper's: of the model's objects of the same class, the one whose gravity
+//! centre is nearest; accepted if more than half of the points lie within zeta = 2 mm of it, else a misidentification.
+//! Gravity centres of partial views move, so there is also [`by_overlap`]: seen from the view, the share of surface
+//! that both have in common, `min(|A & B| / |A|, |A & B| / |B|)`, over the surface that view and model both show.
 //!
 //! Both are pure functions. What they refuse is an event of the inspection, with its reason; it is not dropped silently.
 

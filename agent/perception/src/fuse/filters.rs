@@ -1,5 +1,5 @@
-//! Outlier filters (P0 step 4): radius, statistical and noise. They mark, exports choose. Flying pixels are marked where
-//! they are merged, for only a view knows them.
+//! Outlier filters ([Remanufacturing paper], step 4, integration): radius, statistical and noise. They mark, exports
+//! choose. Flying pixels are marked where they are merged, for only a view knows them.
 //!
 //! Every voxel is surveyed, block by block of bricks ([`surroundings`]): its neighbours ([`neighbours`]), and whether it
 //! doubles a better known surface ([`noise`]).

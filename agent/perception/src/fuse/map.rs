@@ -1,7 +1,8 @@
 //! The semantic map: a voxel hash of bricks that views are integrated into, in order, whatever the number of threads.
 //!
-//! Evidence follows P0 Eqs. 2 and 3 with a Dirichlet histogram a voxel: `alpha_c += w p_c` with
-//! `w = cos(incidence) (1 - sigma^2 / threshold^2)`. Geometry is weighted by the inverse variance of the depth.
+//! Evidence follows [Remanufacturing paper], Eqs. 2 and 3 (component K and defect D of a point), with a Dirichlet
+//! histogram a voxel: `alpha_c += w p_c` with `w = cos(incidence) (1 - sigma^2 / threshold^2)`. Geometry is weighted by
+//! the inverse variance of the depth.
 
 use super::brick::Brick;
 use super::keys::{BrickKey, brick_of};

@@ -1,12 +1,11 @@
 //! The map as a camera sees it: a z-buffered splat of the voxels, what registration aligns a view against.
 //!
 //! Each voxel that faces the camera covers a square of its own size; the nearest surface wins a pixel, so that the far
-//! side of the part does not shine through the gaps between voxels (M. Zwicker et al., "Surface splatting", SIGGRAPH
-//! 2001, gives the footprint). A noisy surface is a shell of voxels of which the front ones are the worst: taking the
-//! nearest would bias the picture towards the camera by the noise. So of the voxels of the nearest shell the one with the
-//! most evidence close to the pixel's centre names the surface, and the pixel shows the weighted mean of the voxels about
-//! it that lie in the pixel. Of a curved surface the mean lies inside; by how much, their normals tell, and it is given
-//! back.
+//! side of the part does not shine through the gaps between voxels ([Zwicker 2001] gives the footprint). A noisy
+//! surface is a shell of voxels of which the front ones are the worst: taking the nearest would bias the picture
+//! towards the camera by the noise. So of the voxels of the nearest shell the one with the most evidence close to the
+//! pixel's centre names the surface, and the pixel shows the weighted mean of the voxels about it that lie in the
+//! pixel. Of a curved surface the mean lies inside; by how much, their normals tell, and it is given back.
 //!
 //! Rows are split into bands, and each band sees its bricks in the order of the map, so the picture does not depend on
 //! the number of threads.

@@ -1,4 +1,4 @@
-//! One view as a semantic point cloud of its own: P2's keyframe semantic cloud.
+//! One view as a semantic point cloud of its own: the semantic point cloud of a keyframe [Wang 2023].
 
 use super::LabelledView;
 use crate::segment::ClassField;

@@ -5,13 +5,12 @@
 //! taps along rows, seven along columns, over tiles that stay in the cache. Where it does not (near depth steps), or
 //! holds too few points, the window is walked and what belongs to another surface left out.
 //!
-//! The fit also gives a quieter depth. The mean over 3x3 pixels and the plane over the window both cut a curved surface's
-//! corner, by its curvature times their mean square extent; so their difference tells the curvature, and what the mean
-//! lost is given back. That matters more than noise: views are averaged, and what biases each alike stays (the
-//! plane's own depth would be quieter still, but makes a noisy part a tenth of a millimetre too thin). The estimate is taken where
-//! it does not contradict the pixel by more than noise explains (O. Lepski, "On a problem of adaptive estimation in
-//! Gaussian white noise", 1990); the noise is measured on the spot, by second differences. Where nothing is known of it
-//! the depth stays as captured.
+//! The fit also gives a quieter depth. The mean over 3x3 pixels and the plane over the window both cut a curved
+//! surface's corner, by its curvature times their mean square extent; so their difference tells the curvature, and what
+//! the mean lost is given back. That matters more than noise: views are averaged, and what biases each alike stays (the
+//! plane's own depth would be quieter still, but makes a noisy part a tenth of a millimetre too thin). The estimate is
+//! taken where it does not contradict the pixel by more than noise explains [Lepski 1990]; the noise is measured on the
+//! spot, by second differences. Where nothing is known of it the depth stays as captured.
 
 mod plane;
 

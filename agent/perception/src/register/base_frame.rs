@@ -1,4 +1,5 @@
-//! P0 step 5: from the rotating table frame, where the model is made, to the robot base, where the robot can use it.
+//! From the rotating table frame, where the model is made, to the robot base, where the robot can use it
+//! ([Remanufacturing paper], step 5, postprocessing).
 
 use crate::view::Chain;
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};

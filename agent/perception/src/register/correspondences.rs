@@ -1,9 +1,9 @@
 //! Projective association and the symmetric point-to-plane objective, linearised.
 //!
 //! A source point is projected into the target's picture and paired with what that pixel shows: one look-up, no search
-//! tree (Blais and Levine 1995; KinectFusion). Residual `r = n.(p - q)` with `n` the mean of both normals (Rusinkiewicz,
-//! *A symmetric objective function for ICP*, 2019): exact for pairs on a common circle, so coarse pairs still pull right.
-//! Residuals are f32, sums f64 and centred on the object: a rotation about a camera half a metre away would drown.
+//! tree ([Blais 1995]; [Newcombe 2011]). Residual `r = n.(p - q)` with `n` the mean of both normals
+//! [Rusinkiewicz 2019]: exact for pairs on a common circle, so coarse pairs still pull right. Residuals are f32, sums
+//! f64 and centred on the object: a rotation about a camera half a metre away would drown.
 
 use super::{ModelView, SourcePoints};
 use nalgebra::{Isometry3, Matrix6, Point3, Vector6};

@@ -2,9 +2,8 @@
 //!
 //! The normal equations are brought to one unit (rotations times the object's radius, per unit of weight), so that an
 //! eigenvalue is the mean square share of a motion that the residuals see: 1/3 is a well-held sphere's translation, 0 a
-//! motion that nothing sees. What lies below the threshold is noise in the normals and is frozen: the data neither
-//! move the pose along it nor claim to know it (after Zhang, Kaess and Singh, *On degeneracy of optimization-based
-//! state estimation problems*, 2016).
+//! motion that nothing sees. What lies below the threshold is noise in the normals and is frozen: the data neither move
+//! the pose along it nor claim to know it (after [Zhang 2016]).
 
 use nalgebra::{Matrix6, SymmetricEigen, Vector6};
 

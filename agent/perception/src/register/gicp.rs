@@ -1,9 +1,10 @@
-//! Generalized ICP of unorganized clouds (A. Segal et al., "Generalized-ICP", 2009): plane to plane.
+//! Generalized ICP of unorganized clouds [Segal 2009]: plane to plane.
 //!
 //! Every point stands for a small disc: its covariance is 1 along the surface and `FLAT` across it. With normals `a`
-//! and `b` of a pair, the weight of its error is the inverse of `2 - (1 - FLAT) (a a' + b b')`, which has a closed form,
-//! so no 3x3 matrix is inverted for a pair. Each search begins at the neighbour of the iteration before. Outliers weigh
-//! little (Geman-McClure, its width from the median of the errors), so that half of a cloud may see something else.
+//! and `b` of a pair, the weight of its error is the inverse of `2 - (1 - FLAT) (a a' + b b')`, which has a closed
+//! form, so no 3x3 matrix is inverted for a pair. Each search begins at the neighbour of the iteration before. Outliers
+//! weigh little (Geman-McClure [Geman 1987], its width from the median of the errors), so that half of a cloud may see
+//! something else.
 
 use super::surfels::SurfelCloud;
 use super::twist;

@@ -1,4 +1,5 @@
-//! Kinematic registration: P0 Eq. 1, the robot's and the turntable's readings give the camera's pose.
+//! Kinematic registration: the robot's and the turntable's readings give the camera's pose ([Remanufacturing paper],
+//! Eq. 1).
 //!
 //! `table_from_camera = Rz(-phi) * tablebase_from_base * base_from_ee * ee_from_camera`. The sign of phi follows from
 //! `tablebase_from_table = Rz(phi)`: the table frame turns with the part, so a point fixed in it moves by +phi.

@@ -1,8 +1,9 @@
 //! Projective symmetric point-to-plane ICP of one view against the fused model, as a maximum-a-posteriori estimate.
 //!
-//! P0 step 3 and P1's SICP. The kinematic pose is a measurement like any other: its covariance holds the directions
-//! that the data leave open (`(H + S^-1) d = -(g + S^-1 e)`, `e` the way from the prior), and bounds how far the view may
-//! be carried. Pairs come from look-ups in a rendering of the model, from coarse (every eighth pixel, wide gate) to fine.
+//! [Remanufacturing paper], step 3, and [Eye-in-hand 2020], section 3.2 (segment ICP). The kinematic pose is a
+//! measurement like any other: its covariance holds the directions that the data leave open
+//! (`(H + S^-1) d = -(g + S^-1 e)`, `e` the way from the prior), and bounds how far the view may be carried. Pairs come
+//! from look-ups in a rendering of the model, from coarse (every eighth pixel, wide gate) to fine.
 
 use super::correspondences::{Gate, Linearised, linearise};
 use super::degeneracy::{Degeneracy, Held, hold};

@@ -1,4 +1,5 @@
-//! The points of a view that take part in its registration: those of the object (P1's segment ICP), thinned.
+//! The points of a view that take part in its registration: those of the object, thinned (segment ICP,
+//! [Eye-in-hand 2020], section 3.2).
 
 use super::ModelView;
 use crate::organized::OrganizedCloud;

@@ -1,10 +1,10 @@
 //! Masks as networks get them wrong: ragged borders, holes and class flips, seeded.
 //!
-//! P1 judges its fusion by how it mends the masks of a network. To rerun that without the network, true masks are
-//! spoiled in the three ways its figures 3 and 4 show. Borders: labels are looked up at positions displaced by smooth
-//! noise of two scales, so they shift by pixels, inwards and outwards, and fray. Holes and flips: discs with a frayed
-//! rim inside an object, whose pixels become none or another class; some fall beside the object and add what is not
-//! there.
+//! [Eye-in-hand 2020] judges its fusion by how it mends the masks of a network. To rerun that without the network, true
+//! masks are spoiled in the three ways its figures 3 and 4 show. Borders: labels are looked up at positions displaced
+//! by smooth noise of two scales, so they shift by pixels, inwards and outwards, and fray. Holes and flips: discs with
+//! a frayed rim inside an object, whose pixels become none or another class; some fall beside the object and add what
+//! is not there.
 
 use super::{SegmentError, Segmentation, Segmenter};
 use crate::view::View;

@@ -1,4 +1,4 @@
-//! A parametric used starter motor: five components as P0 labels them, clamped upright in a chuck.
+//! A parametric used starter motor: five components as [Remanufacturing paper] labels them, clamped upright in a chuck.
 
 mod body;
 mod drive_end;
@@ -18,7 +18,7 @@ pub(super) const FASTENER: u8 = 1;
 /// Material slot of plates, plastics and rubber.
 pub(super) const DETAIL: u8 = 2;
 
-/// Names of the components, in the order of their classes from 1 (P0, "Dataset generation").
+/// Names of the components, in the order of their classes from 1 ([Remanufacturing paper], "Dataset generation").
 pub(super) const COMPONENTS: [&str; 5] = ["housing", "solenoid", "carrier", "gear", "electrical connection"];
 /// Names of the defects, in the order of their classes from 1.
 pub(super) const DEFECTS: [&str; 3] = ["corrosion", "wear", "crack"];

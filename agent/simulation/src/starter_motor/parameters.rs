@@ -1,8 +1,8 @@
 //! The dimensions of one starter motor, drawn from a seed.
 //!
-//! Ranges follow passenger-car and light-truck starters, the cores of P0 (Sect. "Dataset generation": 42 motors that
-//! "greatly vary in shape"): 150 to 300 mm long, pinions of 9 to 12 teeth of module 2.1 to 3. Millimetres; the motor's
-//! axis is +z, z = 0 at the rear end, the solenoid stands at +x.
+//! Ranges follow passenger-car and light-truck starters, the cores of [Remanufacturing paper] (section "Dataset
+//! generation": 42 motors that "greatly vary in shape"): 150 to 300 mm long, pinions of 9 to 12 teeth of module 2.1 to
+//! 3. Millimetres; the motor's axis is +z, z = 0 at the rear end, the solenoid stands at +x.
 
 use super::super::random::Stream;
 

@@ -1,9 +1,9 @@
 //! BOP scene folders: `rgb/`, `depth/`, `scene_camera.json`, `mask_visib/`, `scene_gt.json`.
 //!
-//! The layout of the BOP benchmark (Hodan et al.): millimetres, world-to-camera poses. Masks become recorded labels;
-//! an `objects.json` beside them names the classes. Defects, which the benchmark does not know, are read from `defects/`
-//! (one value a pixel, 0 = none) if a `defects.json` names the values. A view that cannot be read is an error of its own;
-//! the rest go on.
+//! The layout of the BOP benchmark [Hodan 2018]: millimetres, world-to-camera poses. Masks become recorded labels;
+//! an `objects.json` beside them names the classes. Defects, which the benchmark does not know, are read from
+//! `defects/` (one value a pixel, 0 = none) if a `defects.json` names the values. A view that cannot be read is an
+//! error of its own; the rest go on.
 
 mod metadata;
 mod pictures;

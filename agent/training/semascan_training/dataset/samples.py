@@ -8,6 +8,10 @@ IGNORE = 255
 """Label of pixels that nothing is known of: they count neither in the loss nor in a metric."""
 DEPTH_UNIT = 1e-4
 """Metres a step of the depth arrays; 0 is missing."""
+MEAN = (0.485, 0.456, 0.406)
+STD = (0.229, 0.224, 0.225)
+"""Colours as a share of 255 are brought to mean 0 and deviation 1 by ImageNet's figures, which pretrained backbones
+were trained with."""
 
 
 @dataclass

@@ -1,4 +1,7 @@
-"""80 % of the parts to train, 10 % to validate, 10 % to test (P0), or more to test. A part never is on two sides."""
+"""80 % of the parts to train, 10 % to validate, 10 % to test, as in [Remanufacturing paper], or more to test.
+
+A part never is on two sides.
+"""
 
 from dataclasses import asdict, dataclass
 

@@ -48,7 +48,7 @@ def _arrays(folder: Path, index: dict, views: list[tuple[Path, str]], threads: i
     plane = (len(views), height, width)
     shapes = {"rgb": ((*plane, 3), "u1"), "depth": (plane, "u2"), "instances": (plane, "u1")}
     kinds = {"labels": len(index["classes"]), "defects": len(index["defects"])}
-    shapes |= {kind: (plane, "u1") for kind in kinds}
+    shapes |= dict.fromkeys(kinds, (plane, "u1"))
 
     cameras = {}
 

@@ -1,4 +1,4 @@
-"""FCN-8s (Long et al. 2015), the baseline of P2's Table 4: scores at strides 8, 16 and 32, added and interpolated."""
+"""FCN-8s [Long 2015], a baseline of [Wang 2023], Table 4: scores at strides 8, 16 and 32, added and interpolated."""
 
 from torch import nn
 

@@ -1,4 +1,4 @@
-"""P0's fusion of a colour and a depth encoder (Fig. 5).
+"""How a colour and a depth encoder are fused ([Remanufacturing paper], Fig. 5).
 
 *Intermediate*: after every stage the fused features replace the colour branch's and pass on to its next stage.
 *Late*: both encoders run to their end apart from each other; features meet in the skip connections only.

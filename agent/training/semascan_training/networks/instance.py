@@ -1,4 +1,4 @@
-"""A compact instance network (after Panoptic-DeepLab, Cheng et al. 2020).
+"""A compact instance network (after Panoptic-DeepLab [Cheng 2020]).
 
 Beside the class scores it gives, at stride 4, a heat map of object centres a class and for each pixel the offset to the
 centre of its object. Pixels are grouped by the centre they point at; no boxes, no proposals, any number of objects.
@@ -15,7 +15,7 @@ STRIDE = 4
 OFFSET_UNIT = 64.0
 """Pixels: the network regresses offsets in this unit, so that its outputs are of order one."""
 RARE = -4.6
-"""Score of a centre at the start: a probability of 1 % (Lin et al. 2017), since centres are rare."""
+"""Score of a centre at the start: a probability of 1 % [Lin 2017], since centres are rare."""
 
 
 class InstanceNet(nn.Module):

@@ -1,14 +1,15 @@
-"""Mask R-CNN (He et al. 2017) by torchvision, on any of our encoders, as a network that also gives class probabilities.
+"""Mask R-CNN [He 2017] by torchvision, on any of our encoders, as a network that also gives class probabilities.
 
-Pyramid and heads are normalised, as in torchvision's second version, and while it is trained the finest map of the pyramid
-is asked for every pixel's class as well, as in Hybrid Task Cascade (Chen et al. 2019): both let it learn from few pictures.
-torchvision's own resizing and normalisation are switched off: the picture comes as the manifest says. Detections are
-turned into probabilities a pixel (the best score times mask of each class, the rest is background), so that everything
-that reads semantic networks reads this one too; boxes, labels, scores and masks are given beside them.
+Pyramid and heads are normalised, as in torchvision's second version, and while it is trained the finest map of the
+pyramid is asked for every pixel's class as well, as in Hybrid Task Cascade [Chen 2019]: both let it learn from
+few pictures. torchvision's own resizing and normalisation are switched off: the picture comes as the manifest says.
+Detections are turned into probabilities a pixel (the best score times mask of each class, the rest is background), so
+that everything that reads semantic networks reads this one too; boxes, labels, scores and masks are given beside them.
 """
 
 from collections import OrderedDict
 from dataclasses import dataclass
+from typing import ClassVar
 
 import torch
 from torch import nn
@@ -89,7 +90,7 @@ class MaskRcnn(nn.Module):
     """[N, C, H, W] to detections and probabilities. `body` gives the pyramid's maps by name and has `out_channels`."""
 
     outputs = ("boxes", "labels", "scores", "masks")
-    output_axes = {
+    output_axes: ClassVar = {
         "image": {2: "h", 3: "w"},
         "probabilities": {2: "h", 3: "w"},
         "boxes": {0: "d"},

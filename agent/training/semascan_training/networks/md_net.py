@@ -1,4 +1,4 @@
-"""MD-Net (P0): Mask R-CNN with depth, by early, intermediate or late fusion; without fusion it is the M-Net."""
+"""MD-Net [Remanufacturing paper]: Mask R-CNN with depth, by early, intermediate or late fusion; without: M-Net."""
 
 from torch import nn
 

@@ -32,7 +32,7 @@ class GeometryStem(nn.Module):
 
 
 class StackedStem(nn.Module):
-    """Early fusion (P0): colour and depth stacked before the network."""
+    """Early fusion ([Remanufacturing paper], Fig. 5): colour and depth stacked before the network."""
 
     channels = COLOUR_CHANNELS + depth_stem.CHANNELS
 

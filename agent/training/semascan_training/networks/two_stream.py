@@ -1,7 +1,7 @@
-"""P2's two-stream network: a colour and a depth network, weighed against each other pixel by pixel.
+"""The two-stream network of [Wang 2023]: a colour and a depth network, weighed against each other pixel by pixel.
 
-P2 gives no formula for its contribution layer; read as P = l P_colour + (1 - l) P_depth, renormalised, with l by a 1x1
-convolution over the 2K probabilities and a sigmoid, and l = 1 where depth is missing.
+The paper gives no formula for its contribution layer; read as P = l P_colour + (1 - l) P_depth, renormalised, with l by
+a 1x1 convolution over the 2K probabilities and a sigmoid, and l = 1 where depth is missing.
 """
 
 import torch

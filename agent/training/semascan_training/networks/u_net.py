@@ -1,4 +1,4 @@
-"""U-Net (Ronneberger et al. 2015): an encoder, a decoder with skip connections, a pixel-wise classifier."""
+"""U-Net [Ronneberger 2015]: an encoder, a decoder with skip connections, a pixel-wise classifier."""
 
 import torch
 from torch import nn

@@ -1,4 +1,4 @@
-"""UD-Net (P0): the U-Net with depth, by early, intermediate or late fusion."""
+"""UD-Net [Remanufacturing paper]: the U-Net with depth, by early, intermediate or late fusion."""
 
 from torch import nn
 

@@ -1,4 +1,4 @@
-//! PLY, binary little endian: the semantic cloud and labelled meshes (Turk, "The PLY polygon file format", 1994).
+//! PLY, binary little endian: the semantic cloud and labelled meshes [Turk 1994].
 //!
 //! Class names travel as comments, `comment label 3 solenoid #rrggbb` and `comment defect 1 corrosion #rrggbb`; readers
 //! that know nothing of them still see labels as numbers.

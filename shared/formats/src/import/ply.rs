@@ -1,5 +1,5 @@
 //! PLY, text or binary: the clouds and meshes that [`crate::export::ply`] writes, and those of other programs as far as they
-//! go (G. Turk, "The PLY polygon file format", 1994).
+//! go [Turk 1994].
 //!
 //! Known columns are read whatever their number type; what a file lacks gets the value that says nothing (no class, no
 //! evidence). Polygons become fans of triangles.

@@ -1,9 +1,9 @@
 //! A bounding volume hierarchy for nearest-neighbour queries: four boxes a node, tested together.
 //!
-//! Items are halved at the median of the longest side of their centres' box (J. Friedman et al., "An algorithm for
-//! finding best matches in logarithmic expected time", 1977), twice for each node, so that the tree is balanced and
-//! its shape depends on the number of items alone. Tight boxes prune better than splitting planes where points lie on
-//! surfaces. A query walks nearest box first and ends when no box is nearer than what it has.
+//! Items are halved at the median of the longest side of their centres' box [Friedman 1977], twice for each node, so
+//! that the tree is balanced and its shape depends on the number of items alone. Tight boxes prune better than
+//! splitting planes where points lie on surfaces. A query walks nearest box first and ends when no box is nearer than
+//! what it has.
 
 use super::batch;
 use glam::Vec4;

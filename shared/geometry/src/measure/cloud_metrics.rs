@@ -1,13 +1,12 @@
 //! Geometric metrics of one model against another, each with its convention.
 //!
-//! All of them follow from the distances of A's points to B and of B's points to A, in metres; P0 and P1 are
-//! *Semantic 3D product modelling for automated inspection in remanufacturing processes* and *LCCCP*, whose figures
-//! these are computed as.
+//! All of them follow from the distances of A's points to B and of B's points to A, in metres. They are computed as
+//! [Remanufacturing paper], Table 1, and [Eye-in-hand 2020], Tables 3 to 5, compute theirs.
 
 use super::NearestPoints;
 use serde::{Deserialize, Serialize};
 
-/// P1 calls the share of points within this distance "3D IoU".
+/// [Eye-in-hand 2020] calls the share of points within this distance "3D IoU".
 pub const PRECISION_DISTANCE: f64 = 1e-3;
 
 /// How each figure of a [`Comparison`] is computed.

@@ -1,8 +1,8 @@
 //! On which side of a surface a point lies: the sign of its distance.
 //!
-//! The normal at the nearest point decides, where edges and corners have angle-weighted normals (J. Baerentzen and
-//! H. Aanaes, "Signed distance computation using the angle weighted pseudonormal", 2005): exact for closed surfaces
-//! whose triangles turn the same way. Beside an open border the sign is that of the side seen from there.
+//! The normal at the nearest point decides, where edges and corners have angle-weighted normals [Baerentzen 2005]:
+//! exact for closed surfaces whose triangles turn the same way. Beside an open border the sign is that of the side seen
+//! from there.
 
 use super::surface::{Feature, Nearest};
 use glam::Vec3;

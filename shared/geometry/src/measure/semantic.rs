@@ -1,4 +1,5 @@
-//! Semantic scores by class: P0's accuracy and completeness, and the usual precision, recall and IoU.
+//! Semantic scores by class: accuracy and completeness as [Remanufacturing paper] defines them, and the usual
+//! precision, recall and IoU.
 
 use std::collections::BTreeMap;
 

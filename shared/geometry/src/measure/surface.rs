@@ -154,7 +154,7 @@ fn is_thin([a, b, c]: [Vec3A; 3]) -> bool {
     ab.cross(ac).length_squared() <= 1e-6 * side * side
 }
 
-/// The point of triangle `abc` nearest to the origin (C. Ericson, *Real-Time Collision Detection*, 5.1.5).
+/// The point of triangle `abc` nearest to the origin ([Ericson 2005], section 5.1.5).
 #[inline(always)]
 fn closest_on_triangle([a, b, c]: [Vec3A; 3]) -> (Vec3A, Feature) {
     let (ab, ac) = (b - a, c - a);

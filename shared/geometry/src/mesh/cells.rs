@@ -1,8 +1,8 @@
 //! The cells of a tile that the surface passes through, and how it does.
 //!
-//! A cell counts only where there is evidence: points reach all its corners, its points surround it (weighted means drift
-//! inwards at the edge of a cloud: Adamson and Alexa, "Approximating bounded, nonorientable surfaces from points", SMI
-//! 2004), and the field rises in the direction of the points' normals, which between two parallel layers it does not.
+//! A cell counts only where there is evidence: points reach all its corners, its points surround it (weighted means
+//! drift inwards at the edge of a cloud: [Adamson 2004]), and the field rises in the direction of the points' normals,
+//! which between two parallel layers it does not.
 
 use super::field::{Field, bits, dot};
 use super::node::Node;

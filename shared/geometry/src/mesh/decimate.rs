@@ -1,4 +1,4 @@
-//! Fewer triangles: edges are contracted in order of their quadric error (M. Garland and P. S. Heckbert, SIGGRAPH 1997).
+//! Fewer triangles: edges are contracted in order of their quadric error [Garland 1997].
 //!
 //! An edge is contracted only if its ends carry the same component, so each triangle that is left keeps the component it
 //! had. Planes along open edges and along component borders, square to the surface, hold both outlines; contractions that

@@ -1,9 +1,9 @@
 //! The signed distance field on the nodes of one tile: implicit moving least squares over oriented points, on a band.
 //!
-//! `f(x) = 1/2 [sum w n.(x - p) + m.sum w (x - p)] / sum w`, `m` the normalized `sum w n`. The first half is the IMLS field of
-//! Kolluri (2005), which puts a convex surface outwards by half the mean square distance over the radius of curvature;
-//! the second, the distance from the plane through the weighted mean, puts it inwards by as much. Their mean is free of
-//! that error. `w = v (1 - d^2 / r^2)^3`, `v` the number of views that the point is a mean of.
+//! `f(x) = 1/2 [sum w n.(x - p) + m.sum w (x - p)] / sum w`, `m` the normalized `sum w n`. The first half is the IMLS
+//! field of [Kolluri 2005], which puts a convex surface outwards by half the mean square distance over the radius of
+//! curvature; the second, the distance from the plane through the weighted mean, puts it inwards by as much. Their mean
+//! is free of that error. `w = v (1 - d^2 / r^2)^3`, `v` the number of views that the point is a mean of.
 //!
 //! Two surfaces that are closer than the kernel is wide must not mix. Where normals disagree, a node takes that of its
 //! nearest point, and points whose normals differ more than the gate allows do not count. So a thin sheet keeps both its

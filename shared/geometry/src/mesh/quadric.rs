@@ -1,5 +1,4 @@
-//! Quadric errors: the sum of squared distances from planes as a symmetric 4 x 4 matrix (M. Garland and P. S. Heckbert,
-//! "Surface simplification using quadric error metrics", SIGGRAPH 1997).
+//! Quadric errors: the sum of squared distances from planes as a symmetric 4 x 4 matrix [Garland 1997].
 
 /// A quadric: `error(x) = x'Ax + 2 b'x + c`, square metres times the planes' weights.
 #[derive(Clone, Copy, Debug, Default)]

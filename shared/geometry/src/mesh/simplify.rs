@@ -1,9 +1,8 @@
-//! Fewer points: the iterative simplification of point clouds that P2 uses (after M. Pauly, M. Gross and L. P. Kobbelt,
-//! "Efficient simplification of point-sampled surfaces", IEEE Visualization 2002).
+//! Fewer points: the iterative simplification of point clouds that [Wang 2023] uses, which is that of [Pauly 2002].
 //!
-//! Each point `v` has a symmetric matrix `Q_v`: the squared distances from the planes along the edges to its neighbours.
-//! The pair whose `Q_v1 + Q_v2` is least at its best place is contracted, its matrix becomes the sum (P2: `Qv = Qv1 + Qv2`),
-//! and so on until few enough are left. Points of different components are never contracted.
+//! Each point `v` has a symmetric matrix `Q_v`: the squared distances from the planes along the edges to its
+//! neighbours. The pair whose `Q_v1 + Q_v2` is least at its best place is contracted, its matrix becomes the sum
+//! `Qv1 + Qv2`, and so on until few enough are left. Points of different components are never contracted.
 
 use super::blend::blend;
 use super::collapse_queue::Queue;
@@ -121,8 +120,8 @@ impl Simplification {
     }
 }
 
-/// Squared distances from the planes along the edges of point `i` (Pauly et al., Section 3.2): a plane holds the edge and
-/// stands square to the plane of edge and normal.
+/// Squared distances from the planes along the edges of point `i` ([Pauly 2002], section 3.2): a plane holds the edge
+/// and stands square to the plane of edge and normal.
 fn quadric(cloud: &SemanticCloud, i: usize, neighbours: &[u32]) -> Quadric {
     let p = cloud.positions[i].map(f64::from);
     let n = cloud.normals[i].map(f64::from);

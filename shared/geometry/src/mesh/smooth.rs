@@ -1,5 +1,4 @@
-//! Smoothing that keeps size: alternating steps inwards and outwards (G. Taubin, "A signal processing approach to fair
-//! surface design", SIGGRAPH 1995).
+//! Smoothing that keeps size: alternating steps inwards and outwards [Taubin 1995].
 //!
 //! Open edges stay where they are, and vertices at the border of two components move along their normal only, so that
 //! neither the rim of what was observed nor a component's outline is drawn in.

@@ -1,10 +1,9 @@
 //! Which crossings of a grid cell belong to one sheet of the surface: the loops of dual marching cubes.
 //!
-//! A dual mesher that puts one vertex into a cell pinches sheets together where two pass through one cell. One vertex for
-//! each loop of crossed edges keeps them apart (G. M. Nielson, "Dual marching cubes", IEEE Visualization 2004). What then
-//! is left is a face with four crossings whose two neighbours each have one loop through all of them: both would be joined
-//! by two quads pairs over one edge. Such a face is read the other way round (R. Wenger, *Isosurfaces*, 2013, 5.5), which
-//! always splits the loop in two.
+//! A dual mesher that puts one vertex into a cell pinches sheets together where two pass through one cell. One vertex
+//! for each loop of crossed edges keeps them apart [Nielson 2004]. What then is left is a face with four crossings
+//! whose two neighbours each have one loop through all of them: both would be joined by two quads pairs over one edge.
+//! Such a face is read the other way round ([Wenger 2013], section 5.5), which always splits the loop in two.
 //!
 //! Corner `c` of a cell lies at `(c & 1, c >> 1 & 1, c >> 2 & 1)`. Edge `4 * axis + k` runs along `axis`, `k` holding its
 //! place along the other two axes, the lower axis in the lower bit. Face `2 * axis + side` is orthogonal to `axis`.

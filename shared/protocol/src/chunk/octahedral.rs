@@ -1,5 +1,5 @@
-//! Unit normals as two bytes: the octahedral map of Meyer et al., "On floating-point normal vectors" (2010), on a grid
-//! of 255 x 255 so that the axes are hit exactly. Worst error 0.95 degrees, mean 0.33.
+//! Unit normals as two bytes: the octahedral map of [Meyer 2010], on a grid of 255 x 255 so that the axes are hit
+//! exactly. Worst error 0.95 degrees, mean 0.33.
 
 /// Code of an unknown (zero) normal; no unit vector maps to it.
 pub(super) const UNKNOWN: [u8; 2] = [255, 255];

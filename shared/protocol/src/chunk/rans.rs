@@ -1,9 +1,8 @@
 //! Interleaved range asymmetric numeral systems (rANS) with 15-bit probabilities.
 //!
-//! Duda, "Asymmetric numeral systems" (2013), in the streaming form of Giesen, "Interleaved entropy coders" (2014): two
-//! 32-bit states take turns, so that their dependency chains overlap in the processor, and refill 16 bits at a time from
-//! one stream. A decoder needs neither division nor tables, and a damaged stream does not bring the states back to
-//! where the encoder began: corruption is seen for free.
+//! After [Duda 2013], in the streaming form of [Giesen 2014]: two 32-bit states take turns, so that their dependency
+//! chains overlap in the processor, and refill 16 bits at a time from one stream. A decoder needs neither division nor
+//! tables, and a damaged stream does not bring the states back to where the encoder began: corruption is seen for free.
 
 /// log2 of the sum of all frequencies.
 pub(super) const PROBABILITY_BITS: u32 = 15;

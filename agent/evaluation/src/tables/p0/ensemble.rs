@@ -1,5 +1,5 @@
-//! P0, Table 5, lower half: what an ensemble and its uncertainty are worth, and what a threshold of it costs (the
-//! risk-coverage curve). And the defect network, which P0 has an outlook on.
+//! [Remanufacturing paper], Table 5, lower half: what an ensemble and its uncertainty are worth, and what a threshold
+//! of it costs (the risk-coverage curve). And the defect network, which the paper has an outlook on.
 
 use super::super::{NetworkSetting, Progress};
 use crate::network_scores::{Shelf, labelling, score_networks, test_source};
@@ -8,7 +8,7 @@ use semascan_perception::segment::network::{NetworkConfig, Task};
 use serde::Serialize;
 use std::io::{self, Write};
 
-/// P0's figures: name there, mean IoU, false detection rate where printed.
+/// The paper's figures: name there, mean IoU, false detection rate where printed.
 const PUBLISHED: [(&str, f64, Option<f64>); 6] = [
     ("UD_opt,t (single)", 0.9662, None),
     ("UD_opt,E (ensemble)", 0.9707, Some(0.0770)),
@@ -17,7 +17,7 @@ const PUBLISHED: [(&str, f64, Option<f64>); 6] = [
     ("MD_opt,E (ensemble)", 0.9574, Some(0.0759)),
     ("MD_opt,EF (filtered)", 0.9359, Some(0.0248)),
 ];
-/// P0's mean IoU for corrosion in pictures of real motors.
+/// The paper's mean IoU for corrosion in pictures of real motors.
 const PUBLISHED_CORROSION: f64 = 0.9634;
 /// Points of the curve that people are shown: every so many hundredths.
 const SHOWN: [f32; 9] = [0.02, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 1.0];
@@ -54,9 +54,9 @@ pub struct Report {
     pub defects: Vec<String>,
     /// Ours.
     pub domains: Vec<Domain>,
-    /// P0's: name, mean IoU, false detection rate.
+    /// The paper's: name, mean IoU, false detection rate.
     pub published: Vec<(String, f64, Option<f64>)>,
-    /// P0's mean IoU for corrosion.
+    /// The paper's mean IoU for corrosion.
     pub published_corrosion: f64,
 }
 

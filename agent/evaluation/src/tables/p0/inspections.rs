@@ -1,4 +1,4 @@
-//! P0, Table 6: models of ten unseen motors, labelled by networks, judged by component.
+//! [Remanufacturing paper], Table 6: models of ten unseen motors, labelled by networks, judged by component.
 //!
 //! Each motor is inspected as `semascan inspect virtual:starter-motor?seed=N&views=5 --labels network --uncertain drop
 //! --sigma T` inspects it. Accuracy is correct / retained, completeness retained / all points of a component; points of
@@ -17,14 +17,14 @@ use serde::Serialize;
 use std::collections::BTreeMap;
 use std::io::{self, Write};
 
-/// P0's figures, shares of 1: by component in the order of [`COMPONENTS`], then the mean.
+/// The paper's figures, shares of 1: by component in the order of [`COMPONENTS`], then the mean.
 const PUBLISHED: [(&str, [f64; 6]); 4] = [
     ("UD_opt,EF accuracy", [0.961, 0.944, 0.931, 0.907, 0.953, 0.939]),
     ("MD_opt,EF accuracy", [0.940, 0.916, 0.935, 0.844, 0.949, 0.917]),
     ("UD_opt,EF completeness", [0.933, 0.979, 0.990, 0.942, 0.969, 0.962]),
     ("MD_opt,EF completeness", [0.931, 0.972, 0.980, 0.916, 0.924, 0.944]),
 ];
-/// P0's components in its order; `electric` is the electrical connection.
+/// The paper's components in its order; `electric` is the electrical connection.
 const COMPONENTS: [&str; 5] = ["carrier", "housing", "solenoid", "electrical connection", "gear"];
 
 /// Figures of one component, or of all together.
@@ -89,7 +89,7 @@ pub struct Report {
     pub points: Figures,
     /// By motor.
     pub motors: Vec<Motor>,
-    /// P0's: name, by component in its order, mean.
+    /// The paper's: name, by component in its order, mean.
     pub published: Vec<(String, [f64; 6])>,
 }
 
@@ -187,7 +187,7 @@ impl Sums {
         }
     }
 
-    /// In P0's order, then what else there is.
+    /// In the paper's order, then what else there is.
     fn components(&self, taxonomy: &Taxonomy) -> Vec<Component> {
         let name =
             |class: u16| taxonomy.components.get(usize::from(class)).map_or_else(String::new, |c| c.name.clone());

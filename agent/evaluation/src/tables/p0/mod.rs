@@ -1,5 +1,5 @@
-//! P0's tables: reference models (Table 1), networks and fusion (Tables 3 and 5), ensemble and filter (Table 5), and
-//! inspections labelled by networks (Table 6).
+//! The tables of [Remanufacturing paper]: reference models (Table 1), networks and fusion (Tables 3 and 5), ensemble
+//! and filter (Table 5), and inspections labelled by networks (Table 6).
 
 pub mod ensemble;
 pub mod inspections;

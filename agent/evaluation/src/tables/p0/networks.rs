@@ -1,8 +1,9 @@
-//! P0, Table 3 and the single networks of Table 5: mean IoU by network and by how colour and depth meet.
+//! [Remanufacturing paper], Table 3 and the single networks of Table 5: mean IoU by network and by how colour and depth
+//! meet.
 //!
-//! Every variant is trained alike on the compact backbone and asked once about each view, without augmentation. P0 has
-//! VGG16 and ResNet34, started from ImageNet, and pictures of real motors: its figures stand beside the same variant of
-//! ours for orientation, not for comparison.
+//! Every variant is trained alike on the compact backbone and asked once about each view, without augmentation. The
+//! paper has VGG16 and ResNet34, started from ImageNet, and pictures of real motors: its figures stand beside the same
+//! variant of ours for orientation, not for comparison.
 
 use super::super::setting::{Judged, NOT_TRAINED, images_seen, pictures, score_singles};
 use super::super::{DomainScores, NetworkSetting, Progress};
@@ -10,7 +11,7 @@ use crate::{NetworkError, TestDomain};
 use serde::Serialize;
 use std::io::{self, Write};
 
-/// A model, what it is, and P0's figures of the same variant by their names there.
+/// A model, what it is, and the paper's figures of the same variant by their names there.
 type Variant = (&'static str, &'static str, &'static [(&'static str, f64)]);
 
 /// All of them.
@@ -41,7 +42,7 @@ pub struct Row {
     pub images_seen: Option<i64>,
     /// Ours by domain; empty: not trained here.
     pub domains: Vec<DomainScores>,
-    /// P0's mean IoU of the same variant, by its name there.
+    /// The paper's mean IoU of the same variant, by its name there.
     pub published: Vec<(String, f64)>,
 }
 
@@ -50,7 +51,7 @@ pub struct Row {
 pub struct Report {
     /// How the figures are to be read.
     pub setting: String,
-    /// Ours, P0's beside them.
+    /// Ours, the paper's beside them.
     pub rows: Vec<Row>,
 }
 

@@ -1,6 +1,7 @@
-//! P0, Table 1: reconstructed models of four starter motors (C) against reference models (L), after ten alignments each.
+//! [Remanufacturing paper], Table 1: reconstructed models of four starter motors (C) against reference models (L),
+//! after ten alignments each.
 //!
-//! In P0, C comes from five views of a Zivid One+ S at a robot and L from a hand-held laser scanner, over two million
+//! There, C comes from five views of a Zivid One+ S at a robot and L from a hand-held laser scanner, over two million
 //! points each; HD95, ME and MSE (printed as MCE there) are of sets of points, CD is the sum of the two means. Here the
 //! motors, the camera and the robot are simulated and L is the true surface, sampled as densely. The published figures
 //! stand beside ours to show the order of magnitude; they are of other parts, and of hardware.
@@ -19,7 +20,7 @@ use std::io::{self, Write};
 pub struct Config {
     /// Seed of each motor.
     pub motors: Vec<u64>,
-    /// Views of each; P0 takes five.
+    /// Views of each; the paper takes five.
     pub views: u32,
     /// Columns and rows of the camera.
     pub size: (u32, u32),
@@ -55,7 +56,7 @@ pub struct Spread {
     pub max: f64,
 }
 
-/// One row of the table, in P0's units.
+/// One row of the table, in the paper's units.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Row {
     /// Whose figures.
@@ -83,12 +84,12 @@ pub struct Report {
     pub ours: Vec<Row>,
     /// Points of each of our models, and alignments of ten that found a match.
     pub points: Vec<(usize, usize)>,
-    /// P0's.
+    /// The paper's.
     pub published: Vec<Row>,
 }
 
-/// P0's Table 1 as printed: (min, max, mean) of HD95 both ways and ME in micrometres, MSE in square millimetres, CD in
-/// millimetres.
+/// The paper's Table 1 as printed: (min, max, mean) of HD95 both ways and ME in micrometres, MSE in square millimetres,
+/// CD in millimetres.
 const PUBLISHED: [[(f64, f64, f64); 5]; 4] = [
     [
         (623.2, 629.9, 627.9),

@@ -1,8 +1,9 @@
-//! P1's Tables 1 and 2: IoU of the masks of a network, and of the same masks after LCCCP fusion segmentation, by object.
+//! [Eye-in-hand 2020], Tables 1 and 2: IoU of the masks of a network, and of the same masks after LCCCP fusion
+//! segmentation, by object.
 //!
-//! The objects that networks of this product are trained on are the components of starter motors; P1's toys and the YCB
-//! objects are not among them, so its figures stand in rows of their own. IoU is P1's: correct / (true or said to be),
-//! over the pixels of all views together.
+//! The objects that networks of this product are trained on are the components of starter motors; the paper's toys and
+//! the YCB objects are not among them, so its figures stand in rows of their own. IoU is the paper's: correct / (true
+//! or said to be), over the pixels of all views together.
 
 use super::published;
 use crate::network_scores::{labelling, test_source};
@@ -16,9 +17,9 @@ use semascan_perception::segment::{GeometricSegmenter, RecordedSegmenter, Segmen
 use serde::Serialize;
 use std::io::{self, Write};
 
-/// P1's network, on the compact backbone.
+/// The paper's network, on the compact backbone.
 const DETECTOR: &str = "mask-rcnn-edge";
-/// P1's objects, of which it prints figures.
+/// The paper's objects, of which it prints figures.
 const PUBLISHED: [(u32, &str); 9] = [
     (1, "cylinder"),
     (1, "half-cylinder"),
@@ -51,10 +52,10 @@ pub struct Masks {
     pub domains: Vec<DomainMasks>,
 }
 
-/// P1's figures of an object, per cent.
+/// The paper's figures of an object, per cent.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Published {
-    /// P1's table.
+    /// The paper's table.
     pub table: u32,
     /// The object.
     pub object: String,
@@ -71,7 +72,7 @@ pub struct Report {
     pub objects: Vec<String>,
     /// Ours.
     pub masks: Vec<Masks>,
-    /// P1's.
+    /// The paper's.
     pub published: Vec<Published>,
 }
 

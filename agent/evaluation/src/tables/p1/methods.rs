@@ -1,4 +1,5 @@
-//! P1's four methods, run over the same views with the same spoiled masks.
+//! The four methods that [Eye-in-hand 2020] compares (section 4.3), run over the same views with the same spoiled
+//! masks.
 
 use super::objects::TableObject;
 use super::stitching::Stitched;
@@ -14,7 +15,7 @@ use semascan_perception::segment::{ClassField, GeometricSegmenter, RecordedSegme
 use semascan_perception::view::View;
 use serde::Serialize;
 
-/// P1 section 4.3.
+/// The paper, section 4.3.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Method {
@@ -29,10 +30,10 @@ pub enum Method {
 }
 
 impl Method {
-    /// In P1's order.
+    /// In the paper's order.
     pub const ALL: [Self; 4] = [Self::MaskOnly, Self::MaskIcp, Self::SlicIcp, Self::LcccpSicp];
 
-    /// P1's name.
+    /// The paper's name for it.
     pub fn name(self) -> &'static str {
         match self {
             Self::MaskOnly => "mask only",

@@ -1,9 +1,9 @@
-//! P1's tables on the virtual cell. [`masks`]: masks of networks before and after fusion (Tables 1 and 2). Here, Tables 3
-//! to 5: how four ways of segmenting and registering do on the same views.
+//! The tables of [Eye-in-hand 2020] on the virtual cell. [`masks`]: masks of networks before and after fusion (Tables 1
+//! and 2). Here, Tables 3 to 5: how four ways of segmenting and registering do on the same views.
 //!
 //! Every object is seen from `views` sides in each of `seeds` cells; true masks are spoiled as a network would
-//! ([`Degradation::network`], one setting for all). Each method then makes the object's cloud by P1's own stitching, and
-//! is judged against the true surface after ICP.
+//! ([`Degradation::network`], one setting for all). Each method then makes the object's cloud by the paper's own
+//! stitching, and is judged against the true surface after ICP.
 
 pub mod masks;
 mod methods;

@@ -10,11 +10,11 @@ use std::path::{Path, PathBuf};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Dataset {
-    /// P1's own: Table 3.
+    /// The paper's own: Table 3.
     Toys,
     /// Yale-CMU-Berkeley: Table 4.
     Ycb,
-    /// Starter motors, which P1 does not have.
+    /// Starter motors, which the paper does not have.
     Motors,
 }
 
@@ -44,8 +44,8 @@ pub struct Setting {
 }
 
 impl Setting {
-    /// In the manner of P1: 640x480 from 0.4 m and more, a consumer RGB-D camera (0.4 mm noise at half a metre), a robot
-    /// that is off by a tenth of a degree and half a millimetre an axis.
+    /// In the manner of the paper: 640x480 from 0.4 m and more, a consumer RGB-D camera (0.4 mm noise at half a metre),
+    /// a robot that is off by a tenth of a degree and half a millimetre an axis.
     pub const P1: Self = Self {
         size: (640, 480),
         errors: ErrorModel { robot: (2e-3, 5e-4), ..ErrorModel::DEFAULT },

@@ -1,9 +1,10 @@
-//! What P1 printed. Its figures come from a RealSense D435 on a UR10, real objects and a trained Mask R-CNN: they stand
-//! beside ours for orientation, not for comparison.
+//! What [Eye-in-hand 2020] printed. Its figures come from a RealSense D435 on a UR10, real objects and a trained Mask
+//! R-CNN: they stand beside ours for orientation, not for comparison.
 
 use super::Method;
 
-/// C2C in millimetres, P1's Tables 3 and 4, in the order of [`Method::ALL`]; `None` for objects it does not have.
+/// C2C in millimetres, the paper's Tables 3 and 4, in the order of [`Method::ALL`]; `None` for objects it does not
+/// have.
 pub fn c2c(object: &str) -> Option<[f64; 4]> {
     Some(match object {
         "cylinder" => [4.786, 3.534, 3.504, 3.449],
@@ -19,7 +20,7 @@ pub fn c2c(object: &str) -> Option<[f64; 4]> {
     })
 }
 
-/// IoU of the masks in per cent, P1's Tables 1 and 2: of Mask R-CNN, and after fusion segmentation.
+/// IoU of the masks in per cent, the paper's Tables 1 and 2: of Mask R-CNN, and after fusion segmentation.
 pub fn mask_iou(object: &str) -> Option<[f64; 2]> {
     Some(match object {
         "cylinder" => [92.128, 92.174],
@@ -35,7 +36,7 @@ pub fn mask_iou(object: &str) -> Option<[f64; 2]> {
     })
 }
 
-/// CPU milliseconds a view, P1's Table 5: segmentation (the network included) and 3D mapping.
+/// CPU milliseconds a view, the paper's Table 5: segmentation (the network included) and 3D mapping.
 pub fn cpu_ms(method: Method) -> [f64; 2] {
     match method {
         Method::MaskOnly => [81.0, 12.0],

@@ -44,9 +44,9 @@ pub struct ObjectRow {
     pub dataset: Dataset,
     /// In the order of [`Method::ALL`].
     pub methods: Vec<Aggregate>,
-    /// P1's C2C, millimetres, where it has the object. Other hardware, real objects: not comparable.
+    /// The paper's C2C, millimetres, where it has the object. Other hardware, real objects: not comparable.
     pub published_c2c_mm: Option<[f64; 4]>,
-    /// P1's mask IoU before and after fusion, per cent.
+    /// The paper's mask IoU before and after fusion, per cent.
     pub published_mask_iou: Option<[f64; 2]>,
 }
 
@@ -99,7 +99,7 @@ pub struct Report {
     pub better_than_mask_only: usize,
     /// Mean IoU of the masks after LCCCP fusion less that before, percentage points.
     pub mask_iou_gain_points: f64,
-    /// P1's Table 5: CPU milliseconds a view of segmentation and mapping, by method.
+    /// The paper's Table 5: CPU milliseconds a view of segmentation and mapping, by method.
     pub published_cpu_ms: Vec<[f64; 2]>,
     /// Every run.
     pub runs: Vec<Run>,

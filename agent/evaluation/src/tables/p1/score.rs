@@ -1,5 +1,5 @@
-//! A reconstruction against the true surface, after the alignment that P1 makes first ("we made the ICP match with the
-//! ground truth").
+//! A reconstruction against the true surface, after the alignment that [Eye-in-hand 2020] makes first ("we made the ICP
+//! match with the ground truth").
 
 use super::methods::Reconstruction;
 use nalgebra::{Isometry3, Matrix6, Point3, Translation3, UnitQuaternion, Vector3, Vector6};
@@ -10,7 +10,7 @@ use serde::Serialize;
 const ALIGNED_POINTS: usize = 8000;
 /// Rounds of the alignment.
 const ROUNDS: u32 = 30;
-/// P1's 3D IoU counts points within this distance, metres.
+/// The paper's 3D IoU counts points within this distance, metres.
 const NEAR: f64 = 1e-3;
 
 /// Figures of one method in one run.
@@ -18,7 +18,7 @@ const NEAR: f64 = 1e-3;
 pub struct MethodScore {
     /// Mean distance of the object's points from its true surface, millimetres.
     pub c2c_mm: f64,
-    /// Share of its points within 1 mm of the true surface (P1's "3D reconstruction IoU").
+    /// Share of its points within 1 mm of the true surface (the paper's "3D reconstruction IoU").
     pub precision_1mm: f64,
     /// Mean IoU of the masks over views and classes.
     pub mask_iou: f64,

@@ -1,5 +1,5 @@
-//! P1's map stitching (section 3.3): the object's points of each view join its cloud if the gravity-centre test takes
-//! them for the same object, with voxel filtering.
+//! Map stitching ([Eye-in-hand 2020], section 3.3): the object's points of each view join its cloud if the
+//! gravity-centre test takes them for the same object, with voxel filtering.
 
 use semascan_perception::fuse::{GravityCentre, ObjectCloud, by_gravity_centre};
 use semascan_perception::segment::geometric::{ColouredPoints, VoxelGrid};

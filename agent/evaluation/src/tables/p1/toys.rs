@@ -1,11 +1,11 @@
-//! P1's five toys (its Fig. 2a) as meshes: cylinder, half-cylinder, L-block, cuboid, box. P1 gives no sizes; these are
-//! those of building blocks, in millimetres.
+//! The five toys of [Eye-in-hand 2020] (its Fig. 2a) as meshes: cylinder, half-cylinder, L-block, cuboid, box. The
+//! paper gives no sizes; these are those of building blocks, in millimetres.
 
 use std::fmt::Write;
 
 /// A prism standing on the table.
 pub(super) struct Toy {
-    /// P1's name.
+    /// The paper's name for it.
     pub(super) name: &'static str,
     /// Outline in (x, y), counter-clockwise; every corner is seen from the first one.
     outline: Vec<[f64; 2]>,
@@ -17,7 +17,7 @@ pub(super) struct Toy {
 /// Corners of a full circle.
 const CIRCLE: usize = 96;
 
-/// The toys in the order of P1's Table 3.
+/// The toys in the order of the paper's Table 3.
 pub(super) fn toys() -> [Toy; 5] {
     let arc = |radius: f64, from: f64, to: f64, n: usize| -> Vec<[f64; 2]> {
         let at = |i: usize| from + (to - from) * i as f64 / n as f64;

@@ -1,8 +1,8 @@
-//! P2's Tables 2 to 4 on the virtual cell: two streams with a contribution layer against one stream, other channels and
-//! other networks.
+//! [Wang 2023], Tables 2 to 4, on the virtual cell: two streams with a contribution layer against one stream, other
+//! channels and other networks.
 //!
-//! P2 trains and measures on pictures of rooms (walls, curtains ...); here it is five components of starter motors. The
-//! tables are ours to read against each other; P2's stand beside them to show what it compared.
+//! The paper trains and measures on pictures of rooms (walls, curtains ...); here it is five components of starter
+//! motors. The tables are ours to read against each other; the paper's stand beside them to show what it compared.
 
 mod published;
 
@@ -71,13 +71,13 @@ pub struct Row {
 /// One table.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Table {
-    /// Its number in P2.
+    /// Its number in the paper.
     pub number: u32,
     /// What it shows.
     pub title: String,
     /// Ours.
     pub rows: Vec<Row>,
-    /// P2's.
+    /// The paper's.
     pub published: Vec<Published>,
 }
 
@@ -162,7 +162,7 @@ pub fn print(out: &mut dyn Write, report: &Report) -> io::Result<()> {
     writeln!(out, "{}", report.setting)
 }
 
-/// P2's five figures in per cent.
+/// The paper's five figures in per cent.
 fn figures(s: &PixelScores) -> [f64; 5] {
     [s.pixel_accuracy, s.mean_accuracy, s.mean_iou_with_none, s.mean_precision_without_none, s.mean_recall_without_none]
         .map(|share| share * 100.0)

@@ -1,8 +1,8 @@
-//! What P2 printed.
+//! What [Wang 2023] printed.
 
 use serde::Serialize;
 
-/// A row of P2.
+/// A row of the paper.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Published {
     /// Its network.

@@ -1,5 +1,5 @@
-//! Radius and statistical filter (R. B. Rusu and S. Cousins, "3D is here: Point Cloud Library (PCL)", 2011): a voxel with
-//! few neighbours, or whose nearest neighbours are farther away than usual, is a stray.
+//! Radius and statistical filter (as in PCL, [Rusu 2011]): a voxel with few neighbours, or whose nearest neighbours are
+//! farther away than usual, is a stray.
 
 use glam::{Vec4, Vec4Swizzles};
 use rayon::prelude::*;

@@ -1,9 +1,8 @@
 //! Which of many doubtful pairs of points belong to one rigid motion.
 //!
-//! Two pairs can belong together only if their points are equally far apart in both clouds. Pairs are ranked by how many
-//! others are compatible with both of two compatible ones (Z. Chen et al., "SC2-PCR: a second order spatial
-//! compatibility for efficient and robust point cloud registration", 2022): wrong pairs agree by chance with some, but
-//! hardly with the same ones. Motions are drawn at random from well supported pairs, so that the seed counts.
+//! Two pairs can belong together only if their points are equally far apart in both clouds. Pairs are ranked by how
+//! many others are compatible with both of two compatible ones (SC2-PCR, [Chen 2022]): wrong pairs agree by chance with
+//! some, but hardly with the same ones. Motions are drawn at random from well supported pairs, so that the seed counts.
 
 use crate::register::rigid;
 use nalgebra::{Isometry3, Point3, Vector3};

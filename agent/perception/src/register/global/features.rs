@@ -1,5 +1,4 @@
-//! What a surface looks like around a point: fast point feature histograms (R. Rusu et al., "Fast point feature
-//! histograms (FPFH) for 3D registration", 2009).
+//! What a surface looks like around a point: fast point feature histograms (FPFH, [Rusu 2009]).
 //!
 //! Where the normals of a cloud have no sign, the angles are folded so that the sign does not matter; both clouds have
 //! to be described the same way.

@@ -1,4 +1,4 @@
-//! Fusion segmentation, P1 section 3.1.3: geometry gives the borders, the network the names.
+//! Fusion segmentation, [Eye-in-hand 2020], section 3.1.3: geometry gives the borders, the network the names.
 //!
 //! A patch takes an object's label when more than half of its points lie in that object's mask, and none where no
 //! object has so many; all patches of an object together are its cloud. This cleans the rims of masks and fills holes.

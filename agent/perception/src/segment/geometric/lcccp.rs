@@ -1,8 +1,8 @@
-//! Locally Coloured Convex Connected Patches: P1 section 3.1.2, Eqs. 1 to 3.
+//! Locally Coloured Convex Connected Patches: [Eye-in-hand 2020], section 3.1.2, Eqs. 1 to 3.
 //!
 //! `conv = CC_e and SC and PCC`, where the point colour criterion PCC asks that no channel of the supervoxels' mean
 //! colours differs by gamma or more. So surfaces that touch tangentially part where their colours do. PCC is a conjunct
-//! of its own: it does not take part in the count of CC_e. P1 leaves gamma open ("a small value").
+//! of its own: it does not take part in the count of CC_e. The paper leaves gamma open ("a small value").
 
 use super::lccp::{LccpConfig, Segments, convex_edges, extended, join};
 use super::vccs::{Patch, Supervoxels, VccsConfig};

@@ -1,5 +1,5 @@
-//! Locally Convex Connected Patches (Stein, Schoeler, Papon and Woergoetter, CVPR 2014), which P1 section 3.1.2 builds
-//! on: supervoxels that meet convexly belong to one object.
+//! Locally Convex Connected Patches [Stein 2014], which [Eye-in-hand 2020], section 3.1.2, builds on: supervoxels that
+//! meet convexly belong to one object.
 //!
 //! For touching supervoxels with centroids x1, x2 and unit normals n1, n2, let d = x1 - x2, beta the angle between the
 //! normals and s = n1 x n2:

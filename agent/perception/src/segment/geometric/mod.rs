@@ -1,9 +1,9 @@
-//! Geometric segmentation (P1 section 3.1): a cloud falls into patches along its creases and colour borders, and the
-//! patches clean the masks of a network.
+//! Geometric segmentation ([Eye-in-hand 2020], section 3.1): a cloud falls into patches along its creases and colour
+//! borders, and the patches clean the masks of a network.
 //!
 //! The files are the paper's steps: [`vccs`] supervoxels, joined by `lccp` convexity and `lcccp` colour; [`slic`]
-//! superpixels, P1's alternative in the picture; [`fusion_segmentation`], its 50 % rule. All of it runs on one thread in
-//! a fixed order: the same points give the same patches.
+//! superpixels, the alternative that it compares with; [`fusion_segmentation`], its 50 % rule. All of it runs on one
+//! thread in a fixed order: the same points give the same patches.
 
 mod flood;
 pub mod fusion_segmentation;

@@ -1,5 +1,5 @@
-//! Marks the depth pixels that belong to no surface, before they bend supervoxels: P1 section 4.2 names distorted points
-//! at the rims of round objects as the limit of its method.
+//! Marks the depth pixels that belong to no surface, before they bend supervoxels: [Eye-in-hand 2020], section 4.2,
+//! names distorted points at the rims of round objects as the limit of its method.
 //!
 //! Two filters on the pixel grid: flying pixels, which hang between two surfaces at a depth step, and speckles, islands
 //! of a few pixels. They mark; the caller decides what becomes of a marked pixel.

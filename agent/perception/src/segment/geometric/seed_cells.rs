@@ -1,4 +1,4 @@
-//! Where supervoxels begin: voxels sorted into seed cells of edge R (VCCS, section III B).
+//! Where supervoxels begin: voxels sorted into seed cells of edge R ([Papon 2013], section III B).
 //!
 //! The grid of cells is anchored at the first voxel, which stands in the middle of its own cell. Cells are taken in
 //! Morton order; each gives the voxel nearest to its middle, unless that voxel stands nearly alone.

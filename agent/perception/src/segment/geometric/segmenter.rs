@@ -1,4 +1,5 @@
-//! A segmenter whose masks are fitted to the geometry of the view: P1's fusion segmentation around any network.
+//! A segmenter whose masks are fitted to the geometry of the view: the fusion segmentation of [Eye-in-hand 2020]
+//! around any network.
 
 use super::fusion_segmentation::{FusionConfig, PatchImage, fuse};
 use super::lcccp::ColourCriterion;

@@ -1,5 +1,5 @@
-//! Superpixels: Simple Linear Iterative Clustering (Achanta, Shaji, Smith, Lucchi, Fua and Suesstrunk, PAMI 2012), which
-//! P1 compares its supervoxels with ("SLIC + ICP").
+//! Superpixels: Simple Linear Iterative Clustering [Achanta 2012], which [Eye-in-hand 2020] compares its supervoxels
+//! with ("SLIC + ICP").
 //!
 //! k-means in CIELAB and pixel position around centres on a grid, each centre competing within its own neighbourhood
 //! only; then pieces that are cut off join the patch beside them.

@@ -1,5 +1,5 @@
-//! Supervoxels: Voxel Cloud Connectivity Segmentation (Papon, Abramov, Schoeler and Woergoetter, CVPR 2013), the
-//! over-segmentation that P1 section 3.1.2 starts from.
+//! Supervoxels: Voxel Cloud Connectivity Segmentation [Papon 2013], the over-segmentation that [Eye-in-hand 2020],
+//! section 3.1.2, starts from.
 //!
 //! Seeds stand a seed cell apart. Each grows over touching voxels, a ring a round, and takes every voxel that is nearer
 //! to it than to its owner: `D = l_n (1 - |n.n'|) + l_c |dRGB|/255 + l_s |dx|/R`. Centroids move after each round.

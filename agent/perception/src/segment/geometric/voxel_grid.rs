@@ -1,5 +1,5 @@
-//! Points gathered into voxels, and which voxels touch: the graph that supervoxels grow on (VCCS, Papon et al. 2013,
-//! section III A: 26-connected adjacency).
+//! Points gathered into voxels, and which voxels touch: the graph that supervoxels grow on ([Papon 2013], section III
+//! A: 26-connected adjacency).
 //!
 //! Voxels are found by sorting integer addresses, not by hashing. Neighbouring pixels mostly share a voxel, so runs of
 //! equal addresses are summed before the sort and a picture of 300 k pixels sorts some 60 k runs. Neighbours come from

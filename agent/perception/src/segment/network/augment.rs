@@ -1,6 +1,6 @@
-//! Test-time augmentation (P0, Figure 6): the picture is changed a little, the network is asked again, and what it says is
-//! carried back to the picture's own pixels. Where a change of geometry has moved a pixel out of the picture, nothing is
-//! known of it and it is masked.
+//! Test-time augmentation ([Remanufacturing paper], Fig. 6): the picture is changed a little, the network is asked
+//! again, and what it says is carried back to the picture's own pixels. Where a change of geometry has moved a pixel
+//! out of the picture, nothing is known of it and it is masked.
 
 use super::manifest::{Channel, Input};
 use super::preprocess::bilinear;

@@ -1,8 +1,8 @@
 //! `model.toml`: what a network needs to know of its input, what its output means, and where it comes from.
 //!
 //! A model is a folder with this file and the `.onnx` files that it names; several are an ensemble whose probabilities
-//! are averaged (P0, Figure 6). Nothing is hard-wired to our own networks: any ONNX file with a manifest that fits it can
-//! be used.
+//! are averaged ([Remanufacturing paper], Fig. 6). Nothing is hard-wired to our own networks: any ONNX file with a
+//! manifest that fits it can be used.
 
 mod checksum;
 mod output;

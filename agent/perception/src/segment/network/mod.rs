@@ -1,5 +1,5 @@
-//! Trained networks: from a view to class probabilities and how sure they are (P0, section "Uncertainty estimation for
-//! segmentation results", and P2).
+//! Trained networks: from a view to class probabilities and how sure they are ([Remanufacturing paper], section
+//! "Uncertainty estimation for segmentation results", and [Wang 2023] for two streams).
 //!
 //! A [`Model`] is a [`Manifest`] and the networks it names, run by an [`engine`]. [`NetworkSegmenter`] asks an ensemble of
 //! them about several augmentations of a view's region of interest; the mean is the label, the scatter its uncertainty.

@@ -1,9 +1,10 @@
 //! Single objects from an instance network, by detection or by centres.
 //!
-//! **Detection** (Mask R-CNN): boxes, classes, scores and masks. A class's probability at a pixel is the largest
-//! `score * mask` of its objects, what is left is none's, so that a detector serves as a network for components as well.
-//! **Centres** (Cheng et al., Panoptic-DeepLab, CVPR 2020): local maxima of a heat map are objects, and a pixel belongs to
-//! the object of its class whose centre its offset points to.
+//! **Detection** (Mask R-CNN, [He 2017]): boxes, classes, scores and masks. A class's probability at a pixel is the
+//! largest `score * mask` of its objects, what is left is none's, so that a detector serves as a network for components
+//! as well.
+//! **Centres** (Panoptic-DeepLab, [Cheng 2020]): local maxima of a heat map are objects, and a pixel belongs to the
+//! object of its class whose centre its offset points to.
 
 use super::engine::Tensor;
 

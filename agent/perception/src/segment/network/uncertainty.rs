@@ -1,11 +1,12 @@
-//! How sure a prediction is (P0, section "Uncertainty estimation for segmentation results", after GUM Supplement 1).
+//! How sure a prediction is ([Remanufacturing paper], section "Uncertainty estimation for segmentation results", after
+//! GUM Supplement 1, [JCGM 101]).
 //!
-//! M = members x augmentations predictions of a pixel, p_mt,c. The prediction is their mean. The standard uncertainty of
-//! class c is `u_c^2 = sum (p_mt,c - mean_c)^2 / (M - ddof)`; it splits exactly into a data part, the scatter of a member
-//! over the augmentations, and a model part, the scatter of the members' means: sums of squares within and between, both
-//! over the same `M - ddof`. With ddof = 0 these are `E_m[Var_t]` and `Var_m[E_t]`. P0's sigma of a pixel is taken to be
-//! `sqrt(sum_c u_c^2)`; other readings can be chosen. Probabilities are bounded, so the 95 % interval is given by the
-//! quantiles of the M values, beside the expanded uncertainty `U = k u`.
+//! M = members x augmentations predictions of a pixel, p_mt,c. The prediction is their mean. The standard uncertainty
+//! of class c is `u_c^2 = sum (p_mt,c - mean_c)^2 / (M - ddof)`; it splits exactly into a data part, the scatter of a
+//! member over the augmentations, and a model part, the scatter of the members' means: sums of squares within and
+//! between, both over the same `M - ddof`. With ddof = 0 these are `E_m[Var_t]` and `Var_m[E_t]`. The paper's sigma of
+//! a pixel is taken to be `sqrt(sum_c u_c^2)`; other readings can be chosen. Probabilities are bounded, so the 95 %
+//! interval is given by the quantiles of the M values, beside the expanded uncertainty `U = k u`.
 
 use rayon::prelude::*;
 use schemars::JsonSchema;

@@ -1,10 +1,10 @@
-//! Background by edges and an active contour (P2, "Remove the background of the image").
+//! Background by edges and an active contour ([Wang 2023], "Remove the background of the image").
 //!
-//! Edges are Canny's, with an upper threshold 2.5 times the lower. A closed contour starts around the picture and creeps
-//! inwards: each point goes where the energy `alpha E_elastic + beta E_bending + gamma E_external` is least among the
-//! pixels about it (the greedy scheme of D. Williams and M. Shah, 1992). P2's external energy is the distance from the
-//! contour's centre, which draws it in; what holds it is the edge under it, a term that P2 shows in its figure but not in
-//! its equation. Outside the contour is background.
+//! Edges are those of [Canny 1986], with an upper threshold 2.5 times the lower. A closed contour starts around the
+//! picture and creeps inwards: each point goes where the energy `alpha E_elastic + beta E_bending + gamma E_external`
+//! is least among the pixels about it (the greedy scheme of [Williams 1992]). The paper's external energy is the
+//! distance from the contour's centre, which draws it in; what holds it is the edge under it, a term that the paper
+//! shows in its figure but not in its equation. Outside the contour is background.
 
 use super::noise::luminance;
 use image::{GrayImage, Luma, RgbImage};

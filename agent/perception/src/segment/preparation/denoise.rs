@@ -1,9 +1,9 @@
-//! The filter that matches the noise: wavelet shrinkage for Gaussian noise, a switching median for impulses (P2).
+//! The filter that matches the noise: wavelet shrinkage for Gaussian noise, a switching median for impulses
+//! ([Wang 2023], "Removing image noise").
 //!
-//! Coefficients are shrunk softly with a threshold for each band, `T = sigma^2 / sigma_x` with `sigma_x` the deviation of
-//! the band's own signal (G. Chang, B. Yu and M. Vetterli, "Adaptive wavelet thresholding", 2000), averaged over shifted
-//! grids so that no blocks show (R. Coifman and D. Donoho, "Translation-invariant de-noising", 1995). The median replaces
-//! impulses only: everything else keeps its detail.
+//! Coefficients are shrunk softly with a threshold for each band, `T = sigma^2 / sigma_x` with `sigma_x` the deviation
+//! of the band's own signal [Chang 2000], averaged over shifted grids so that no blocks show [Coifman 1995]. The median
+//! replaces impulses only: everything else keeps its detail.
 
 use super::noise::{Noise, detect, impulses};
 use super::wavelet::{Plane, robust_deviation};

@@ -1,9 +1,9 @@
-//! Image preparation (P2, "Image processing"): what a picture is freed of before it is segmented and fused.
+//! Image preparation ([Wang 2023], "Image processing"): what a picture is freed of before it is segmented and fused.
 //!
 //! Noise first: its type and level are measured in the wavelet domain ([`noise`]), and the matching filter takes it out
-//! ([`denoise`]). Then the background: by edges and an active contour as P2 does ([`contour`]), or, where the cell knows
-//! its measuring volume, by geometry ([`volume`]), which needs no guess. Each can be on or off; [`Prepared`] puts them
-//! before any segmenter.
+//! ([`denoise`]). Then the background: by edges and an active contour as the paper does ([`contour`]), or, where the
+//! cell knows its measuring volume, by geometry ([`volume`]), which needs no guess. Each can be on or off; [`Prepared`]
+//! puts them before any segmenter.
 
 pub mod contour;
 pub mod denoise;

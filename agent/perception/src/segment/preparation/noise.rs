@@ -1,8 +1,9 @@
-//! What noise a picture has: Gaussian or impulses, and how much (P2, "Removing image noise").
+//! What noise a picture has: Gaussian or impulses, and how much ([Wang 2023], "Removing image noise").
 //!
-//! P2 decides by how the energy of the finest diagonal wavelet coefficients (HH) is concentrated: Gaussian noise spreads
-//! it evenly over all of them, impulses put nearly all of it into a few. The level follows from the same coefficients
-//! (their robust deviation) or, for impulses, from the share of pixels that stand out of all their neighbours.
+//! The paper decides by how the energy of the finest diagonal wavelet coefficients (HH) is concentrated: Gaussian noise
+//! spreads it evenly over all of them, impulses put nearly all of it into a few. The level follows from the same
+//! coefficients (their robust deviation) or, for impulses, from the share of pixels that stand out of all their
+//! neighbours.
 
 use super::wavelet::{Plane, robust_deviation};
 use image::RgbImage;

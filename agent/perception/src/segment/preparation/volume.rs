@@ -1,7 +1,8 @@
 //! Background by what the cell knows: pixels whose points lie outside its measuring volume.
 //!
-//! Where P2 looks for the target's outline in the picture, a cell has a calibrated table, and a depth that says for every
-//! pixel whether the robot's pose puts it on the part. A pixel without depth is background if its whole ray misses.
+//! Where [Wang 2023] looks for the target's outline in the picture, a cell has a calibrated table, and a depth that
+//! says for every pixel whether the robot's pose puts it on the part. A pixel without depth is background if its whole
+//! ray misses.
 
 use crate::view::View;
 use nalgebra::{Isometry3, Point3, Vector3};

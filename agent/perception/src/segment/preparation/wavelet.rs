@@ -1,7 +1,7 @@
 //! The Haar wavelet transform of a plane of samples: orthonormal, so that noise has the same deviation in every band.
 //!
-//! S. Mallat, "A theory for multiresolution signal decomposition", 1989. A level splits a plane of even size into four
-//! quarters: means, and differences along rows, along columns and across both (HH).
+//! After [Mallat 1989]. A level splits a plane of even size into four quarters: means, and differences along rows,
+//! along columns and across both (HH).
 
 /// A plane of samples, row-major.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,6 +1,6 @@
 """The compact backbone: about 1 M parameters, for training and inference on a processor.
 
-Residual blocks of plain 3x3 convolutions (He et al. 2016) behind a stride-2 stem; nothing runs at full resolution.
+Residual blocks of plain 3x3 convolutions [He 2016] behind a stride-2 stem; nothing runs at full resolution.
 On processors plain convolutions with few channels beat inverted residuals with depthwise ones: 25 against 34 ms an
 image for a training step at 256x320 with three times the parameters, and the same time for inference.
 """

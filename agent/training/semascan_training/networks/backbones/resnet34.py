@@ -1,4 +1,4 @@
-"""ResNet34 (He et al. 2016): five levels at strides 2 to 32."""
+"""ResNet34 [He 2016]: five levels at strides 2 to 32."""
 
 from torch import nn
 from torchvision.models import resnet34

@@ -1,4 +1,4 @@
-"""VGG16 (Simonyan and Zisserman 2015) as P0's U-Net uses it: five levels at strides 1 to 16."""
+"""VGG16 [Simonyan 2015] as the U-Net of [Remanufacturing paper] uses it: five levels at strides 1 to 16."""
 
 from torch import nn
 from torchvision.models import vgg16_bn

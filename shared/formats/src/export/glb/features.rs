@@ -2,8 +2,7 @@
 //! (`EXT_mesh_features`), and what these are (`EXT_structural_metadata`).
 //!
 //! A feature is one of them that occurs in the scene. Its id is a row of a property table; a vertex's ids stand in the
-//! attributes `_FEATURE_ID_0`, `_FEATURE_ID_1` and `_FEATURE_ID_2`. Both extensions: CesiumGS, glTF extensions of 3D Tiles
-//! Next (2023).
+//! attributes `_FEATURE_ID_0`, `_FEATURE_ID_1` and `_FEATURE_ID_2`. Both extensions: [3D Tiles Next].
 
 use super::binary::Binary;
 use super::class_of;

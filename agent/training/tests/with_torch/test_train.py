@@ -3,8 +3,9 @@
 import time
 
 import pytest
-import torch
 from conftest import write_recipe
+
+torch = pytest.importorskip("torch", reason="needs PyTorch")
 
 from semascan_training.dataset.samples import IGNORE
 from semascan_training.errors import TrainingError
@@ -75,7 +76,7 @@ def test_a_time_limit_ends_the_run_and_its_schedule(tmp_path, data):
     assert log[-1]["learning_rate"] < 0.5 * max(entry["learning_rate"] for entry in log)
 
 
-def test_p0s_schedule_falls_by_a_fifth_every_ten_epochs(tmp_path):
+def test_the_schedule_in_steps_falls_by_a_fifth_every_ten_epochs(tmp_path):
     path = write_recipe(tmp_path / "r.toml", training={"schedule": "steps", "epochs": 200})
     recipe = read_recipe(path)
     assert learning_rate(recipe, 1.0, 0.0) == 1.0

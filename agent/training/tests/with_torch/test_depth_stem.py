@@ -1,6 +1,8 @@
 """The fixed geometry layer: a plane has its slope, a step shows, a hole does not."""
 
-import torch
+import pytest
+
+torch = pytest.importorskip("torch", reason="needs PyTorch")
 
 from semascan_training.networks.depth_stem import NOMINAL_FOCAL, DepthStem
 
