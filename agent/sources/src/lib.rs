@@ -1,12 +1,58 @@
-//! Where views come from: one folder a source. Each implements [`Source`](semascan_inspection::source::Source).
+//! Where views come from: a file or folder a source. Each implements [`Source`], and has a line in [`KINDS`].
 
 pub mod bop;
 pub mod camera_mask;
 pub mod depth_map;
 pub mod mesh_file;
-mod open;
 pub mod pcd;
 pub mod percent;
 pub mod training_set;
 
-pub use open::open;
+use bop::BopSource;
+use pcd::PcdSource;
+use semascan_inspection::source::{Source, SourceError};
+use semascan_inspection::spec::CameraMask;
+use std::path::Path;
+
+/// A kind of source that a path may name.
+struct Kind {
+    /// What it is, for people who named something else.
+    name: &'static str,
+    /// Whether the file or folder is one.
+    recognizes: fn(&Path) -> bool,
+    /// Opens it; the camera mask is for cameras that show their own robot.
+    open: fn(&Path, &CameraMask) -> Result<Box<dyn Source>, SourceError>,
+}
+
+/// Every kind, in the order in which they are tried.
+const KINDS: [Kind; 2] = [
+    Kind {
+        name: "a BOP scene folder (with scene_camera.json)",
+        recognizes: BopSource::is_scene,
+        open: |path, mask| Ok(Box::new(BopSource::open(path, mask)?)),
+    },
+    Kind {
+        name: "organized clouds in a PCD file or a folder of them",
+        recognizes: PcdSource::is_source,
+        open: |path, _| Ok(Box::new(PcdSource::open(path)?)),
+    },
+];
+
+/// Opens the recording that `uri` names, by what lies there.
+///
+/// # Errors
+/// [`SourceError`] if there is none, or it cannot be opened.
+pub fn open(uri: &str, mask: &CameraMask) -> Result<Box<dyn Source>, SourceError> {
+    let refuse = |reason: String| SourceError::Uri { uri: uri.into(), reason };
+    if let Some((scheme, _)) = uri.split_once("://") {
+        return Err(refuse(format!("no source speaks {scheme}://")));
+    }
+    let path = Path::new(uri);
+    if !path.exists() {
+        return Err(refuse("no such file or folder".into()));
+    }
+    match KINDS.iter().find(|kind| (kind.recognizes)(path)) {
+        Some(kind) => (kind.open)(path, mask),
+        None => Err(refuse(format!("neither {}", KINDS.map(|kind| kind.name).join(" nor ")))),
+    }
+}
