@@ -188,7 +188,7 @@ fn a_mask_r_cnn_as_torchvision_exports_it_labels_an_inspection() {
     }
     let dir = tempfile::tempdir().expect("temporary folder");
     let model = dir.path().join("mask-rcnn");
-    let training = Path::new(env!("CARGO_MANIFEST_DIR")).join("training");
+    let training = Path::new(env!("CARGO_MANIFEST_DIR")).join("../training");
     let mut export = Command::new(python);
     export.current_dir(training).args(["-m", "semascan_training", "untrained", "recipes/mask-rcnn-resnet34.toml"]);
     let exported = export.arg(&model).output().expect("Python starts");

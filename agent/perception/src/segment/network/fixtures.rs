@@ -54,12 +54,12 @@ pub(crate) fn engines() -> Vec<Box<dyn Engine>> {
     let mut engines: Vec<Box<dyn Engine>> = Vec::new();
     match OnnxRuntime::open(None, Provider::Cpu) {
         Ok(runtime) => engines.push(Box::new(runtime)),
-        Err(EngineError::NotFound { .. }) => eprintln!("ONNX Runtime is not there: it is not tested"),
+        Err(EngineError::NotFound { .. }) => eprintln!("SKIPPED: ONNX Runtime is not there"),
         Err(error) => panic!("{error}"),
     }
     match open(EngineChoice::Tract, None, Provider::Cpu) {
         Ok(tract) => engines.push(tract),
-        Err(EngineError::NotBuilt(_)) => eprintln!("tract is not built in: it is not tested"),
+        Err(EngineError::NotBuilt(_)) => eprintln!("SKIPPED: tract is not built in"),
         Err(error) => panic!("{error}"),
     }
     assert!(!engines.is_empty(), "nothing runs networks here: `cargo xtask onnxruntime` fetches ONNX Runtime");
