@@ -4,6 +4,7 @@
 //! around it. Views come one by one with the chain that the station reports, noisy depth, shaded colour, exact labels
 //! and the true pose. Good enough to train and test on: the same seed gives the same bytes on any number of threads.
 
+mod appearance;
 mod backdrop;
 mod camera;
 mod defects;
@@ -25,7 +26,6 @@ mod solid;
 mod spec;
 mod starter_motor;
 mod station;
-mod surface;
 mod training;
 
 pub use domain::Domain;
@@ -165,6 +165,6 @@ fn settings(spec: &VirtualCellSpec) -> Vec<(String, String)> {
 }
 
 #[cfg(test)]
-mod colour_tests;
+mod color_tests;
 #[cfg(test)]
 mod tests;

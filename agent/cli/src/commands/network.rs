@@ -7,8 +7,8 @@ use semascan_inspection::source::SourceInfo;
 use semascan_model::Taxonomy;
 use semascan_perception::fuse::{Uncertain, UncertaintyRule};
 use semascan_perception::segment::network::{
-    Augmentation, EngineChoice, Manifest, Model, NetworkConfig, NetworkSegmenter, Provider, Region, Statistic, engine,
-    extended, select,
+    Augmentation, EngineChoice, Manifest, NetworkConfig, NetworkModel, NetworkSegmenter, Provider, Region, Statistic,
+    engine, extended, select,
 };
 use serde::Deserialize;
 use std::path::PathBuf;
@@ -144,8 +144,8 @@ impl NetworkArgs {
         let engine = engine::open(section.engine, section.onnxruntime.as_deref(), section.provider)?;
         let threads = section.threads.unwrap_or_else(rayon::current_num_threads);
         let models = self.models(&info.taxonomy)?;
-        let load = |(folder, _): &(PathBuf, Manifest)| Model::load(folder, engine.as_ref(), threads);
-        let models: Vec<Model> = models.iter().map(load).collect::<Result<_, _>>()?;
+        let load = |(folder, _): &(PathBuf, Manifest)| NetworkModel::load(folder, engine.as_ref(), threads);
+        let models: Vec<NetworkModel> = models.iter().map(load).collect::<Result<_, _>>()?;
         let description = engine.description();
         let names: Vec<&str> = models.iter().map(|m| m.manifest().name.as_str()).collect();
         tracing::info!("labels by {} in {} {}", names.join(", "), description.name, description.version);

@@ -8,7 +8,7 @@ use semascan_perception::fuse::{
     Associator, FuseError, Integration, LabelledView, MapConfig, SemanticMap, TouchedChunk, voxel_for,
 };
 use semascan_perception::organized::OrganizedCloud;
-use semascan_perception::register::{Arrival, Method, ModelSurface, Registrar, Registration};
+use semascan_perception::register::{Method, ModelSurface, Registrar, Registration, RegistrationInput};
 use semascan_perception::view::View;
 use std::time::Duration;
 
@@ -96,14 +96,14 @@ impl<'a> Fusion<'a> {
         surface: &Surface,
         timings: &mut Vec<(Stage, Duration)>,
     ) -> Result<Registration, String> {
-        let arrival = Arrival {
+        let input = RegistrationInput {
             view,
             cloud: &surface.cloud,
             segmentation: &surface.segmentation,
             model: self.map.as_ref().map(|map| map as &dyn ModelSurface),
         };
         let registrar = &mut *self.registrar;
-        staged(self.sink, timings, index, Stage::Register, || registrar.register(&arrival))
+        staged(self.sink, timings, index, Stage::Register, || registrar.register(&input))
     }
 
     fn integrate(

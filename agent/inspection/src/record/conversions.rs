@@ -3,7 +3,7 @@
 use super::{GlobalRecord, IcpRecord, MisidentificationRecord, PoseRecord, RefinementRecord, RegistrationRecord};
 use nalgebra::{Isometry3, Matrix6};
 use semascan_perception::fuse::Misidentification;
-use semascan_perception::register::{IcpReport, JointRefinement, Method, Relocalised};
+use semascan_perception::register::{IcpReport, JointRefinement, Method, Relocalization};
 
 impl From<&Isometry3<f64>> for PoseRecord {
     fn from(pose: &Isometry3<f64>) -> Self {
@@ -20,7 +20,7 @@ impl From<&Method> for RegistrationRecord {
             Method::KeptPrior(reason) => Self { reason: Some(reason.to_string()), ..named("kept prior") },
             Method::Icp(report) => Self { icp: Some((&**report).into()), ..named("icp") },
             Method::CameraIsFrame => named("camera is frame"),
-            Method::Relocalised(relocalised) => Self {
+            Method::Relocalized(relocalised) => Self {
                 icp: relocalised.icp.as_ref().map(Into::into),
                 global: Some((&**relocalised).into()),
                 ..named("relocalised")
@@ -29,8 +29,8 @@ impl From<&Method> for RegistrationRecord {
     }
 }
 
-impl From<&Relocalised> for GlobalRecord {
-    fn from(r: &Relocalised) -> Self {
+impl From<&Relocalization> for GlobalRecord {
+    fn from(r: &Relocalization) -> Self {
         let found = &r.found;
         Self {
             seed: r.seed,
@@ -38,7 +38,7 @@ impl From<&Relocalised> for GlobalRecord {
             overlap: found.overlap,
             runner_up: found.runner_up,
             support: found.support,
-            open: found.open,
+            open: found.unconstrained,
             rmse: found.rmse,
             confirmed: r.confirmed,
             contradicted: r.contradicted,

@@ -82,7 +82,7 @@ pub struct ViewRecord {
     /// Covariance of the pose over (rotation, translation), camera frame, row by row.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub covariance: Option<Vec<[f64; 6]>>,
-    /// How the pose was come by.
+    /// How the pose was estimated.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub registration: Option<RegistrationRecord>,
     /// What the networks said of it, in numbers.
@@ -97,7 +97,7 @@ pub struct ViewRecord {
     pub timings: Vec<StageTime>,
 }
 
-/// How a view's pose was come by. Lengths in metres.
+/// How a view's pose was estimated. Lengths in metres.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RegistrationRecord {
     /// `kinematic`, `icp`, or `kept prior` where alignment would have been no better; where nothing was known of the pose,

@@ -1,7 +1,7 @@
 //! Keeps the instances of successive views apart and together: the way of `association` through an inspection.
 //!
 //! Instances that a network finds are numbered by view. Before a view is fused they get the model's numbers; what the
-//! test refuses is told as an event and fused without an instance.
+//! test refuses is reported as an event and fused without an instance.
 
 use super::association::{
     Association, GravityCentre, Misidentification, ObjectCloud, Overlap, by_gravity_centre, by_overlap,

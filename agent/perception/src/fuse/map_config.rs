@@ -12,7 +12,7 @@ pub enum Uncertain {
     #[default]
     Geometry,
     /// They are dropped as P0 drops them: they move no voxel, and one that nothing else has seen is marked
-    /// [`UNCERTAIN`](semascan_model::PointFlags::UNCERTAIN), so that completeness can still be told.
+    /// [`UNCERTAIN`](semascan_model::PointFlags::UNCERTAIN), so that completeness can still be measured.
     Drop,
 }
 

@@ -14,8 +14,8 @@ mod keys;
 mod map;
 mod map_config;
 mod merge;
-mod model_view;
 mod runs;
+mod splat_renderer;
 #[cfg(test)]
 mod tests;
 mod view_cloud;

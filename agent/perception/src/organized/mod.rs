@@ -21,7 +21,7 @@ pub struct OrganizedCloud {
     pub normals: Vec<[f32; 3]>,
     /// Pixels that hang between two surfaces or stray from theirs; they have depth but no normal.
     pub flying: Vec<bool>,
-    /// Depth in metres with less noise where the surface is flat as far as noise lets one tell; elsewhere `depth`.
+    /// Depth in metres with less noise where the surface is flat as far as noise shows; elsewhere `depth`.
     pub smooth: Vec<f32>,
     /// Standard deviation of `smooth` as the picture itself shows it, metres; infinite where unknown.
     pub sigma: Vec<f32>,

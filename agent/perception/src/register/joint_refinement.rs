@@ -6,8 +6,8 @@
 //! a sensor's ripple, which differs from view to view, averages out.
 
 use super::correspondences::{Gate, Linearised, linearise};
-use super::degeneracy::hold;
-use super::twist::{about, difference, halves, motion, turned};
+use super::degeneracy::project_out_degenerate;
+use super::se3::{about, exp, halves, log, turned};
 use super::{ModelView, SourcePoints};
 use nalgebra::{DMatrix, DVector, Isometry3, Matrix6, Point3};
 use rayon::prelude::*;
@@ -183,7 +183,7 @@ impl Problem<'_> {
         let n = 6 * self.views.len();
         let (mut hessian, mut gradient) = (DMatrix::<f64>::zeros(n, n), DVector::<f64>::zeros(n));
         for (i, pose) in poses.iter().enumerate() {
-            let from_prior = difference(&self.views[i].prior, pose);
+            let from_prior = log(&self.views[i].prior, pose);
             let mut block = hessian.view_mut((6 * i, 6 * i), (6, 6));
             block += self.stiffness[i];
             let mut rows = gradient.rows_mut(6 * i, 6);
@@ -196,7 +196,7 @@ impl Problem<'_> {
             *sigma = at.sigma;
             let (i, j) = (edge.source, edge.target);
             let (centre, radius) = &self.centred[i];
-            let held = hold(&at.hessian, &at.gradient, at.weight, *radius, self.config.weakest);
+            let observable = project_out_degenerate(&at.hessian, &at.gradient, at.weight, *radius, self.config.weakest);
             // Each pair of views is usually linearised twice, once from either side.
             let certainty = 0.5 / (at.sigma.max(SIGMA_FLOOR).powi(2) * at.correlation);
             let turn = (poses[j].inverse() * poses[i]).rotation.to_rotation_matrix();
@@ -204,20 +204,20 @@ impl Problem<'_> {
             let by_target = -about(&at.centre);
             let sides = [(i, by_source), (j, by_target)];
             for (a, jacobian_a) in &sides {
-                let weighted = jacobian_a.transpose() * held.hessian * certainty;
+                let weighted = jacobian_a.transpose() * observable.hessian * certainty;
                 for (b, jacobian_b) in &sides {
                     let mut block = hessian.view_mut((6 * a, 6 * b), (6, 6));
                     block += weighted * jacobian_b;
                 }
                 let mut rows = gradient.rows_mut(6 * a, 6);
-                rows += jacobian_a.transpose() * held.gradient * certainty;
+                rows += jacobian_a.transpose() * observable.gradient * certainty;
             }
         }
         let step = hessian.cholesky()?.solve(&-gradient);
         let mut most = 0.0_f64;
         for (i, pose) in poses.iter_mut().enumerate() {
             let twist = step.fixed_rows::<6>(6 * i).into_owned();
-            *pose *= motion(&twist);
+            *pose *= exp(&twist);
             let (w, v) = halves(&(about(&self.centred[i].0) * twist));
             most = most.max(v.norm() + w.norm() * self.centred[i].1);
         }

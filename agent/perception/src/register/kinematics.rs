@@ -3,7 +3,7 @@
 //! `table_from_camera = Rz(-phi) * tablebase_from_base * base_from_ee * ee_from_camera`. The sign of phi follows from
 //! `tablebase_from_table = Rz(phi)`: the table frame turns with the part, so a point fixed in it moves by +phi.
 
-use super::{Arrival, Method, RegisterError, Registrar, Registration};
+use super::{Method, RegisterError, Registrar, Registration, RegistrationInput};
 use crate::view::{Chain, PoseEvidence, View};
 use nalgebra::{Isometry3, Matrix6, Translation3, UnitQuaternion, Vector3};
 
@@ -52,8 +52,8 @@ pub fn prior(view: &View) -> Result<Prior, RegisterError> {
 pub struct KinematicRegistrar;
 
 impl Registrar for KinematicRegistrar {
-    fn register(&mut self, arrival: &Arrival<'_>) -> Result<Registration, RegisterError> {
-        let Prior { table_from_camera, covariance } = prior(arrival.view)?;
+    fn register(&mut self, input: &RegistrationInput<'_>) -> Result<Registration, RegisterError> {
+        let Prior { table_from_camera, covariance } = prior(input.view)?;
         Ok(Registration { table_from_camera, prior: Some(table_from_camera), covariance, method: Method::Kinematic })
     }
 }

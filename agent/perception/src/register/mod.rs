@@ -6,7 +6,7 @@
 //! complete. [`IcpRegistrar`] puts them together.
 //!
 //! Clouds that are not organized take another way: [`SurfelCloud`] thins them and fits normals, [`gicp`] aligns them from
-//! a guess, and [`global`] without one. A view without a prior is found in the model by the latter (`lost_prior`).
+//! a guess, and [`global`] without one. A view without a prior is found in the model by the latter (`relocalization`).
 
 mod base_frame;
 mod correspondences;
@@ -16,13 +16,13 @@ pub mod global;
 mod icp_registrar;
 mod joint_refinement;
 mod kinematics;
-mod lost_prior;
 mod model_view;
 mod projective_icp;
+mod relocalization;
 pub mod rigid;
+pub mod se3;
 mod source_points;
 mod surfels;
-pub mod twist;
 mod visibility;
 
 pub use correspondences::{Gate, Linearised, linearise};
@@ -30,9 +30,9 @@ pub use degeneracy::{Degeneracy, FrozenDirection};
 pub use icp_registrar::{IcpRegistrar, Selection};
 pub use joint_refinement::{JointRefinement, RefinedView};
 pub use kinematics::{KinematicRegistrar, Prior, prior};
-pub use lost_prior::Relocalised;
 pub use model_view::{ModelSurface, ModelView, OrientedPoints};
 pub use projective_icp::{Aligned, IcpConfig, IcpReport, NotAligned, align};
+pub use relocalization::Relocalization;
 pub use source_points::SourcePoints;
 pub use surfels::{CloudError, Facing, SurfelCloud};
 
@@ -42,7 +42,7 @@ use crate::view::View;
 use global::GlobalError;
 use nalgebra::{Isometry3, Matrix6};
 
-/// How a pose was come by.
+/// How a pose was estimated.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Method {
     /// From the robot's and turntable's readings alone.
@@ -54,7 +54,7 @@ pub enum Method {
     /// Nothing was known of the first view: the frame of its camera is the table frame.
     CameraIsFrame,
     /// Nothing was known, and the view was found in the model.
-    Relocalised(Box<Relocalised>),
+    Relocalized(Box<Relocalization>),
 }
 
 /// Where a view was taken.
@@ -66,7 +66,7 @@ pub struct Registration {
     pub prior: Option<Isometry3<f64>>,
     /// Covariance over (rotation, translation), radians and metres, camera frame.
     pub covariance: Matrix6<f64>,
-    /// How the estimate was come by.
+    /// How the pose was estimated.
     pub method: Method,
 }
 
@@ -113,9 +113,9 @@ pub enum RegisterError {
     },
 }
 
-/// A view that wants a pose, and what there is to find it by.
+/// What a registrar gets to estimate the pose of a view from.
 #[derive(Clone, Copy)]
-pub struct Arrival<'a> {
+pub struct RegistrationInput<'a> {
     /// The view.
     pub view: &'a View,
     /// Its points with normals.
@@ -132,7 +132,7 @@ pub trait Registrar: Send {
     ///
     /// # Errors
     /// [`RegisterError`] if no pose can be given; the view is then reported and left out.
-    fn register(&mut self, arrival: &Arrival<'_>) -> Result<Registration, RegisterError>;
+    fn register(&mut self, input: &RegistrationInput<'_>) -> Result<Registration, RegisterError>;
 
     /// The view that was registered last has become part of the model.
     fn accepted(&mut self) {}

@@ -7,11 +7,11 @@ mod cloud_metrics;
 mod nearest_points;
 mod pseudo_normals;
 mod semantic;
-mod surface;
+mod surface_index;
 
 pub use area::surfel_area;
 pub use cloud_metrics::{CONVENTIONS, Comparison, OneWay, PRECISION_DISTANCE, percentile};
 pub use nearest_points::{Guess, NearestPoints, Neighbour};
 pub use pseudo_normals::PseudoNormals;
 pub use semantic::{ClassScore, LabelledPoint, SEMANTIC_CONVENTIONS, class_scores};
-pub use surface::{Feature, Nearest, SurfaceIndex};
+pub use surface_index::{Feature, Nearest, SurfaceIndex};

@@ -4,7 +4,7 @@
 //! H. Aanaes, "Signed distance computation using the angle weighted pseudonormal", 2005): exact for closed surfaces
 //! whose triangles turn the same way. Beside an open border the sign is that of the side seen from there.
 
-use super::surface::{Feature, Nearest};
+use super::surface_index::{Feature, Nearest};
 use glam::Vec3;
 use std::collections::HashMap;
 

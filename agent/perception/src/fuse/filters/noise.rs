@@ -36,7 +36,7 @@ impl Suspicion {
     /// Which of `cells`, of weights `weights`, speak of the surface.
     #[inline(always)]
     pub(super) fn asks(&self, cells: &Cells, weights: Vec4) -> BVec4A {
-        cells.are & weights.cmpge(Vec4::splat(self.heavy)) & cells.squares.cmplt(Vec4::splat(NEAR * NEAR))
+        cells.mask & weights.cmpge(Vec4::splat(self.heavy)) & cells.squares.cmplt(Vec4::splat(NEAR * NEAR))
     }
 
     /// Whether the voxel at `place` doubles the surface that its heavy neighbours make; `asked` of them speak of it.

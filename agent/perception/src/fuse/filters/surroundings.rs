@@ -61,9 +61,9 @@ pub(super) struct Place {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Cells {
     /// Where the first of them is in the lists.
-    from: usize,
+    start: usize,
     /// Which of them are occupied by a neighbour.
-    pub(super) are: BVec4A,
+    pub(super) mask: BVec4A,
     /// From their points to the voxel's.
     step: [Vec4; 3],
     pub(super) squares: Vec4,
@@ -174,16 +174,16 @@ impl Surroundings {
         let (mut low, mut high) =
             (place.cell - radius * (slab + column + 1), place.cell + radius * (column + 1) + 1 - radius * slab);
         for _ in 0..2 * radius + 1 {
-            let (mut from, end) = (usize::from(self.before[low]), usize::from(self.before[high]));
-            while from < end {
-                let dx = x - Vec4::from_slice(&self.points[0][from..]);
-                let dy = y - Vec4::from_slice(&self.points[1][from..]);
-                let dz = z - Vec4::from_slice(&self.points[2][from..]);
-                let within = (Vec4::from_slice(&self.heights[from..]) - own).abs().cmple(reach);
-                let listed = Vec4::splat((end - from) as f32).cmpgt(Vec4::new(0.0, 1.0, 2.0, 3.0));
+            let (mut start, end) = (usize::from(self.before[low]), usize::from(self.before[high]));
+            while start < end {
+                let dx = x - Vec4::from_slice(&self.points[0][start..]);
+                let dy = y - Vec4::from_slice(&self.points[1][start..]);
+                let dz = z - Vec4::from_slice(&self.points[2][start..]);
+                let within = (Vec4::from_slice(&self.heights[start..]) - own).abs().cmple(reach);
+                let listed = Vec4::splat((end - start) as f32).cmpgt(Vec4::new(0.0, 1.0, 2.0, 3.0));
                 let squares = dx * dx + dy * dy + dz * dz;
-                see(self, Cells { from, are: within & listed, step: [dx, dy, dz], squares });
-                from += LANES;
+                see(self, Cells { start, mask: within & listed, step: [dx, dy, dz], squares });
+                start += LANES;
             }
             (low, high) = (low + slab, high + slab);
         }
@@ -192,7 +192,7 @@ impl Surroundings {
 
     #[inline(always)]
     pub(super) fn weights(&self, cells: &Cells) -> Vec4 {
-        Vec4::from_slice(&self.weights[cells.from..])
+        Vec4::from_slice(&self.weights[cells.start..])
     }
 
     /// How far the voxel is off the planes through `cells`, voxels.
@@ -212,7 +212,7 @@ impl Surroundings {
     #[inline(always)]
     fn normals(&self, cells: &Cells) -> [Vec4; 3] {
         let [xs, ys, zs] = &self.normals;
-        let from = cells.from;
-        [Vec4::from_slice(&xs[from..]), Vec4::from_slice(&ys[from..]), Vec4::from_slice(&zs[from..])]
+        let start = cells.start;
+        [Vec4::from_slice(&xs[start..]), Vec4::from_slice(&ys[start..]), Vec4::from_slice(&zs[start..])]
     }
 }

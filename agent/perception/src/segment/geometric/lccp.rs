@@ -187,7 +187,7 @@ mod tests {
 
     fn patch(position: [f32; 3], normal: [f32; 3]) -> Patch {
         let n = dot(normal, normal).sqrt();
-        Patch { position, normal: normal.map(|c| c / n), colour: [0.0; 3], voxels: 1 }
+        Patch { position, normal: normal.map(|c| c / n), color: [0.0; 3], voxels: 1 }
     }
 
     fn is_convex(a: &Patch, b: &Patch) -> bool {

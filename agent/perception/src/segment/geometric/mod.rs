@@ -19,11 +19,11 @@ pub mod vccs;
 mod voxel_grid;
 
 pub use noise_filters::NoiseFilter;
-pub use points::ColouredPoints;
+pub use points::ColoredPoints;
 pub use segmenter::{GeometricSegmenter, PatchMethod};
 pub use voxel_grid::{NONE, VoxelGrid};
 
-use lcccp::{ColourCriterion, lcccp};
+use lcccp::{ColorCriterion, lcccp};
 use lccp::{LccpConfig, Segments, lccp};
 use vccs::{Supervoxels, VccsConfig};
 
@@ -35,16 +35,16 @@ pub struct GeometricConfig {
     /// Convexity.
     pub lccp: LccpConfig,
     /// Colour; `None` is LCCP.
-    pub colour: Option<ColourCriterion>,
+    pub color: Option<ColorCriterion>,
 }
 
 impl GeometricConfig {
     /// P1's LCCCP for a voxel edge in metres. Colour guides the supervoxels too: one that straddles a colour border has a
     /// mean colour that belongs to neither side.
     pub fn new(voxel: f32) -> Self {
-        let vccs = VccsConfig { colour: 1.0, ..VccsConfig::new(voxel) };
+        let vccs = VccsConfig { color: 1.0, ..VccsConfig::new(voxel) };
         let lccp = LccpConfig { small: 2, ..LccpConfig::default() };
-        Self { vccs, lccp, colour: Some(ColourCriterion::default()) }
+        Self { vccs, lccp, color: Some(ColorCriterion::default()) }
     }
 }
 
@@ -59,10 +59,10 @@ pub struct SegmentedCloud {
 
 impl SegmentedCloud {
     /// Cuts `points`.
-    pub fn new(points: &ColouredPoints, config: &GeometricConfig) -> Self {
+    pub fn new(points: &ColoredPoints, config: &GeometricConfig) -> Self {
         let supervoxels = Supervoxels::grow(points, &config.vccs);
-        let segments = match &config.colour {
-            Some(colour) => lcccp(&supervoxels, &config.vccs, &config.lccp, colour),
+        let segments = match &config.color {
+            Some(color) => lcccp(&supervoxels, &config.vccs, &config.lccp, color),
             None => lccp(&supervoxels, &config.vccs, &config.lccp),
         };
         Self { supervoxels, segments }

@@ -51,7 +51,7 @@ pub(super) fn voxel_normals(grid: &VoxelGrid) -> Vec<[f32; 3]> {
 }
 
 /// Unit eigenvector of the smallest eigenvalue of a symmetric matrix (xx, xy, xz, yy, yz, zz); `None` where the two
-/// smallest cannot be told apart. Closed form after O. K. Smith (1961).
+/// smallest cannot be distinguished. Closed form after O. K. Smith (1961).
 fn flattest([xx, xy, xz, yy, yz, zz]: [f64; 6]) -> Option<[f64; 3]> {
     let scale = [xx, xy, xz, yy, yz, zz].iter().fold(0.0_f64, |m, c| m.max(c.abs()));
     if !(scale.is_finite() && scale > 1e-20) {
@@ -81,7 +81,7 @@ fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
 
 #[cfg(test)]
 mod tests {
-    use super::super::points::ColouredPoints;
+    use super::super::points::ColoredPoints;
     use super::*;
     use nalgebra::{Matrix3, SymmetricEigen, Vector3};
     use proptest::prelude::*;
@@ -113,7 +113,7 @@ mod tests {
             let p = Vector3::new(0.0, 0.0, 0.6) + (s * f64::from(i % 40) + t * f64::from(i / 40)) * 0.002;
             [p.x as f32, p.y as f32, p.z as f32]
         });
-        let points = ColouredPoints { positions: positions.collect(), colours: Vec::new() };
+        let points = ColoredPoints { positions: positions.collect(), colors: Vec::new() };
         let grid = VoxelGrid::new(&points, 0.006);
         for n in voxel_normals(&grid) {
             let n = Vector3::new(n[0], n[1], n[2]).cast::<f64>();
@@ -125,7 +125,7 @@ mod tests {
     fn a_line_or_a_point_has_none() {
         for step in [0.0, 0.004_f32] {
             let positions = (0..50).map(|i| [0.1 + i as f32 * step, 0.2, 0.5]).collect();
-            let grid = VoxelGrid::new(&ColouredPoints { positions, colours: Vec::new() }, 0.005);
+            let grid = VoxelGrid::new(&ColoredPoints { positions, colors: Vec::new() }, 0.005);
             assert!(!grid.is_empty());
             assert!(voxel_normals(&grid).iter().all(|n| *n == [0.0; 3]));
         }

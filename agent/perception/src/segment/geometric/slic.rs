@@ -181,7 +181,7 @@ mod tests {
     use proptest::prelude::*;
 
     #[test]
-    fn superpixels_keep_to_colour_borders() {
+    fn superpixels_keep_to_color_borders() {
         // A slanted border between two colours, with noise.
         let border = |x: u32, y: u32| x * 3 > 120 + y;
         let image = RgbImage::from_fn(120, 90, |x, y| {
@@ -200,7 +200,7 @@ mod tests {
     }
 
     #[test]
-    fn colours_become_lab() {
+    fn colors_become_lab() {
         let image = RgbImage::from_fn(2, 1, |x, _| image::Rgb(if x == 0 { [255; 3] } else { [255, 0, 0] }));
         let lab = to_lab(&image);
         let close = |a: [f32; 3], b: [f32; 3]| assert!(squared(a, b).sqrt() < 0.1, "{a:?} {b:?}");

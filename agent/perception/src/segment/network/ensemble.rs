@@ -2,7 +2,7 @@
 
 use super::augment::Drawn;
 use super::engine::{EngineError, Tensor};
-use super::model::Model;
+use super::model::NetworkModel;
 use super::preprocess::Frame;
 use super::uncertainty::Predictions;
 use crate::view::View;
@@ -23,7 +23,12 @@ pub(super) struct Said {
 ///
 /// # Errors
 /// [`EngineError`] if one does not run.
-pub(super) fn ask(model: &mut Model, view: &View, frame: &Frame, augmentations: &[Drawn]) -> Result<Said, EngineError> {
+pub(super) fn ask(
+    model: &mut NetworkModel,
+    view: &View,
+    frame: &Frame,
+    augmentations: &[Drawn],
+) -> Result<Said, EngineError> {
     let input = &model.manifest().input;
     let (width, height) = frame.size;
     let plain = frame.tensor(view, input);

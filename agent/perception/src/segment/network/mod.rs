@@ -1,7 +1,7 @@
 //! Trained networks: from a view to class probabilities and how sure they are (P0, section "Uncertainty estimation for
 //! segmentation results", and P2).
 //!
-//! A [`Model`] is a [`Manifest`] and the networks it names, run by an [`engine`]. [`NetworkSegmenter`] asks an ensemble of
+//! A [`NetworkModel`] is a [`Manifest`] and the networks it names, run by an [`engine`]. [`NetworkSegmenter`] asks an ensemble of
 //! them about several augmentations of a view's region of interest; the mean is the label, the scatter its uncertainty.
 
 mod augment;
@@ -25,10 +25,10 @@ pub use config::{ModelReport, NetworkConfig, NetworkReport, Region, ViewDetail};
 pub use engine::{EngineChoice, EngineDescription, EngineError, Provider};
 pub use library::{Installed, SelectError, find, installed, search_path, select};
 pub use manifest::{
-    Activation, Channel, Class, ColourScale, DepthScale, FILE_NAME, Fusion, Input, Manifest, ManifestError,
-    NetworkFile, Output, Task,
+    Activation, Channel, Class, ColorScale, DepthScale, FILE_NAME, Fusion, Input, Manifest, ManifestError, NetworkFile,
+    Output, Task,
 };
-pub use model::{Answer, Model, ModelError};
+pub use model::{Answer, ModelError, NetworkModel};
 pub use objects::{Objects, ShapeError};
 pub use region::{Volume, Window};
 pub use segmenter::{NetworkSegmenter, SetupError};

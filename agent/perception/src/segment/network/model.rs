@@ -25,15 +25,15 @@ const TRIAL: u32 = 64;
 const ROUNDING: f32 = 1e-2;
 
 /// A model that is ready to run.
-pub struct Model {
+pub struct NetworkModel {
     folder: PathBuf,
     manifest: Manifest,
     networks: Vec<Box<dyn Network>>,
 }
 
-impl fmt::Debug for Model {
+impl fmt::Debug for NetworkModel {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Model").field("folder", &self.folder).field("networks", &self.networks.len()).finish()
+        f.debug_struct("NetworkModel").field("folder", &self.folder).field("networks", &self.networks.len()).finish()
     }
 }
 
@@ -48,7 +48,7 @@ pub struct Answer {
     pub objects: Option<Objects>,
 }
 
-impl Model {
+impl NetworkModel {
     /// Loads the model in `folder` with `threads` threads for all its networks together.
     ///
     /// # Errors

@@ -16,7 +16,7 @@ use crate::view::View;
 use contour::Snake;
 use nalgebra::Point3;
 
-/// How the background is told from the part.
+/// How background and part are separated.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Background {
     /// It is kept.

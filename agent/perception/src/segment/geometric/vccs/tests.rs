@@ -4,14 +4,14 @@ use super::*;
 use proptest::prelude::*;
 
 /// A floor of 40 x 40 points 5 mm apart with a wall on one side, seen from the origin.
-fn corner() -> ColouredPoints {
-    let mut points = ColouredPoints::default();
+fn corner() -> ColoredPoints {
+    let mut points = ColoredPoints::default();
     for i in 0..40 {
         for j in 0..40 {
             let (u, v) = (i as f32 * 0.005 - 0.1, j as f32 * 0.005);
             points.positions.push([u, 0.1, 0.4 + v]);
             points.positions.push([u, 0.1 - v, 0.6]);
-            points.colours.extend([[200, 0, 0], [0, 200, 0]]);
+            points.colors.extend([[200, 0, 0], [0, 200, 0]]);
         }
     }
     points
@@ -70,7 +70,7 @@ proptest! {
     ) {
         let mut positions: Vec<[f32; 3]> = bits.iter().map(|p| p.map(f32::from_bits)).collect();
         positions.extend(near);
-        let points = ColouredPoints { positions, colours: Vec::new() };
+        let points = ColoredPoints { positions, colors: Vec::new() };
         for config in [VccsConfig::new(0.01), VccsConfig { voxel: lengths[0], seed: lengths[1], ..VccsConfig::new(0.01) }] {
             let grown = Supervoxels::grow(&points, &config);
             prop_assert_eq!(grown.of_point.len(), points.len());

@@ -12,7 +12,7 @@ use tract_onnx::prelude::{
 };
 use tract_onnx::tract_hir::infer::{Factoid, InferenceFact};
 
-/// Version of the crate, which does not tell it itself.
+/// Version of the crate, which does not report it itself.
 const VERSION: &str = "0.23";
 
 /// Plans that are kept: regions of interest come in a few sizes.

@@ -1,18 +1,19 @@
-//! Small rigid motions as six numbers: (rotation vector, translation), radians and metres.
+//! Rigid motions near a pose as six numbers (a twist): rotation vector in radians, then translation in metres.
 //!
-//! The chart is the one that pose covariances use: `moved = pose * (R(omega), t)`, expressed in the frame that the pose
-//! maps from (the camera). Rotation and translation are separate, so it needs no series and inverts exactly.
+//! [`exp`] and [`log`] are those of SO(3) x R^3, the chart that pose covariances use: `moved = pose * (R(omega), t)`,
+//! expressed in the frame that the pose maps from (the camera). Rotation and translation are separate, unlike in the
+//! exponential map of SE(3) proper, so it needs no series and inverts exactly.
 
 use nalgebra::{Isometry3, Matrix3, Matrix6, Point3, Translation3, UnitQuaternion, Vector3, Vector6};
 
-/// The motion that `twist` stands for.
-pub fn motion(twist: &Vector6<f64>) -> Isometry3<f64> {
+/// The rigid motion of a twist.
+pub fn exp(twist: &Vector6<f64>) -> Isometry3<f64> {
     let (rotation, translation) = halves(twist);
     Isometry3::from_parts(Translation3::from(translation), UnitQuaternion::from_scaled_axis(rotation))
 }
 
-/// The twist that carries `from` to `to`: `from * motion(twist) == to`.
-pub fn difference(from: &Isometry3<f64>, to: &Isometry3<f64>) -> Vector6<f64> {
+/// The twist that carries `from` to `to`: `from * exp(twist) == to`.
+pub fn log(from: &Isometry3<f64>, to: &Isometry3<f64>) -> Vector6<f64> {
     let between = from.inverse() * to;
     let (w, t) = (between.rotation.scaled_axis(), between.translation.vector);
     Vector6::new(w.x, w.y, w.z, t.x, t.y, t.z)
@@ -52,19 +53,19 @@ mod tests {
     use super::*;
 
     #[test]
-    fn difference_undoes_motion() {
+    fn log_undoes_exp() {
         let from = Isometry3::new(Vector3::new(0.1, -0.2, 0.5), Vector3::new(0.3, 1.0, -0.4));
         let twist = Vector6::new(0.02, -0.01, 0.03, 1e-3, -2e-3, 5e-4);
-        assert!((difference(&from, &(from * motion(&twist))) - twist).norm() < 1e-12);
+        assert!((log(&from, &(from * exp(&twist))) - twist).norm() < 1e-12);
     }
 
     #[test]
     fn the_adjoint_carries_a_small_motion_to_another_frame() {
         let a_from_b = Isometry3::new(Vector3::new(0.4, -0.2, 0.5), Vector3::new(0.3, 1.0, -0.4));
         let twist = Vector6::new(1e-6, -2e-6, 3e-6, 1e-6, 2e-6, -1e-6);
-        let carried = motion(&(adjoint(&a_from_b) * twist));
-        let expected = a_from_b * motion(&twist) * a_from_b.inverse();
-        assert!(difference(&carried, &expected).norm() < 1e-11);
+        let carried = exp(&(adjoint(&a_from_b) * twist));
+        let expected = a_from_b * exp(&twist) * a_from_b.inverse();
+        assert!(log(&carried, &expected).norm() < 1e-11);
     }
 
     #[test]
@@ -73,7 +74,7 @@ mod tests {
         let twist = Vector6::new(1e-6, -2e-6, 3e-6, 1e-6, 2e-6, -1e-6);
         let p = Point3::new(-0.05, 0.1, 0.6);
         let (w, v) = halves(&(about(&centre) * twist));
-        let moved = motion(&twist) * p;
+        let moved = exp(&twist) * p;
         assert!((p + w.cross(&(p - centre)) + v - moved).norm() < 1e-11);
     }
 }

@@ -26,7 +26,7 @@ pub(super) struct Appearance {
 struct Kind {
     /// How common it is.
     weight: f32,
-    colour: Vec3,
+    color: Vec3,
     metallic: f32,
     roughness: (f32, f32),
     grain: f32,
@@ -34,7 +34,7 @@ struct Kind {
 }
 
 const fn kind(weight: f32, rgb: [f32; 3], metallic: f32, roughness: (f32, f32), grain: f32, turning: f32) -> Kind {
-    Kind { weight, colour: Vec3::from_array(rgb), metallic, roughness, grain, turning }
+    Kind { weight, color: Vec3::from_array(rgb), metallic, roughness, grain, turning }
 }
 
 const KINDS: [Kind; 11] = [
@@ -83,7 +83,7 @@ impl Finish {
         let kind = kind.unwrap_or(&KINDS[0]);
         let tint = Vec3::new(s.range(0.94, 1.06), 1.0, s.range(0.92, 1.05));
         Self {
-            base: (kind.colour * shade * tint).min(Vec3::splat(0.85)),
+            base: (kind.color * shade * tint).min(Vec3::splat(0.85)),
             metallic: kind.metallic,
             roughness: s.range(kind.roughness.0, kind.roughness.1),
             grain: kind.grain,

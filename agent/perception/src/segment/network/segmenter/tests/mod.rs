@@ -20,13 +20,13 @@ fn classifier(b: f32) -> Vec<u8> {
 }
 
 /// What [`classifier`] says of a colour.
-fn closed_form(colour: [u8; 3], b: f32) -> [f32; 3] {
-    let scores = [0.0, 6.0 * f32::from(colour[0]) / 255.0 - b, 6.0 * f32::from(colour[1]) / 255.0 - b];
+fn closed_form(color: [u8; 3], b: f32) -> [f32; 3] {
+    let scores = [0.0, 6.0 * f32::from(color[0]) / 255.0 - b, 6.0 * f32::from(color[1]) / 255.0 - b];
     let sum: f32 = scores.iter().map(|s| s.exp()).sum();
     scores.map(|s| s.exp() / sum)
 }
 
-fn colour(u: u32, v: u32) -> [u8; 3] {
+fn color(u: u32, v: u32) -> [u8; 3] {
     [(u * 5) as u8, (v * 6) as u8, 9]
 }
 
@@ -53,7 +53,7 @@ fn segmenters(folders: &[&TempDir], volume: Option<Volume>, config: &NetworkConf
     engines()
         .iter()
         .map(|engine| {
-            let load = |f: &&TempDir| Model::load(f.path(), engine.as_ref(), 1).expect("fits its manifest");
+            let load = |f: &&TempDir| NetworkModel::load(f.path(), engine.as_ref(), 1).expect("fits its manifest");
             let models = folders.iter().map(load).collect();
             NetworkSegmenter::new(models, engine.description(), &taxonomy(), volume, config.clone())
                 .expect("go together")

@@ -8,7 +8,7 @@
 //! The grid is centred on the bounding box of the points, as PCL's octree is, and voxels are numbered along the Morton
 //! curve; so a figure of PCL for the same points is a figure for the same voxels.
 
-use super::points::ColouredPoints;
+use super::points::ColoredPoints;
 
 /// Stands for no voxel, or no patch.
 pub const NONE: u32 = u32::MAX;
@@ -23,7 +23,7 @@ pub struct VoxelGrid {
     /// Mean position of each voxel's points, metres.
     pub positions: Vec<[f32; 3]>,
     /// Mean colour, 0 to 255.
-    pub colours: Vec<[f32; 3]>,
+    pub colors: Vec<[f32; 3]>,
     /// Points in each voxel.
     pub counts: Vec<u32>,
     /// Voxel of each point; [`NONE`] for points that are missing or out of reach.
@@ -38,12 +38,12 @@ struct Run {
     from: u32,
     to: u32,
     position: [f32; 3],
-    colour: [u32; 3],
+    color: [u32; 3],
 }
 
 impl VoxelGrid {
     /// Voxels of edge `size` metres that hold `points`. Empty if `size` is not a length.
-    pub fn new(points: &ColouredPoints, size: f32) -> Self {
+    pub fn new(points: &ColoredPoints, size: f32) -> Self {
         let mut grid = Self { of_point: vec![NONE; points.len()], ..Self::default() };
         let usable = size.is_finite() && size > 0.0;
         let Some(centre) = centre(&points.positions, size).filter(|_| usable) else {
@@ -62,12 +62,12 @@ impl VoxelGrid {
         let mut number = vec![0_u32; keys.len()];
         for (n, &(_, row_major)) in curve.iter().enumerate() {
             number[row_major as usize] = n as u32;
-            let (mut position, mut colour, mut count) = ([0.0_f32; 3], [0_u32; 3], 0_u32);
+            let (mut position, mut color, mut count) = ([0.0_f32; 3], [0_u32; 3], 0_u32);
             for &(_, run) in groups[row_major as usize] {
                 let run = &runs[run as usize];
                 for a in 0..3 {
                     position[a] += run.position[a];
-                    colour[a] += run.colour[a];
+                    color[a] += run.color[a];
                 }
                 // Runs are contiguous: missing points end them.
                 count += run.to - run.from;
@@ -75,7 +75,7 @@ impl VoxelGrid {
             }
             let share = 1.0 / count as f32;
             grid.positions.push(position.map(|x| x * share));
-            grid.colours.push(colour.map(|c| c as f32 * share));
+            grid.colors.push(color.map(|c| c as f32 * share));
             grid.counts.push(count);
         }
         let pairs = adjacent(&keys);
@@ -121,7 +121,7 @@ fn is_finite(p: &[f32; 3]) -> bool {
     p[0].is_finite() && p[1].is_finite() && p[2].is_finite()
 }
 
-fn runs(points: &ColouredPoints, centre: [f64; 3], size: f32) -> Vec<Run> {
+fn runs(points: &ColoredPoints, centre: [f64; 3], size: f32) -> Vec<Run> {
     let scale = 1.0 / f64::from(size);
     let mut runs: Vec<Run> = Vec::with_capacity(points.len() / 4 + 1);
     let mut open = false;
@@ -130,18 +130,16 @@ fn runs(points: &ColouredPoints, centre: [f64; 3], size: f32) -> Vec<Run> {
             open = false;
             continue;
         };
-        let colour = points.colour(i);
+        let color = points.color(i);
         match runs.last_mut().filter(|r| open && r.key == key) {
             Some(run) => {
                 run.to = i as u32 + 1;
                 for a in 0..3 {
                     run.position[a] += p[a];
-                    run.colour[a] += u32::from(colour[a]);
+                    run.color[a] += u32::from(color[a]);
                 }
             }
-            None => {
-                runs.push(Run { key, from: i as u32, to: i as u32 + 1, position: *p, colour: colour.map(u32::from) })
-            }
+            None => runs.push(Run { key, from: i as u32, to: i as u32 + 1, position: *p, color: color.map(u32::from) }),
         }
         open = true;
     }

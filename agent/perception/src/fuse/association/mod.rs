@@ -276,5 +276,4 @@ impl NearPoints {
 }
 
 #[cfg(test)]
-#[path = "association_tests.rs"]
 mod tests;

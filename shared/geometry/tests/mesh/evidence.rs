@@ -109,7 +109,7 @@ fn parallel_layers_have_nothing_between_them() {
 }
 
 #[test]
-fn labels_and_colours_follow_the_evidence() {
+fn labels_and_colors_follow_the_evidence() {
     let mut cloud = voxelized(sphere([0.0; 3], 0.015), 0.0, 1);
     // One point in eight lies about its class, and is not believed.
     for i in (0..cloud.len()).filter(|i| (*i as u32).wrapping_mul(2_654_435_761) >> 28 < 2) {

@@ -5,8 +5,8 @@
 //! be carried. Pairs come from look-ups in a rendering of the model, from coarse (every eighth pixel, wide gate) to fine.
 
 use super::correspondences::{Gate, Linearised, linearise};
-use super::degeneracy::{Degeneracy, Held, hold};
-use super::twist::{about, difference, halves, motion, turned};
+use super::degeneracy::{Degeneracy, ObservableEquations, project_out_degenerate};
+use super::se3::{about, exp, halves, log, turned};
 use super::{ModelSurface, ModelView, SourcePoints};
 use crate::view::Intrinsics;
 use nalgebra::{Isometry3, Matrix6, Point3, Vector6};
@@ -157,7 +157,7 @@ pub fn align(
         let share = l as f64 / (LEVELS.len() - 1) as f64;
         let distance = (widest.powf(1.0 - share) * fine.powf(share)) as f32;
         let mut gate = Gate { distance, cosine: level.cosine, tukey: distance, same_label: config.same_label };
-        let moved = problem.moved(&difference(&rendered.table_from_camera, &pose));
+        let moved = problem.moved(&log(&rendered.table_from_camera, &pose));
         if l > 0 && (level.pixel < LEVELS[l - 1].pixel || moved > STALE * model.spacing()) {
             rendered = look(&pose, widest, level.pixel);
         }
@@ -165,7 +165,7 @@ pub fn align(
             let at = problem.linearise(&points, &rendered, &pose, &gate);
             iterations += 1;
             let Some(step) = problem.step(&at, &rendered, &pose) else { break };
-            pose *= motion(&step);
+            pose *= exp(&step);
             gate.tukey = ((TUKEY * at.sigma.max(SIGMA_FLOOR)) as f32).min(gate.distance);
             if problem.moved(&step) < STILL.0.max(STILL.1 * at.sigma) {
                 break;
@@ -206,15 +206,15 @@ impl Problem<'_> {
     }
 
     /// Normal equations over a twist of the camera, in units of information.
-    fn information(&self, at: &Linearised, model: &ModelView, pose: &Isometry3<f64>) -> Held {
-        let held = hold(&at.hessian, &at.gradient, at.weight, self.radius, self.config.weakest);
+    fn information(&self, at: &Linearised, model: &ModelView, pose: &Isometry3<f64>) -> ObservableEquations {
+        let observable = project_out_degenerate(&at.hessian, &at.gradient, at.weight, self.radius, self.config.weakest);
         let turn = (model.table_from_camera.inverse() * pose).rotation.to_rotation_matrix();
         let carry = turned(turn.matrix()) * about(&self.centre);
         let certainty = 1.0 / (at.sigma.max(SIGMA_FLOOR).powi(2) * at.correlation);
-        Held {
-            hessian: carry.transpose() * held.hessian * carry * certainty,
-            gradient: carry.transpose() * held.gradient * certainty,
-            degeneracy: held.degeneracy,
+        ObservableEquations {
+            hessian: carry.transpose() * observable.hessian * carry * certainty,
+            gradient: carry.transpose() * observable.gradient * certainty,
+            degeneracy: observable.degeneracy,
         }
     }
 
@@ -224,7 +224,7 @@ impl Problem<'_> {
             return None;
         }
         let data = self.information(at, model, pose);
-        let from_prior = difference(self.prior, pose);
+        let from_prior = log(self.prior, pose);
         (data.hessian + self.stiffness).cholesky().map(|c| -c.solve(&(data.gradient + self.stiffness * from_prior)))
     }
 
@@ -252,7 +252,7 @@ impl Problem<'_> {
         if after >= before {
             return Err(NotAligned::Worse { before: before * 1e3, after: after * 1e3 });
         }
-        let from_prior = difference(self.prior, pose);
+        let from_prior = log(self.prior, pose);
         let deviations = (from_prior.transpose() * self.stiffness * from_prior).x.max(0.0).sqrt();
         if deviations > self.config.farthest {
             return Err(NotAligned::Implausible { deviations });

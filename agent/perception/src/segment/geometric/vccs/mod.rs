@@ -6,7 +6,7 @@
 //! Supervoxels take their turn in the Morton order of their seed cells, so the result depends on the points alone.
 
 use super::normals::voxel_normals;
-use super::points::ColouredPoints;
+use super::points::ColoredPoints;
 use super::seed_cells::SeedCells;
 use super::voxel_grid::{NONE, VoxelGrid};
 
@@ -18,7 +18,7 @@ pub struct VccsConfig {
     /// Seed cell edge R, metres.
     pub seed: f32,
     /// Weight of colour, l_c.
-    pub colour: f32,
+    pub color: f32,
     /// Weight of distance, l_s.
     pub spatial: f32,
     /// Weight of the normal, l_n.
@@ -30,7 +30,7 @@ pub struct VccsConfig {
 impl VccsConfig {
     /// The usual ratio of lengths and weights (R = 4 r, l = (0, 1, 4)) for a voxel edge in metres.
     pub fn new(voxel: f32) -> Self {
-        Self { voxel, seed: 4.0 * voxel, colour: 0.0, spatial: 1.0, normal: 4.0, refinements: 0 }
+        Self { voxel, seed: 4.0 * voxel, color: 0.0, spatial: 1.0, normal: 4.0, refinements: 0 }
     }
 }
 
@@ -42,7 +42,7 @@ pub struct Patch {
     /// Unit normal towards the sensor; zero where unknown.
     pub normal: [f32; 3],
     /// Mean colour, 0 to 255.
-    pub colour: [f32; 3],
+    pub color: [f32; 3],
     /// Voxels in it.
     pub voxels: u32,
 }
@@ -60,7 +60,7 @@ pub struct Supervoxels {
 
 impl Supervoxels {
     /// Grows supervoxels over `points`. None are grown where a setting is no length.
-    pub fn grow(points: &ColouredPoints, config: &VccsConfig) -> Self {
+    pub fn grow(points: &ColoredPoints, config: &VccsConfig) -> Self {
         let grid = VoxelGrid::new(points, config.voxel);
         let mut growth = Growth::new(&grid, config);
         for round in 0..=config.refinements {
@@ -89,7 +89,7 @@ impl<'a> Growth<'a> {
     fn new(grid: &'a VoxelGrid, config: &VccsConfig) -> Self {
         let normals = voxel_normals(grid);
         let voxel =
-            |i: usize| Patch { position: grid.positions[i], normal: normals[i], colour: grid.colours[i], voxels: 1 };
+            |i: usize| Patch { position: grid.positions[i], normal: normals[i], color: grid.colors[i], voxels: 1 };
         let mut growth = Self {
             owner: vec![NONE; grid.len()],
             distance: vec![f32::INFINITY; grid.len()],
@@ -161,7 +161,7 @@ impl<'a> Growth<'a> {
             for a in 0..3 {
                 mean.position[a] += voxel.position[a];
                 mean.normal[a] += voxel.normal[a];
-                mean.colour[a] += voxel.colour[a];
+                mean.color[a] += voxel.color[a];
             }
         }
         let patch = &mut self.patches[i as usize];
@@ -171,7 +171,7 @@ impl<'a> Growth<'a> {
             *patch = Patch {
                 position: mean.position.map(|x| x * share),
                 normal: unit(mean.normal),
-                colour: mean.colour.map(|c| c * share),
+                color: mean.color.map(|c| c * share),
                 voxels: n,
             };
         }
@@ -221,8 +221,8 @@ fn distance_below(bound: f32, c: &VccsConfig, a: &Patch, b: &Patch) -> Option<f3
         return None;
     }
     let mut d = bend + apart.sqrt();
-    if c.colour != 0.0 {
-        d += c.colour * squared(a.colour, b.colour).sqrt() / 255.0;
+    if c.color != 0.0 {
+        d += c.color * squared(a.color, b.color).sqrt() / 255.0;
     }
     (d < bound).then_some(d)
 }

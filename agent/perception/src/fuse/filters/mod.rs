@@ -152,8 +152,8 @@ fn look<const N: usize>(
     let mut nearest = Nearest::<N>::none(filter.radius);
     let [mut count, mut asked] = [Vec4::ZERO; 2];
     around.visit(place, |around, cells| {
-        nearest.see(Vec4::select(cells.are, cells.squares, Vec4::INFINITY));
-        count += Vec4::select(cells.are, Vec4::ONE, Vec4::ZERO);
+        nearest.see(Vec4::select(cells.mask, cells.squares, Vec4::INFINITY));
+        count += Vec4::select(cells.mask, Vec4::ONE, Vec4::ZERO);
         asked += Vec4::select(suspicion.asks(&cells, around.weights(&cells)), Vec4::ONE, Vec4::ZERO);
     });
     let sparse = count.element_sum() < filter.min_neighbours as f32;

@@ -57,8 +57,8 @@ impl PixelClassifier {
 fn pixels(view: &View) -> Vec<(Features, usize)> {
     let labels = view.labels.as_ref().expect("labels");
     let depth = view.depth.metres.iter().map(|z| ((z - 0.25) / 0.65).clamp(0.0, 0.999));
-    let colour = view.rgb.pixels().map(|p| p.0.map(|c| f32::from(c) / 256.0));
-    let features = colour.zip(depth).map(|([r, g, b], z)| [r, g, b, z]);
+    let color = view.rgb.pixels().map(|p| p.0.map(|c| f32::from(c) / 256.0));
+    let features = color.zip(depth).map(|([r, g, b], z)| [r, g, b, z]);
     features.zip(labels.components.iter().map(|c| usize::from(*c))).collect()
 }
 
@@ -92,10 +92,10 @@ fn a_pixel_alone_does_not_give_its_component_away() {
             assert!(score < 0.6, "{world}, balanced {balanced}: mean IoU {score:.3}");
         }
         // The classifier itself is not to blame: where colour tells the class, it finds out.
-        let told = |pixels: &[(Features, usize)]| -> Vec<(Features, usize)> {
+        let labelled = |pixels: &[(Features, usize)]| -> Vec<(Features, usize)> {
             pixels.iter().map(|([_, g, b, z], c)| ([*c as f32 / 6.0 + 0.05, *g, *b, *z], *c)).collect()
         };
-        let score = PixelClassifier::train(&told(&known), false).mean_iou(&told(&unseen));
+        let score = PixelClassifier::train(&labelled(&known), false).mean_iou(&labelled(&unseen));
         assert!(score > 0.9, "{world}: mean IoU {score:.3} with the answer in the red channel");
     }
 }

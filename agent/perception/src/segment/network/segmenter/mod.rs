@@ -5,7 +5,7 @@ use super::config::{ModelReport, NetworkConfig, NetworkReport, Region, ViewDetai
 use super::engine::{EngineDescription, EngineError, Tensor};
 use super::ensemble;
 use super::manifest::Task;
-use super::model::Model;
+use super::model::NetworkModel;
 use super::objects::{from_centres, from_detections};
 use super::preprocess::Frame;
 use super::region::{Volume, Window};
@@ -44,12 +44,12 @@ pub enum SetupError {
 /// A model and the numbers that the inspection gives its classes.
 #[derive(Debug)]
 struct Labeller {
-    model: Model,
+    model: NetworkModel,
     numbers: Vec<u16>,
 }
 
 impl Labeller {
-    fn new(model: Model, classes: &[ClassDef]) -> Result<Self, SetupError> {
+    fn new(model: NetworkModel, classes: &[ClassDef]) -> Result<Self, SetupError> {
         let name = model.manifest().name.clone();
         let numbers = numbers(model.manifest(), classes).map_err(|class| SetupError::Class { model: name, class })?;
         Ok(Self { model, numbers })
@@ -76,7 +76,7 @@ impl NetworkSegmenter {
     /// # Errors
     /// [`SetupError`] if the models do not go together or a setting is out of range.
     pub fn new(
-        models: Vec<Model>,
+        models: Vec<NetworkModel>,
         engine: EngineDescription,
         taxonomy: &Taxonomy,
         volume: Option<Volume>,
@@ -110,11 +110,12 @@ impl NetworkSegmenter {
             }
         }
         // An instance network may label pixels too.
-        if components.is_none() && instances.as_ref().is_some_and(Model::labels_pixels) {
+        if components.is_none() && instances.as_ref().is_some_and(NetworkModel::labels_pixels) {
             components = instances.take();
         }
         let components = components.ok_or_else(|| SetupError::Models("no model labels components".into()))?;
-        let of = |model: Option<Model>, classes: &[ClassDef]| model.map(|m| Labeller::new(m, classes)).transpose();
+        let of =
+            |model: Option<NetworkModel>, classes: &[ClassDef]| model.map(|m| Labeller::new(m, classes)).transpose();
         Ok(Self {
             components: Labeller::new(components, &taxonomy.components)?,
             defects: of(defects, &taxonomy.defects)?,

@@ -5,8 +5,8 @@
 //! so no 3x3 matrix is inverted for a pair. Each search begins at the neighbour of the iteration before. Outliers weigh
 //! little (Geman-McClure, its width from the median of the errors), so that half of a cloud may see something else.
 
+use super::se3;
 use super::surfels::SurfelCloud;
-use super::twist;
 use nalgebra::{Isometry3, Matrix6, Point3, Vector3, Vector6};
 use rayon::prelude::*;
 use semascan_geometry::measure::Guess;
@@ -15,7 +15,7 @@ use semascan_geometry::measure::Guess;
 const FLAT: f64 = 1e-3;
 /// Pairs whose sums one thread computes at a time; fixed, so that the result does not depend on the threads.
 const PIECE: usize = 1024;
-/// Fewest pairs that hold six degrees of freedom.
+/// Fewest pairs that can constrain six degrees of freedom.
 const MIN_PAIRS: usize = 10;
 
 /// How clouds are aligned.
@@ -67,15 +67,15 @@ pub enum GicpError {
         /// How far they may be apart.
         max_distance: f64,
     },
-    /// The pairs leave a direction open.
-    #[error("the points do not hold the pose in every direction")]
+    /// The pairs leave a direction unconstrained.
+    #[error("the points do not constrain the pose in every direction")]
     Singular,
 }
 
 /// Aligns `source` with `target`, beginning at `guess` (`target_from_source`).
 ///
 /// # Errors
-/// [`GicpError`] if there is nothing to align or the pose is not held.
+/// [`GicpError`] if there is nothing to align or a direction of the pose is unconstrained.
 pub fn align(
     source: &SurfelCloud,
     target: &SurfelCloud,
@@ -99,10 +99,10 @@ pub fn align(
         }
         let factor = sums.hessian.cholesky().ok_or(GicpError::Singular)?;
         let update = about_origin(source, &-factor.solve(&sums.gradient));
-        pose *= twist::motion(&update);
+        pose *= se3::exp(&update);
         pose.rotation.renormalize_fast();
         iterations += 1;
-        let (turn, shift) = twist::halves(&update);
+        let (turn, shift) = se3::halves(&update);
         let moved = (shift + turn.cross(&source.centroid.coords)).norm() + turn.norm() * source.radius;
         if !moved.is_finite() {
             return Err(GicpError::Singular);
@@ -264,7 +264,7 @@ fn sum(piece: &[Option<Pair>], centre: &Point3<f64>, width: f64) -> Sums {
 
 /// A twist about the centroid as one about the origin of the source's frame.
 fn about_origin(source: &SurfelCloud, update: &Vector6<f64>) -> Vector6<f64> {
-    twist::about(&Point3::from(-source.centroid.coords)) * update
+    se3::about(&Point3::from(-source.centroid.coords)) * update
 }
 
 fn finish(
@@ -276,7 +276,7 @@ fn finish(
 ) -> Result<GicpFit, GicpError> {
     let spread = sums.cost / sums.weight.max(f64::MIN_POSITIVE);
     let centred = sums.hessian.try_inverse().ok_or(GicpError::Singular)? * spread;
-    let carry = twist::about(&Point3::from(-source.centroid.coords));
+    let carry = se3::about(&Point3::from(-source.centroid.coords));
     Ok(GicpFit {
         target_from_source: pose,
         iterations,

@@ -147,8 +147,8 @@ pub struct Input {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub height: Option<u32>,
     /// Scaling of the colour channels, where there are any.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub colour: Option<ColourScale>,
+    #[serde(default, rename = "colour", skip_serializing_if = "Option::is_none")]
+    pub color: Option<ColorScale>,
     /// Scaling of the depth channel, where there is one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub depth: Option<DepthScale>,
@@ -161,7 +161,7 @@ fn one() -> u32 {
 /// `value = (byte / 255 - mean) / std`, red, green, blue.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct ColourScale {
+pub struct ColorScale {
     /// Subtracted.
     pub mean: [f32; 3],
     /// Divided by.
@@ -187,13 +187,14 @@ pub struct Class {
     /// Its name, as taxonomies have it.
     pub name: String,
     /// `#rrggbb`.
-    pub colour: String,
+    #[serde(rename = "colour")]
+    pub color: String,
 }
 
 impl Class {
     /// The colour; `None` if it is none.
     pub fn rgb(&self) -> Option<[u8; 3]> {
-        let digits = self.colour.strip_prefix('#').filter(|d| d.len() == 6 && d.is_ascii())?;
+        let digits = self.color.strip_prefix('#').filter(|d| d.len() == 6 && d.is_ascii())?;
         let value = u32::from_str_radix(digits, 16).ok()?;
         Some([(value >> 16) as u8, (value >> 8) as u8, value as u8])
     }

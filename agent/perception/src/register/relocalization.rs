@@ -8,9 +8,9 @@
 
 use super::global::{CloudInput, GlobalConfig, GlobalMatch, propose};
 use super::kinematics::Prior;
-use super::twist::about;
+use super::se3::about;
 use super::visibility::Visibility;
-use super::{Arrival, Facing, IcpReport, ModelSurface, RegisterError, Selection, SourcePoints};
+use super::{Facing, IcpReport, ModelSurface, RegisterError, RegistrationInput, Selection, SourcePoints};
 use crate::view::covariance_of_prior;
 use nalgebra::{Isometry3, Matrix6, Point3};
 
@@ -20,9 +20,9 @@ const PIXEL: f64 = 2.0;
 const TOLERANCE: f64 = 3.0;
 /// Of an object by itself, which is often round. But it stands free, before what is far away or nothing at all, so that
 /// its outline tells.
-const OBJECT: Bar = Bar { contradicted: 0.05, confirmed: 0.85, holes_count: true };
+const OBJECT: AcceptanceLimits = AcceptanceLimits { contradicted: 0.05, confirmed: 0.85, holes_count: true };
 /// Of a whole scene, which is like itself in one pose only. But the sensor fails here and there.
-const SCENE: Bar = Bar { contradicted: 0.15, confirmed: 0.75, holes_count: false };
+const SCENE: AcceptanceLimits = AcceptanceLimits { contradicted: 0.15, confirmed: 0.75, holes_count: false };
 /// Share of the best pose's confirmation from which on the next best one is a rival.
 const RIVAL: f64 = 0.9;
 /// Edges of the grids that are tried, in edges of the first.
@@ -32,7 +32,7 @@ const EXACT: (f64, f64) = (1e-6, 1e-6);
 
 /// How a view without a prior got its pose.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Relocalised {
+pub struct Relocalization {
     /// The global registration.
     pub found: GlobalMatch,
     /// The seed of everything random in it.
@@ -50,9 +50,9 @@ pub(super) fn camera_as_frame() -> Prior {
     Prior { table_from_camera: Isometry3::identity(), covariance: covariance_of_prior(EXACT.0, EXACT.1) }
 }
 
-/// What a pose has to pass.
+/// What the view has to say of a pose that is accepted.
 #[derive(Clone, Copy, Debug)]
-struct Bar {
+struct AcceptanceLimits {
     /// Most that the view may contradict of what it can speak of.
     contradicted: f64,
     /// Least that it must confirm of what the model shows.
@@ -61,14 +61,14 @@ struct Bar {
     holes_count: bool,
 }
 
-impl Bar {
+impl AcceptanceLimits {
     /// The share of what the model shows that the view confirms.
     fn confirmation(&self, seen: &Visibility) -> f64 {
         let holes = if self.holes_count { seen.unmeasured } else { 0 };
         f64::from(seen.confirmed) / f64::from((seen.confirmed + seen.contradicted + seen.hidden + holes).max(1))
     }
 
-    fn is_passed(&self, seen: &Visibility) -> bool {
+    fn accept(&self, seen: &Visibility) -> bool {
         seen.contradiction() < self.contradicted && self.confirmation(seen) > self.confirmed
     }
 }
@@ -84,31 +84,31 @@ pub(super) struct Proposal {
     pub(super) confirmed: f64,
 }
 
-/// Finds `source`, the points of `arrival` (camera frame) that `selection` agrees to, among those points of `model`. The covariance is that of the pose relative to the model.
+/// Finds `source`, the points of `input` (camera frame) that `selection` agrees to, among those points of `model`. The covariance is that of the pose relative to the model.
 ///
 /// # Errors
 /// [`RegisterError::NotFound`]; [`RegisterError::Contradicted`] where the view would have seen through the model;
 /// [`RegisterError::Ambiguous`] where two poses are nearly as good.
 pub(super) fn find(
     source: &SourcePoints,
-    arrival: &Arrival<'_>,
+    input: &RegistrationInput<'_>,
     model: &dyn ModelSurface,
     selection: Selection,
     config: &GlobalConfig,
 ) -> Result<(Prior, Proposal), RegisterError> {
     let wanted = &|class| selection.wants(class);
-    let bar = if selection == Selection::Everything { SCENE } else { OBJECT };
+    let limits = if selection == Selection::Everything { SCENE } else { OBJECT };
     let target = model.points(wanted);
     let source_input = CloudInput { points: &source.points, facing: Facing::Normals(&source.normals) };
     let target_input = CloudInput { points: &target.points, facing: Facing::Normals(&target.normals) };
     let centre = source.centroid().unwrap_or_else(Point3::origin);
-    let camera = &arrival.cloud.intrinsics;
+    let camera = &input.cloud.intrinsics;
     let coarse = camera.scaled((camera.footprint(centre.z) / (PIXEL * model.spacing())).min(1.0));
     let tolerance = (TOLERANCE * model.spacing()) as f32;
     let look = |found: GlobalMatch, seed: u64| {
         let shown = model.view(&coarse, &found.target_from_source);
-        let seen = Visibility::of(arrival, &shown, wanted, tolerance);
-        Proposal { confirmed: bar.confirmation(&seen), seen, found, seed }
+        let seen = Visibility::of(input, &shown, wanted, tolerance);
+        Proposal { confirmed: limits.confirmation(&seen), seen, found, seed }
     };
     let mut chosen = Err(RegisterError::NoEvidence);
     let mut voxel = config.voxel;
@@ -121,7 +121,7 @@ pub(super) fn find(
             (Err(error), _) => return Err(error.into()),
         };
         voxel = voxel.or(proposed.first().map(|p| p.voxel));
-        chosen = choose(proposed.into_iter().map(|found| look(found, seed)).collect(), bar);
+        chosen = choose(proposed.into_iter().map(|found| look(found, seed)).collect(), limits);
         if !matches!(chosen, Err(RegisterError::Contradicted { .. })) {
             break;
         }
@@ -132,11 +132,11 @@ pub(super) fn find(
 }
 
 /// The one proposal (the one with the largest overlap first) that holds.
-fn choose(proposals: Vec<Proposal>, bar: Bar) -> Result<Proposal, RegisterError> {
+fn choose(proposals: Vec<Proposal>, limits: AcceptanceLimits) -> Result<Proposal, RegisterError> {
     let per_cent = |share: f64| share * 100.0;
     let (overlap, contradicted) =
         proposals.first().map_or((0.0, 0.0), |p| (per_cent(p.found.overlap), per_cent(p.seen.contradiction())));
-    let mut holding: Vec<Proposal> = proposals.into_iter().filter(|p| bar.is_passed(&p.seen)).collect();
+    let mut holding: Vec<Proposal> = proposals.into_iter().filter(|p| limits.accept(&p.seen)).collect();
     holding.sort_by(|a, b| b.confirmed.total_cmp(&a.confirmed));
     let mut holding = holding.into_iter();
     let best = holding.next().ok_or(RegisterError::Contradicted { overlap, contradicted })?;
@@ -177,7 +177,7 @@ mod tests {
             overlap,
             runner_up: 0.0,
             support: 100,
-            open: 0,
+            unconstrained: 0,
             rmse: 1e-4,
             voxel: 3e-3,
         };

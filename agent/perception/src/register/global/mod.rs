@@ -1,6 +1,6 @@
 //! Global registration: the pose of a cloud in another without any first guess, or the word that there is none.
 //!
-//! For a lost prior, and to bring a model to its reference. Features of the surface propose pairs of points,
+//! For a view without a prior, and to bring a model to its reference. Features of the surface propose pairs of points,
 //! `consistency` finds motions that many of them follow, and the motions are judged by what counts in the end: the
 //! share of the smaller cloud that lies on the other after GICP, with agreeing normals.
 
@@ -52,14 +52,14 @@ pub struct GlobalConfig {
     pub min_overlap: f64,
     /// Fewest pairs of features that have to follow the motion.
     pub min_support: usize,
-    /// Most directions that the common surface may leave open: with two, things that have no more than a plane in common
-    /// would match.
-    pub max_open: usize,
+    /// Most directions that the common surface may leave unconstrained: with two, things that have no more than a plane
+    /// in common would match.
+    pub max_unconstrained: usize,
 }
 
 impl Default for GlobalConfig {
     fn default() -> Self {
-        Self { seed: 1, voxel: None, min_overlap: 0.3, min_support: 12, max_open: 1 }
+        Self { seed: 1, voxel: None, min_overlap: 0.3, min_support: 12, max_unconstrained: 1 }
     }
 }
 
@@ -75,8 +75,8 @@ pub struct GlobalMatch {
     pub runner_up: f64,
     /// Pairs of features that follow the motion.
     pub support: usize,
-    /// Directions of the motion that the common surface hardly holds: 1 where it is round, 3 where it is flat.
-    pub open: usize,
+    /// Directions of the motion that the common surface leaves unconstrained: 1 where it is round, 3 where it is flat.
+    pub unconstrained: usize,
     /// Root of the mean squared distance of the planes after GICP on the grid, metres.
     pub rmse: f64,
     /// Edge of the grid in metres.
@@ -94,8 +94,8 @@ pub enum GlobalError {
     Target(CloudError),
     /// No motion is good enough.
     #[error(
-        "no match: at best {:.0} % of the smaller cloud lie on the other, with {support} pairs of features and {open} \
-         directions open",
+        "no match: at best {:.0} % of the smaller cloud lie on the other, with {support} pairs of features and \
+         {unconstrained} directions unconstrained",
         overlap * 100.0
     )]
     NoMatch {
@@ -103,8 +103,8 @@ pub enum GlobalError {
         overlap: f64,
         /// Its support.
         support: usize,
-        /// Directions that it leaves open.
-        open: usize,
+        /// Directions that it leaves unconstrained.
+        unconstrained: usize,
     },
 }
 
@@ -147,12 +147,19 @@ pub fn propose(
         }
     }
     let Some(best) = different.first() else {
-        return Err(GlobalError::NoMatch { overlap: 0.0, support: 0, open: 6 });
+        return Err(GlobalError::NoMatch { overlap: 0.0, support: 0, unconstrained: 6 });
     };
-    let good =
-        |j: &Judged| j.overlap >= config.min_overlap && j.support >= config.min_support && j.open <= config.max_open;
+    let good = |j: &Judged| {
+        j.overlap >= config.min_overlap
+            && j.support >= config.min_support
+            && j.unconstrained <= config.max_unconstrained
+    };
     if !good(best) {
-        return Err(GlobalError::NoMatch { overlap: best.overlap, support: best.support, open: best.open });
+        return Err(GlobalError::NoMatch {
+            overlap: best.overlap,
+            support: best.support,
+            unconstrained: best.unconstrained,
+        });
     }
     let found = |(i, j): (usize, &Judged)| GlobalMatch {
         target_from_source: j.fit.target_from_source,
@@ -160,7 +167,7 @@ pub fn propose(
         // In order: the best of the others is the first, or of the first the second.
         runner_up: different.get(usize::from(i == 0)).map_or(0.0, |o| o.overlap),
         support: j.support,
-        open: j.open,
+        unconstrained: j.unconstrained,
         rmse: j.fit.rmse,
         voxel: s.voxel,
     };
