@@ -5,9 +5,10 @@
 
 use super::LabelledView;
 use super::brick::{Brick, best_share};
-use super::keys::{BRICK_VOXELS, BrickKey};
+use super::keys::{BRICK_VOXELS, BrickKey, local_index};
 use super::map_config::{MapConfig, Uncertain};
 use super::runs::{Placer, Ray, Run};
+use semascan_geometry::vote::majority_vote;
 use semascan_model::PointFlags;
 
 const UNSEEN: u16 = u16::MAX;
@@ -105,7 +106,7 @@ pub(super) fn merge_brick(
             let mut flags = if fresh.solid { 0 } else { PointFlags::EDGE };
             flags |= if fresh.certain { 0 } else { PointFlags::UNCERTAIN };
             if let Some((low, high)) = config.volume {
-                let p = voxel.position(key.voxel(fresh.local.into()), config.voxel);
+                let p = voxel.position(key.voxel(fresh.local), config.voxel);
                 let inside = (0..3).all(|a| f64::from(p[a]) >= low[a] && f64::from(p[a]) <= high[a]);
                 flags |= if inside { 0 } else { PointFlags::BACKGROUND };
             }
@@ -139,8 +140,7 @@ impl Scratch {
                 }
                 let ray = placer.ray(first + step, row);
                 let Some((voxel, offset)) = placer.place(ray, z) else { continue };
-                let local = (voxel[0] & 7) << 6 | (voxel[1] & 7) << 3 | (voxel[2] & 7);
-                let slot = self.slot(local as u16, classes);
+                let slot = self.slot(local_index(voxel), classes);
                 let n = view.cloud.normals[i];
                 let flying = view.cloud.flying[i];
                 let weights = Weights::of(ray, n, view.cloud.sigma[i], flying);
@@ -160,13 +160,9 @@ impl Scratch {
                     *sum += w * said;
                 }
                 let instance = segmentation.instances[i];
-                if instance == fresh.instance {
-                    fresh.instance_lead += label;
-                } else if instance != 0 && fresh.instance_lead >= label {
-                    fresh.instance_lead -= label;
-                } else if instance != 0 {
-                    fresh.instance = instance;
-                    fresh.instance_lead = label - fresh.instance_lead;
+                // Pixels without an instance keep a voxel without one, and do not vote against any.
+                if instance != 0 || fresh.instance == 0 {
+                    majority_vote(&mut fresh.instance, &mut fresh.instance_lead, instance, label);
                 }
                 // Evidence fades out towards the threshold, where it ends.
                 let certain = |sigma: f32, threshold: f32| label * (1.0 - (sigma / threshold).powi(2)).max(0.0);

@@ -4,9 +4,10 @@
 //! Their order (brick, pixel) is what makes fusion independent of the number of threads.
 
 use super::LabelledView;
-use super::keys::{BRICK_EDGE, pack_brick};
+use super::keys::{BRICK_EDGE, BrickKey, pack_brick};
 use nalgebra::Isometry3;
 use rayon::prelude::*;
+use semascan_geometry::grid::floor;
 
 /// Largest distance of a sample from the table's origin in voxels; what fits the address space with room to spare.
 const FARTHEST: f32 = 1_000_000.0;
@@ -81,11 +82,7 @@ impl Placer {
         if !p.iter().all(|c| c.abs() < FARTHEST) {
             return None;
         }
-        // Rounding towards zero is one instruction, rounding down a call.
-        let lowest: [i32; 3] = p.map(|c| {
-            let whole = c as i32;
-            whole - i32::from((whole as f32) > c)
-        });
+        let lowest = p.map(floor);
         let offset = std::array::from_fn(|i| p[i] - lowest[i] as f32);
         Some((std::array::from_fn(|i| lowest[i] + self.whole[i]), offset))
     }
@@ -124,7 +121,7 @@ pub(super) fn sorted_runs(view: &LabelledView, placer: &Placer) -> Vec<Run> {
                 continue;
             }
             let Some((voxel, _)) = placer.place(ray, z) else { continue };
-            let at = voxel.map(|c| c.div_euclid(BRICK_EDGE));
+            let BrickKey(at) = BrickKey::containing(voxel);
             let Some(brick) = pack_brick(at) else { continue };
             runs.push(Run { brick, start: i, len: 1 });
             [low, high] = placer.bounds(at);

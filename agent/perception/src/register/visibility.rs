@@ -6,6 +6,7 @@
 
 use super::{ModelView, RegistrationInput};
 use nalgebra::Point3;
+use semascan_geometry::vector::{dot, length};
 
 /// Cosine of incidence from which on a surface is too slanted for its depth to be judged.
 const GRAZING: f32 = 0.2;
@@ -44,8 +45,7 @@ impl Visibility {
                 continue;
             }
             let Some((u, v)) = camera.project(&Point3::from(*point).cast()) else { continue };
-            let length = point.iter().map(|c| c * c).sum::<f32>().sqrt();
-            let cosine = -point.iter().zip(normal).map(|(p, n)| p * n).sum::<f32>() / length;
+            let cosine = -dot(*point, *normal) / length(*point);
             let tolerance = tolerance / cosine.max(GRAZING);
             let (mut nearest, mut inside, mut same) = (f32::INFINITY, false, false);
             for (du, dv) in PATCH {

@@ -16,6 +16,7 @@ pub use geometric::GeometricSegmenter;
 pub use recorded::RecordedSegmenter;
 
 use crate::view::View;
+use semascan_geometry::vote::largest;
 use std::sync::Arc;
 
 /// Class membership of every pixel, row-major.
@@ -50,8 +51,7 @@ impl ClassField {
             Self::Hard(labels) => labels.get(i).copied().unwrap_or(0),
             Self::Soft { classes, probabilities, .. } => {
                 let p = probabilities.get(i * classes..(i + 1) * classes).unwrap_or(&[]);
-                let best = p.iter().enumerate().fold((0, 0_u8), |b, (c, &p)| if p > b.1 { (c, p) } else { b });
-                best.0 as u16
+                largest(p, 0) as u16
             }
         }
     }

@@ -4,10 +4,11 @@
 //! inwards at the edge of a cloud: Adamson and Alexa, "Approximating bounded, nonorientable surfaces from points", SMI
 //! 2004), and the field rises in the direction of the points' normals, which between two parallel layers it does not.
 
-use super::field::{Field, bits, dot};
+use super::field::{Field, bits};
 use super::node::Node;
 use super::tile::{CELLS, HALO, NODES, TILE_EDGE, coordinates, node_index};
 use super::topology::{EDGE_CORNERS, Loops, crossed, loops, others, whole_loops};
+use crate::vector::dot;
 
 /// How far, in cells, the middle of the points may lie from a cell before it is outside of what was observed.
 const DRIFT: f32 = 0.75;

@@ -6,6 +6,7 @@ use super::points::{Points, cut};
 use super::threads::map_with;
 use super::tile::{HALO, TILE_EDGE, TileMesh, Workspace, mesh_tile};
 use super::{MeshError, MeshOptions, Progress};
+use crate::grid::coarser;
 use semascan_model::{SemanticCloud, SemanticMesh};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -80,10 +81,11 @@ impl Mesher {
         let touched: Vec<_> = before.iter().chain(self.chunks.get(&id)).map(|p| (p.bounds, p.is_empty())).collect();
         let reach = self.radius().ceil() as i32 + HALO + 1;
         for ([low, high], _) in touched.into_iter().filter(|(_, empty)| !empty) {
-            let tile = |c: i32| c.div_euclid(TILE_EDGE);
-            for x in tile(low[0] - reach)..=tile(high[0] + reach) {
-                for y in tile(low[1] - reach)..=tile(high[1] + reach) {
-                    for z in tile(low[2] - reach)..=tile(high[2] + reach) {
+            let first = coarser(low.map(|c| c - reach), TILE_EDGE);
+            let last = coarser(high.map(|c| c + reach), TILE_EDGE);
+            for x in first[0]..=last[0] {
+                for y in first[1]..=last[1] {
+                    for z in first[2]..=last[2] {
                         self.pending.insert([x, y, z]);
                     }
                 }

@@ -11,6 +11,8 @@ use crate::organized::OrganizedCloud;
 use crate::register::ModelView;
 use crate::segment::Segmentation;
 use nalgebra::{Isometry3, Point3};
+use semascan_geometry::measure::NearestPoints;
+use semascan_geometry::vote::{most_frequent, most_frequent_of_each};
 use std::collections::BTreeMap;
 
 /// An object of a view or of the model, with its points in one frame, metres.
@@ -113,8 +115,8 @@ pub fn by_gravity_centre(
             association.begin(object.instance, &mut next);
             continue;
         };
-        let near = NearPoints::new(&nearest.points, config.zeta);
-        let close = object.points.iter().filter(|&&p| near.has(p)).count();
+        let near = NearestPoints::new(&nearest.points);
+        let close = object.points.iter().filter(|&&p| near.nearest_within(p, config.zeta).is_some()).count();
         let share = close as f64 / object.points.len() as f64;
         if share > config.share {
             association.model_instance.insert(object.instance, nearest.instance);
@@ -214,65 +216,18 @@ fn project(
 fn classes_of(segmentation: &Segmentation) -> BTreeMap<u16, u16> {
     let labels =
         segmentation.instances.iter().enumerate().map(|(i, &instance)| (instance, segmentation.components.best(i)));
-    majority(labels)
+    most_frequent_of_each(labels.filter(|(instance, _)| *instance != 0))
 }
 
 /// Class that most pixels of the model's object show.
 fn class_in(model: &ModelView, instance: u16) -> u16 {
-    let labels = model.instances.iter().zip(&model.labels).filter(|(i, _)| **i == instance).map(|(&i, &l)| (i, l));
-    majority(labels).get(&instance).copied().unwrap_or(0)
-}
-
-/// The most frequent class of each instance but 0; the lower class where two are as frequent.
-fn majority(labels: impl Iterator<Item = (u16, u16)>) -> BTreeMap<u16, u16> {
-    let mut counts: BTreeMap<(u16, u16), u32> = BTreeMap::new();
-    for label in labels.filter(|(instance, _)| *instance != 0) {
-        *counts.entry(label).or_default() += 1;
-    }
-    let mut best: BTreeMap<u16, (u32, u16)> = BTreeMap::new();
-    for ((instance, class), n) in counts {
-        let slot = best.entry(instance).or_insert((0, 0));
-        if n > slot.0 {
-            *slot = (n, class);
-        }
-    }
-    best.into_iter().map(|(instance, (_, class))| (instance, class)).collect()
+    let shown = model.instances.iter().zip(&model.labels).filter(|(i, _)| **i == instance);
+    most_frequent(shown.map(|(_, label)| *label)).unwrap_or(0)
 }
 
 fn gravity_centre(points: &[[f32; 3]]) -> Option<Point3<f64>> {
     let sum = points.iter().fold([0.0_f64; 3], |s, p| [0, 1, 2].map(|a| s[a] + f64::from(p[a])));
     (!points.is_empty()).then(|| Point3::from(sum.map(|s| s / points.len() as f64)))
-}
-
-/// Answers whether a point has another within a fixed reach: points sorted by cells as wide as the reach.
-struct NearPoints {
-    reach: f32,
-    cells: Vec<([i32; 3], [f32; 3])>,
-}
-
-impl NearPoints {
-    fn new(points: &[[f32; 3]], reach: f32) -> Self {
-        let mut near = Self { reach, cells: Vec::new() };
-        near.cells = points.iter().filter(|p| p.iter().all(|c| c.is_finite())).map(|&p| (near.cell(p), p)).collect();
-        near.cells.sort_unstable_by_key(|c| c.0);
-        near
-    }
-
-    fn cell(&self, p: [f32; 3]) -> [i32; 3] {
-        p.map(|c| (c / self.reach).floor().clamp(-2e9, 2e9) as i32)
-    }
-
-    fn has(&self, p: [f32; 3]) -> bool {
-        let [x, y, z] = self.cell(p);
-        (0..9).any(|k| {
-            let row = |z: i32| [x + k / 3 - 1, y + k % 3 - 1, z];
-            let from = self.cells.partition_point(|c| c.0 < row(z - 1));
-            self.cells[from..].iter().take_while(|c| c.0 <= row(z + 1)).any(|(_, q)| {
-                let d = [p[0] - q[0], p[1] - q[1], p[2] - q[2]];
-                d[0] * d[0] + d[1] * d[1] + d[2] * d[2] < self.reach * self.reach
-            })
-        })
-    }
 }
 
 #[cfg(test)]

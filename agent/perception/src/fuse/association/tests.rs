@@ -111,19 +111,6 @@ fn another_class_is_reported_and_another_place_begins_anew() {
 
 proptest! {
     #[test]
-    fn near_points_agree_with_brute_force(
-        points in prop::collection::vec(
-            prop::array::uniform3((-10_000..10_000_i32).prop_map(|k| k as f32 / 1e6)),
-            0..80,
-        ),
-        p in prop::array::uniform3((-10_000..10_000_i32).prop_map(|k| k as f32 / 1e6)),
-    ) {
-        let reach = 2e-3;
-        let near = points.iter().any(|q| (0..3).map(|a| (p[a] - q[a]).powi(2)).sum::<f32>() < reach * reach);
-        prop_assert_eq!(NearPoints::new(&points, reach).has(p), near);
-    }
-
-    #[test]
     fn any_clouds_are_associated(points in prop::collection::vec(prop::array::uniform3(prop::num::f32::ANY), 0..20)) {
         let object = |instance| ObjectCloud { instance, class: 1, points: points.clone() };
         let association = by_gravity_centre(&[object(1)], &[object(2)], 3, &GravityCentre::default());

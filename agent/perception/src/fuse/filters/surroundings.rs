@@ -7,9 +7,11 @@
 //! the cells of a column run along the normals of the surface; so they do.
 
 use crate::fuse::brick::Voxel;
-use crate::fuse::keys::{BRICK_EDGE, BrickKey};
+use crate::fuse::keys::{BRICK_EDGE, BrickKey, within_brick};
 use crate::fuse::map::SemanticMap;
 use glam::{BVec4A, Vec4};
+use semascan_geometry::grid::coarser;
+use semascan_geometry::vote::largest;
 
 /// Entries of lists that are worked on together.
 const LANES: usize = 4;
@@ -25,7 +27,7 @@ const SAMPLED: usize = 8;
 
 /// The block that a brick belongs to.
 pub(super) fn block_of(brick: BrickKey) -> [i32; 3] {
-    brick.0.map(|c| c.div_euclid(BLOCK))
+    coarser(brick.0, BLOCK)
 }
 
 /// Cells begin `radius` cells before the block's lowest.
@@ -105,7 +107,7 @@ impl Surroundings {
                 *sum += along.abs();
             }
         }
-        let column = (0..3).fold(0, |best, axis| if facing[axis] > facing[best] { axis } else { best });
+        let column = largest(&facing, f32::MIN);
         self.axes = [(column + 1) % 3, (column + 2) % 3, column];
 
         self.before.fill(0);
@@ -140,7 +142,7 @@ impl Surroundings {
     /// Number and coordinates of the cell of a voxel of the brick that begins at cell `first`, if not outside.
     #[inline(always)]
     fn cell_of(&self, first: [i32; 3], local: u16) -> Option<(usize, [i32; 3])> {
-        let [x, y, z] = [local >> 6 & 7, local >> 3 & 7, local & 7];
+        let [x, y, z] = within_brick(local);
         let cell = [first[0] + i32::from(x), first[1] + i32::from(y), first[2] + i32::from(z)];
         let inside = |c: i32| c >= 0 && c < self.side;
         let [slow, middle, fast] = self.axes;

@@ -1,5 +1,7 @@
 //! The surface that the voxels of one pixel make together.
 
+use semascan_geometry::vector::{dot, unit};
+
 /// Weighted sums over the voxels of one pixel, camera frame, metres.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Mean {
@@ -31,18 +33,8 @@ impl Mean {
             return None;
         }
         let point = self.point.map(|c| c / self.weight);
-        let normal = unit(self.normal);
+        let normal = unit(self.normal, 0.0).unwrap_or_default();
         let lost = 0.5 * (self.along - dot(point, self.normal)) / self.weight;
         Some((std::array::from_fn(|i| point[i] + lost * normal[i]), normal))
     }
-}
-
-fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-/// `sum` at length 1; zero if it has none.
-pub(super) fn unit(sum: [f32; 3]) -> [f32; 3] {
-    let length = dot(sum, sum).sqrt();
-    if length > 0.0 { sum.map(|c| c / length) } else { [0.0; 3] }
 }

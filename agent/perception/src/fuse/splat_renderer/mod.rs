@@ -15,14 +15,16 @@ mod eye;
 mod mean;
 
 use super::brick::Voxel;
-use super::keys::{BRICK_EDGE, BrickKey};
+use super::keys::{BRICK_EDGE, BrickKey, within_brick};
 use super::map::SemanticMap;
 use crate::register::{ModelSurface, ModelView, OrientedPoints};
 use crate::view::Intrinsics;
 use eye::Eye;
-use mean::{Mean, unit};
+use mean::Mean;
 use nalgebra::Isometry3;
 use rayon::prelude::*;
+use semascan_geometry::grid::{ceil, floor};
+use semascan_geometry::vector::unit;
 use semascan_model::PointFlags;
 use std::ops::Range;
 
@@ -108,7 +110,7 @@ impl SemanticMap {
                     let voxel = &brick.voxels[usize::from(shown.slot)];
                     (points[i], normals[i]) = means[i].surface().unwrap_or_else(|| {
                         let corner = eye.corner(self.keys[shown.brick as usize]);
-                        (eye.point(corner, within(voxel)), unit(eye.turned(voxel.normal)))
+                        (eye.point(corner, within(voxel)), unit(eye.turned(voxel.normal), 0.0).unwrap_or_default())
                     });
                     labels[i] = voxel.label;
                     instances[i] = voxel.instance;
@@ -160,13 +162,13 @@ impl SemanticMap {
                 let (u, v) = (fx * x * near + cx, fy * y * near + cy);
                 let half_u = (spread_u * near).clamp(0.5, LARGEST_SPLAT);
                 let half_v = (spread_v * near).clamp(0.5, LARGEST_SPLAT);
-                let (left, right) = (round_up(u - half_u).max(0), round_down(u + half_u).min(last_column));
-                let own = (round_down(u + 0.5), round_down(v + 0.5));
+                let (left, right) = (ceil(u - half_u).max(0), floor(u + half_u).min(last_column));
+                let own = (floor(u + 0.5), floor(v + 0.5));
                 if (0..=last_column).contains(&own.0) && rows.contains(&own.1) {
                     let at = (own.1 - first_row) as u32 * eye.k.width + own.0 as u32;
                     splats.push(Splat { at, point: [x, y, z], brick: b, slot: slot as u16 });
                 }
-                let (top, bottom) = (round_up(v - half_v).max(first_row), round_down(v + half_v).min(last_row));
+                let (top, bottom) = (ceil(v - half_v).max(first_row), floor(v + half_v).min(last_row));
                 for row in top..=bottom {
                     let start = (row - first_row) as usize * width;
                     let dv = row as f32 - v;
@@ -203,20 +205,6 @@ impl SemanticMap {
     }
 }
 
-/// Smallest whole number not below `x`, in two instructions where `ceil` may be a call.
-#[inline]
-fn round_up(x: f32) -> i32 {
-    let whole = x as i32;
-    whole + i32::from((whole as f32) < x)
-}
-
-/// Largest whole number not above `x`.
-#[inline]
-fn round_down(x: f32) -> i32 {
-    let whole = x as i32;
-    whole - i32::from(whole as f32 > x)
-}
-
 /// A voxel that turns to the camera, in the pixel that its mean point falls into.
 struct Splat {
     at: u32,
@@ -229,8 +217,7 @@ struct Splat {
 /// The voxel's mean point in voxels from its brick's lowest corner.
 fn within(voxel: &Voxel) -> [f32; 3] {
     let inverse = 1.0 / voxel.weight;
-    let local = voxel.local;
-    let cell = [local >> 6 & 7, local >> 3 & 7, local & 7];
+    let cell = within_brick(voxel.local);
     std::array::from_fn(|i| f32::from(cell[i]) + voxel.offset[i] * inverse)
 }
 

@@ -4,6 +4,7 @@
 //! every voxel its two rings. A voxel counts as often as there are ways to it, which weights the middle, as PCL does.
 
 use super::voxel_grid::VoxelGrid;
+use semascan_geometry::vector::{cross, dot};
 
 /// Zeroth to second moments of a set of points: count, sums, and sums of products xx, xy, xz, yy, yz, zz.
 #[derive(Clone, Copy, Debug, Default)]
@@ -44,7 +45,7 @@ pub(super) fn voxel_normals(grid: &VoxelGrid) -> Vec<[f32; 3]> {
         all.add(&own[i]);
         let Some(n) = flattest(all.covariance()) else { return [0.0; 3] };
         let p = grid.positions[i];
-        let away = n[0] * f64::from(p[0]) + n[1] * f64::from(p[1]) + n[2] * f64::from(p[2]) > 0.0;
+        let away = dot(n, p.map(f64::from)) > 0.0;
         n.map(|c| if away { -c } else { c } as f32)
     };
     (0..own.len()).map(fit).collect()
@@ -68,15 +69,11 @@ fn flattest([xx, xy, xz, yy, yz, zz]: [f64; 6]) -> Option<[f64; 3]> {
     // The rows span a plane; the longest of their cross products is the most exact normal of it.
     let crosses = [cross(rows[0], rows[1]), cross(rows[0], rows[2]), cross(rows[1], rows[2])];
     let best = crosses.into_iter().fold(([0.0; 3], 0.0), |best, c| {
-        let length = c[0] * c[0] + c[1] * c[1] + c[2] * c[2];
+        let length = dot(c, c);
         if length > best.1 { (c, length) } else { best }
     });
     // On a line both smaller eigenvalues are nought: any cross product is what rounding left.
     (best.1 > 1e-12).then(|| best.0.map(|x| x / best.1.sqrt()))
-}
-
-fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
 #[cfg(test)]

@@ -3,8 +3,9 @@
 //! The grid of cells is anchored at the first voxel, which stands in the middle of its own cell. Cells are taken in
 //! Morton order; each gives the voxel nearest to its middle, unless that voxel stands nearly alone.
 
-use super::vccs::squared;
-use super::voxel_grid::{BITS, morton, pack, sort_by_key, unpack};
+use super::voxel_grid::{BITS, pack, sort_by_key, unpack};
+use semascan_geometry::grid::morton;
+use semascan_geometry::vector::squared_distance;
 
 /// Voxels by seed cell.
 #[derive(Debug)]
@@ -81,7 +82,7 @@ impl SeedCells {
             let at = positions[voxel as usize];
             let corner = |r: f32| pack(self.cell(at.map(|x| x + r))).map(unpack);
             let near = self.within(corner(-radius)?, corner(radius)?);
-            let near = near.filter(|&v| squared(positions[v as usize], at) <= radius * radius).count();
+            let near = near.filter(|&v| squared_distance(positions[v as usize], at) <= radius * radius).count();
             (near as f32 > fewest).then_some(voxel)
         };
         order.iter().filter_map(seed).collect()
@@ -89,7 +90,7 @@ impl SeedCells {
 }
 
 fn nearest_of(positions: &[[f32; 3]], p: [f32; 3], voxels: impl Iterator<Item = u32>) -> Option<(f32, u32)> {
-    let to = |v: u32| (squared(positions[v as usize], p), v);
+    let to = |v: u32| (squared_distance(positions[v as usize], p), v);
     voxels.map(to).min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)))
 }
 
@@ -118,7 +119,7 @@ mod tests {
                 let middle = [0, 1, 2].map(|a| positions[0][a] + c[a] as f32 * edge);
                 let (_, voxel) = nearest_of(&positions, middle, 0..positions.len() as u32).expect("voxels");
                 let at = positions[voxel as usize];
-                let near = positions.iter().filter(|&&q| squared(q, at) <= 0.25 * edge * edge).count();
+                let near = positions.iter().filter(|&&q| squared_distance(q, at) <= 0.25 * edge * edge).count();
                 if near > 2 {
                     expected.push(voxel);
                 }

@@ -7,6 +7,7 @@
 use super::flood::grow;
 use super::voxel_grid::NONE;
 use image::RgbImage;
+use semascan_geometry::vector::squared_distance;
 
 /// How superpixels are made.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -52,7 +53,8 @@ pub fn slic(image: &RgbImage, config: &SlicConfig) -> Vec<u32> {
 fn grid_centres(lab: &[[f32; 3]], width: usize, height: usize, step: usize) -> Vec<Centre> {
     let gradient = |x: usize, y: usize| {
         let at = |x: usize, y: usize| lab[y.min(height - 1) * width + x.min(width - 1)];
-        squared(at(x + 1, y), at(x.saturating_sub(1), y)) + squared(at(x, y + 1), at(x, y.saturating_sub(1)))
+        squared_distance(at(x + 1, y), at(x.saturating_sub(1), y))
+            + squared_distance(at(x, y + 1), at(x, y.saturating_sub(1)))
     };
     let mut centres = Vec::new();
     for y in (step / 2..height.max(step / 2 + 1)).step_by(step) {
@@ -91,7 +93,7 @@ fn assign(
             let dy = (y as f32 - centre.at[1]).powi(2);
             for x in from(centre.at[0])..to(centre.at[0], width) {
                 let i = y * width + x;
-                let d = squared(lab[i], centre.lab) + weight * ((x as f32 - centre.at[0]).powi(2) + dy);
+                let d = squared_distance(lab[i], centre.lab) + weight * ((x as f32 - centre.at[0]).powi(2) + dy);
                 if d < nearest[i] {
                     nearest[i] = d;
                     labels[i] = k as u32;
@@ -170,11 +172,6 @@ fn to_lab(image: &RgbImage) -> Vec<[f32; 3]> {
     image.pixels().map(lab).collect()
 }
 
-fn squared(a: [f32; 3], b: [f32; 3]) -> f32 {
-    let d = [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
-    d[0] * d[0] + d[1] * d[1] + d[2] * d[2]
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -203,7 +200,7 @@ mod tests {
     fn colors_become_lab() {
         let image = RgbImage::from_fn(2, 1, |x, _| image::Rgb(if x == 0 { [255; 3] } else { [255, 0, 0] }));
         let lab = to_lab(&image);
-        let close = |a: [f32; 3], b: [f32; 3]| assert!(squared(a, b).sqrt() < 0.1, "{a:?} {b:?}");
+        let close = |a: [f32; 3], b: [f32; 3]| assert!(squared_distance(a, b).sqrt() < 0.1, "{a:?} {b:?}");
         close(lab[0], [100.0, 0.0, 0.0]);
         close(lab[1], [53.24, 80.09, 67.20]);
     }

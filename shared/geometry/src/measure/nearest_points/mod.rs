@@ -7,6 +7,8 @@
 mod many;
 
 use super::box_tree::{Bounds, BoxTree, Entry};
+use crate::grid::morton;
+use crate::vector::squared_distance;
 use glam::Vec4;
 
 /// Points in a leaf.
@@ -90,18 +92,10 @@ pub(super) fn usable(p: &[f32; 3]) -> bool {
     p.iter().all(|c| c.abs() < LARGEST)
 }
 
-/// Squared distance in f32, as the leaves compute it.
-#[inline(always)]
-fn squared(p: [f32; 3], q: [f32; 3]) -> f32 {
-    let [x, y, z] = [q[0] - p[0], q[1] - p[1], q[2] - p[2]];
-    x * x + y * y + z * z
-}
-
-/// Squared distance in f64.
+/// Squared distance in f64; the leaves compute it in f32.
 #[inline(always)]
 fn exact(p: [f32; 3], q: [f32; 3]) -> f64 {
-    let d = |a: usize| f64::from(q[a]) - f64::from(p[a]);
-    d(0) * d(0) + d(1) * d(1) + d(2) * d(2)
+    squared_distance(p.map(f64::from), q.map(f64::from))
 }
 
 impl NearestPoints {
@@ -148,7 +142,7 @@ impl NearestPoints {
             return None;
         }
         let known = (guess.0 as usize) < LEAF * self.leaves.len() && self.index_of(guess.0) != NONE;
-        let near = known && squared(p, self.at(guess.0)) < radius * radius;
+        let near = known && squared_distance(p, self.at(guess.0)) < radius * radius;
         let found = self.search(p, if near { guess.0 } else { NONE }, radius * radius);
         guess.0 = if found == NONE { guess.0 } else { found };
         self.neighbour(p, found)
@@ -184,7 +178,7 @@ impl NearestPoints {
     #[inline(always)]
     fn search(&self, p: [f32; 3], guess: u32, limit: f32) -> u32 {
         let mut best = guess;
-        let mut bound = if guess == NONE { limit } else { squared(p, self.at(guess)) };
+        let mut bound = if guess == NONE { limit } else { squared_distance(p, self.at(guess)) };
         self.tree.walk(p, &mut bound, |i, bound| {
             for (lane, d) in self.leaves[i].distances(p).into_iter().enumerate() {
                 if d < *bound {
@@ -247,20 +241,12 @@ pub(super) fn spatial_order(queries: &[[f32; 3]]) -> Vec<Entry> {
     queries.iter().filter(|p| usable(p)).for_each(|p| hull.include(*p));
     let side = (0..3).map(|a| hull.high[a] - hull.low[a]).fold(0.0, f32::max);
     let scale = if side > 0.0 { 1023.0 / side } else { 0.0 };
-    let code =
-        |p: &[f32; 3]| -> u32 { (0..3).fold(0, |code, a| code | spread(((p[a] - hull.low[a]) * scale) as u32) << a) };
+    // Ten bits a coordinate, and the place in the queries below them.
+    let code = |p: &[f32; 3]| morton([2, 1, 0].map(|a: usize| (((p[a] - hull.low[a]) * scale) as u32).min(1023)));
     let mut keys: Vec<u64> =
-        (0_u64..).zip(queries).filter(|(_, p)| usable(p)).map(|(i, p)| u64::from(code(p)) << 32 | i).collect();
+        (0_u64..).zip(queries).filter(|(_, p)| usable(p)).map(|(i, p)| code(p) << 32 | i).collect();
     keys.sort_unstable();
     keys.into_iter().map(|key| Entry { centre: queries[key as u32 as usize], item: key as u32 }).collect()
-}
-
-/// Ten bits with two empty ones between each.
-fn spread(v: u32) -> u32 {
-    let v = (v.min(1023) | v.min(1023) << 16) & 0x0300_00ff;
-    let v = (v | v << 8) & 0x0300_f00f;
-    let v = (v | v << 4) & 0x030c_30c3;
-    (v | v << 2) & 0x0924_9249
 }
 
 #[cfg(test)]

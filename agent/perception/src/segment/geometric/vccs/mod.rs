@@ -9,6 +9,7 @@ use super::normals::voxel_normals;
 use super::points::ColoredPoints;
 use super::seed_cells::SeedCells;
 use super::voxel_grid::{NONE, VoxelGrid};
+use semascan_geometry::vector::{dot, squared_distance, unit};
 
 /// How supervoxels are grown.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -170,7 +171,7 @@ impl<'a> Growth<'a> {
             let share = 1.0 / n as f32;
             *patch = Patch {
                 position: mean.position.map(|x| x * share),
-                normal: unit(mean.normal),
+                normal: unit(mean.normal, 1e-6).unwrap_or_default(),
                 color: mean.color.map(|c| c * share),
                 voxels: n,
             };
@@ -216,31 +217,15 @@ impl<'a> Growth<'a> {
 fn distance_below(bound: f32, c: &VccsConfig, a: &Patch, b: &Patch) -> Option<f32> {
     let bend = c.normal * (1.0 - dot(a.normal, b.normal).abs());
     let left = bound - bend;
-    let apart = squared(a.position, b.position) * (c.spatial / c.seed).powi(2);
+    let apart = squared_distance(a.position, b.position) * (c.spatial / c.seed).powi(2);
     if !(left > 0.0 && apart < left * left) {
         return None;
     }
     let mut d = bend + apart.sqrt();
     if c.color != 0.0 {
-        d += c.color * squared(a.color, b.color).sqrt() / 255.0;
+        d += c.color * squared_distance(a.color, b.color).sqrt() / 255.0;
     }
     (d < bound).then_some(d)
-}
-
-pub(super) fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-/// Unit vector, or zero where there is no direction.
-fn unit(v: [f32; 3]) -> [f32; 3] {
-    let length = dot(v, v).sqrt();
-    if length > 1e-6 { v.map(|c| c / length) } else { [0.0; 3] }
-}
-
-/// Squared distance.
-pub(super) fn squared(a: [f32; 3], b: [f32; 3]) -> f32 {
-    let d = [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
-    dot(d, d)
 }
 
 #[cfg(test)]

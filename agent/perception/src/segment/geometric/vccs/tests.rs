@@ -26,7 +26,7 @@ fn supervoxels_cover_the_surface_and_stop_at_the_crease() {
     for (patch, i) in grown.patches.iter().zip(0..) {
         let members: Vec<usize> = (0..points.len()).filter(|&k| grown.of_point[k] == i).collect();
         assert!(!members.is_empty());
-        let far = members.iter().map(|&k| squared(points.positions[k], patch.position).sqrt()).fold(0.0, f32::max);
+        let far = members.iter().map(|&k| squared_distance(points.positions[k], patch.position).sqrt()).fold(0.0, f32::max);
         assert!(far < 2.0 * 0.03, "a supervoxel reaches {far} m");
     }
     // Nearly all hold one side only.
@@ -42,7 +42,7 @@ fn edges_join_supervoxels_that_touch() {
     let grown = Supervoxels::grow(&corner(), &VccsConfig::new(0.0075));
     assert!(grown.edges.windows(2).all(|e| e[0] < e[1]));
     for [a, b] in &grown.edges {
-        let d = squared(grown.patches[*a as usize].position, grown.patches[*b as usize].position).sqrt();
+        let d = squared_distance(grown.patches[*a as usize].position, grown.patches[*b as usize].position).sqrt();
         assert!(a < b && d < 0.09, "{a} and {b} are {d} m apart");
     }
     let mut joined = vec![false; grown.patches.len()];

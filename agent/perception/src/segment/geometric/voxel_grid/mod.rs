@@ -9,6 +9,7 @@
 //! curve; so a figure of PCL for the same points is a figure for the same voxels.
 
 use super::points::ColoredPoints;
+use semascan_geometry::grid::morton;
 
 /// Stands for no voxel, or no patch.
 pub const NONE: u32 = u32::MAX;
@@ -159,19 +160,6 @@ pub(super) fn pack(at: [f64; 3]) -> Option<u64> {
 /// The coordinates of an address.
 pub(super) fn unpack(key: u64) -> [u32; 3] {
     [2, 1, 0].map(|a| (key >> (a * BITS)) as u32 & ((1 << BITS) - 1))
-}
-
-/// Interleaves the bits of three coordinates below 2^21, x first.
-pub(super) fn morton(at: [u32; 3]) -> u64 {
-    let spread = |c: u32| {
-        let mut x = u64::from(c) & 0x1f_ffff;
-        x = (x | x << 32) & 0x001f_0000_0000_ffff;
-        x = (x | x << 16) & 0x001f_0000_ff00_00ff;
-        x = (x | x << 8) & 0x100f_00f0_0f00_f00f;
-        x = (x | x << 4) & 0x10c3_0c30_c30c_30c3;
-        (x | x << 2) & 0x1249_2492_4924_9249
-    };
-    spread(at[0]) << 2 | spread(at[1]) << 1 | spread(at[2])
 }
 
 /// Stable radix sort by the key, over the digits in which keys differ at all.
