@@ -1,7 +1,8 @@
 //! Views kept for rebuilds: packed without loss, in memory up to a limit, on disk past it.
 
+use super::error::FuseError;
+use super::labelled_view::LabelledView;
 use super::view_codec::{PackedView, pack};
-use super::{FuseError, LabelledView};
 use nalgebra::Isometry3;
 use std::fs::File;
 use std::io::{Error, ErrorKind, Read, Seek, SeekFrom, Write};

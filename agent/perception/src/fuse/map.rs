@@ -4,11 +4,13 @@
 //! `w = cos(incidence) (1 - sigma^2 / threshold^2)`. Geometry is weighted by the inverse variance of the depth.
 
 use super::brick::Brick;
+use super::error::FuseError;
+use super::kept_views::KeptViews;
 use super::keys::{BrickKey, brick_of};
+use super::labelled_view::LabelledView;
 use super::map_config::MapConfig;
 use super::merge::{Change, Scratch, merge_brick};
 use super::runs::{Placer, Run, sorted_runs};
-use super::{FuseError, KeptViews, LabelledView};
 use crate::register::OrientedPoints;
 use nalgebra::Isometry3;
 use rayon::prelude::*;

@@ -3,9 +3,9 @@
 //! Everything that the view has to say of a voxel is summed first, then added at once: evidence of one view is capped,
 //! because neighbouring pixels of one picture are not independent witnesses, and a view counts once.
 
-use super::LabelledView;
 use super::brick::{Brick, best_share};
 use super::keys::{BRICK_VOXELS, BrickKey, local_index};
+use super::labelled_view::LabelledView;
 use super::map_config::{MapConfig, Uncertain};
 use super::runs::{Placer, Ray, Run};
 use semascan_geometry::vote::majority_vote;

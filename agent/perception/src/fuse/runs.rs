@@ -3,8 +3,8 @@
 //! A row of pixels crosses a brick in a handful of samples, so runs are sorted in place of samples: ten times fewer.
 //! Their order (brick, pixel) is what makes fusion independent of the number of threads.
 
-use super::LabelledView;
 use super::keys::{BRICK_EDGE, BrickKey, pack_brick};
+use super::labelled_view::LabelledView;
 use nalgebra::Isometry3;
 use rayon::prelude::*;
 use semascan_geometry::grid::floor;

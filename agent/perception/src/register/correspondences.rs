@@ -5,7 +5,8 @@
 //! *A symmetric objective function for ICP*, 2019): exact for pairs on a common circle, so coarse pairs still pull right.
 //! Residuals are f32, sums f64 and centred on the object: a rotation about a camera half a metre away would drown.
 
-use super::{ModelView, SourcePoints};
+use super::model_view::ModelView;
+use super::source_points::SourcePoints;
 use nalgebra::{Isometry3, Matrix6, Point3, Vector6};
 use rayon::prelude::*;
 use semascan_geometry::vector::{cross, dot, sub};

@@ -1,27 +1,16 @@
 //! Registration of a whole inspection: each view against the model so far, all of them again at the end.
 
 use super::global::GlobalConfig;
-use super::joint_refinement::{JointConfig, refine};
+use super::joint_refinement::{JointConfig, JointRefinement, RefinedView, refine};
 use super::kinematics::{Prior, prior};
-use super::projective_icp::{Aligned, align};
-use super::relocalization::{Proposal, Relocalization, camera_as_frame, find};
+use super::model_view::ModelView;
+use super::projective_icp::{Aligned, IcpConfig, NotAligned, align};
+use super::registration::{Method, RegisterError, Registrar, Registration, RegistrationInput, Relocalization};
+use super::relocalization::{Proposal, camera_as_frame, find};
 use super::se3::adjoint;
-use super::{
-    IcpConfig, JointRefinement, Method, ModelView, NotAligned, RefinedView, RegisterError, Registrar, Registration,
-    RegistrationInput, SourcePoints,
-};
+use super::selection::Selection;
+use super::source_points::SourcePoints;
 use nalgebra::{Isometry3, Matrix6};
-
-/// Which pixels take part in the registration.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Selection {
-    /// All: right where everything in the picture stands still.
-    Everything,
-    /// Those with a component label (P1's segment ICP); all, where a view has hardly any.
-    Object,
-    /// Those of one component class.
-    Class(u16),
-}
 
 /// Points that take part in an alignment: more do not make it better.
 const POINTS: usize = 80_000;
@@ -92,7 +81,7 @@ impl IcpRegistrar {
 
     /// The selection that suits the view: all of it, where it has hardly any labels.
     fn selection_for(&self, input: &RegistrationInput<'_>) -> Selection {
-        let labelled = || (0..input.cloud.depth.len()).filter(|&i| takes_part(Selection::Object, input, i));
+        let labelled = || (0..input.cloud.depth.len()).filter(|&i| Selection::Object.includes(input, i));
         let few = self.selection == Selection::Object && labelled().take(FEWEST).count() < FEWEST;
         if few { Selection::Everything } else { self.selection }
     }
@@ -125,27 +114,10 @@ impl IcpRegistrar {
     }
 }
 
-impl Selection {
-    /// Whether points of `class` take part.
-    pub(super) fn wants(self, class: u16) -> bool {
-        match self {
-            Self::Everything => true,
-            Self::Object => class != 0,
-            Self::Class(wanted) => class == wanted,
-        }
-    }
-}
-
-/// Whether pixel `i` (row-major) of a view takes part in its registration.
-fn takes_part(selection: Selection, input: &RegistrationInput<'_>, i: usize) -> bool {
-    input.cloud.depth[i] > 0.0
-        && (selection == Selection::Everything || selection.wants(input.segmentation.components.best(i)))
-}
-
 impl Registrar for IcpRegistrar {
     fn register(&mut self, input: &RegistrationInput<'_>) -> Result<Registration, RegisterError> {
         let selection = self.selection_for(input);
-        let wanted: Vec<bool> = (0..input.cloud.depth.len()).map(|i| takes_part(selection, input, i)).collect();
+        let wanted: Vec<bool> = (0..input.cloud.depth.len()).map(|i| selection.includes(input, i)).collect();
         let label = |i: usize| input.segmentation.components.best(i);
         let stride = |most: usize| {
             let count = wanted.iter().filter(|w| **w).count();

@@ -7,8 +7,9 @@
 
 use super::correspondences::{Gate, Linearised, linearise};
 use super::degeneracy::project_out_degenerate;
+use super::model_view::ModelView;
 use super::se3::{about, exp, halves, log, turned};
-use super::{ModelView, SourcePoints};
+use super::source_points::SourcePoints;
 use nalgebra::{DMatrix, DVector, Isometry3, Matrix6, Point3};
 use rayon::prelude::*;
 

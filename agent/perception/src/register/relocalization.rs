@@ -8,9 +8,13 @@
 
 use super::global::{CloudInput, GlobalConfig, GlobalMatch, propose};
 use super::kinematics::Prior;
+use super::model_view::ModelSurface;
+use super::registration::{RegisterError, RegistrationInput};
 use super::se3::about;
+use super::selection::Selection;
+use super::source_points::SourcePoints;
+use super::surfels::Facing;
 use super::visibility::Visibility;
-use super::{Facing, IcpReport, ModelSurface, RegisterError, RegistrationInput, Selection, SourcePoints};
 use crate::view::covariance_of_prior;
 use nalgebra::{Isometry3, Matrix6, Point3};
 
@@ -29,21 +33,6 @@ const RIVAL: f64 = 0.9;
 const GRIDS: [f64; 3] = [1.0, 0.8, 1.25];
 /// Standard deviations (radians, metres) of a camera that the table frame is defined by: all but none.
 const EXACT: (f64, f64) = (1e-6, 1e-6);
-
-/// How a view without a prior got its pose.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Relocalization {
-    /// The global registration.
-    pub found: GlobalMatch,
-    /// The seed of everything random in it.
-    pub seed: u64,
-    /// Share of what the model shows from there that the view confirms.
-    pub confirmed: f64,
-    /// Share of what it can speak of that it contradicts.
-    pub contradicted: f64,
-    /// The alignment from there; `None` where it would fit no better.
-    pub icp: Option<IcpReport>,
-}
 
 /// The prior of the view whose camera is the table frame.
 pub(super) fn camera_as_frame() -> Prior {

@@ -1,6 +1,6 @@
 //! The points of a view that take part in its registration: those of the object (P1's segment ICP), thinned.
 
-use super::ModelView;
+use super::model_view::ModelView;
 use crate::organized::OrganizedCloud;
 use crate::view::Intrinsics;
 use nalgebra::{Isometry3, Point3};

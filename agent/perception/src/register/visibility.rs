@@ -4,7 +4,8 @@
 //! was measured, the pose is wrong, and where the two lie together they must be of one component. Surface that was
 //! measured before the model's is no contradiction, for the model is not complete.
 
-use super::{ModelView, RegistrationInput};
+use super::model_view::ModelView;
+use super::registration::RegistrationInput;
 use nalgebra::Point3;
 use semascan_geometry::vector::{dot, length};
 

@@ -6,7 +6,7 @@
 //! rim inside an object, whose pixels become none or another class; some fall beside the object and add what is not
 //! there.
 
-use super::{SegmentError, Segmentation, Segmenter};
+use super::segmentation::{SegmentError, Segmentation, Segmenter};
 use crate::view::View;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;

@@ -4,7 +4,7 @@
 //! known by its small weight next to heavy ones and by lying off their surface by no more than its own noise explains. A
 //! second surface that was measured well is neither.
 
-use super::OutlierFilter;
+use super::outlier_filter::OutlierFilter;
 use super::surroundings::{Cells, Place, Surroundings};
 use glam::{BVec4A, Vec4};
 

@@ -1,8 +1,13 @@
 //! The camera that looks at the map.
 
-use super::{BRICK_EDGE, BrickKey, LARGEST_SPLAT, VOXELS_A_PIXEL};
+use crate::fuse::keys::{BRICK_EDGE, BrickKey};
 use crate::view::Intrinsics;
 use nalgebra::{Isometry3, Matrix3, Point3, Vector3};
+
+/// Largest half edge of a splat, pixels: bounds the cost of a camera very close to the surface.
+pub(super) const LARGEST_SPLAT: f32 = 12.0;
+/// Where the picture is coarser than the map, so many voxels a pixel are enough.
+const VOXELS_A_PIXEL: f32 = 4.0;
 
 /// The camera, ready for points in voxel units relative to a brick's lowest corner.
 pub(super) struct Eye {

@@ -15,11 +15,11 @@ mod eye;
 mod mean;
 
 use super::brick::Voxel;
-use super::keys::{BRICK_EDGE, BrickKey, within_brick};
+use super::keys::{BRICK_EDGE, within_brick};
 use super::map::SemanticMap;
 use crate::register::{ModelSurface, ModelView, OrientedPoints};
 use crate::view::Intrinsics;
-use eye::Eye;
+use eye::{Eye, LARGEST_SPLAT};
 use mean::Mean;
 use nalgebra::Isometry3;
 use rayon::prelude::*;
@@ -32,14 +32,10 @@ use std::ops::Range;
 const BAND: usize = 64;
 /// Half edge of a voxel's splat in voxels: mean points of neighbouring voxels may be nearly two voxels apart.
 const SPLAT: f32 = 1.0;
-/// Largest half edge of a splat, pixels: bounds the cost of a camera very close to the surface.
-const LARGEST_SPLAT: f32 = 12.0;
 /// Voxels within this depth of the nearest one, in voxels, may belong to the same surface.
 const SHELL: f32 = 4.0;
 /// Voxels within this depth of the one with the most evidence, in voxels, do.
 const SAME_SURFACE: f32 = 1.5;
-/// Where the picture is coarser than the map, so many voxels a pixel are enough.
-const VOXELS_A_PIXEL: f32 = 4.0;
 /// No brick.
 const NONE: u32 = u32::MAX;
 

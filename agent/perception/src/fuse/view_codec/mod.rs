@@ -5,7 +5,7 @@
 //! noisy low bytes do not spoil the quiet high ones. Colours are kept as differences too, class probabilities class by
 //! class. zstd at its fastest level packs each part, and the parts are packed side by side.
 
-use super::LabelledView;
+use super::labelled_view::LabelledView;
 use crate::organized::OrganizedCloud;
 use crate::segment::{ClassField, Segmentation};
 use crate::view::{DepthImage, Intrinsics};

@@ -15,15 +15,13 @@
 
 mod plane;
 
-use crate::view::Intrinsics;
-use plane::{Sums, walk};
+pub(super) use plane::Grid;
+use plane::{SAME_SURFACE, Sums, walk};
 use rayon::prelude::*;
 
 /// Half edge of the fitting window in pixels; the wide one is tried where the narrow one holds too few points.
 const NARROW: i32 = 3;
 const WIDE: i32 = 6;
-/// Neighbours whose inverse depth differs by more than this share belong to another surface.
-const SAME_SURFACE: f32 = 0.015;
 
 /// What the mean over 3x3 pixels loses to curvature, in its differences from the plane over the window: the mean square
 /// extent of three pixels is 2/3, of seven 4, and 0.2 = (2/3) / (4 - 2/3).
@@ -99,13 +97,6 @@ struct Scratch {
     bend: PaddedRow,
     bent: PaddedRow,
     rows: Vec<AlongRow>,
-}
-
-/// Depth in metres on the grid of a camera; 0 or less where there is none.
-#[derive(Clone, Copy)]
-pub(super) struct Grid<'a> {
-    pub(super) k: &'a Intrinsics,
-    pub(super) depth: &'a [f32],
 }
 
 /// Fits the pixels that have depth and are `wanted` (all, if absent).

@@ -6,7 +6,7 @@
 //! little (Geman-McClure, its width from the median of the errors), so that half of a cloud may see something else.
 
 use super::se3;
-use super::surfels::SurfelCloud;
+use super::surfels::{SurfelCloud, vector};
 use nalgebra::{Isometry3, Matrix6, Point3, Vector3, Vector6};
 use rayon::prelude::*;
 use semascan_geometry::measure::Guess;
@@ -285,10 +285,6 @@ fn finish(
         rmse: (2.0 * FLAT * spread).max(0.0).sqrt(),
         covariance: carry * centred * carry.transpose(),
     })
-}
-
-fn vector(p: [f32; 3]) -> Vector3<f64> {
-    Vector3::new(p[0].into(), p[1].into(), p[2].into())
 }
 
 #[cfg(test)]

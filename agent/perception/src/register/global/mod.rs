@@ -8,10 +8,10 @@ mod consistency;
 mod features;
 mod verification;
 
-use super::surfels::{CloudError, Facing, SurfelCloud};
+use super::surfels::{CloudError, Facing, SurfelCloud, vector};
 use consistency::{Candidate, Tolerance, motions};
 use features::{Feature, describe, difference, distinctiveness};
-use nalgebra::{Isometry3, Point3};
+use nalgebra::Isometry3;
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_pcg::Pcg64;
@@ -245,10 +245,10 @@ fn candidates(
     pairs.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)).then(a.2.cmp(&b.2)));
     pairs.truncate(CANDIDATES);
     let pair = |(_, _, i, j): (bool, f32, usize, usize)| Candidate {
-        source: point(source.points[i]),
-        target: point(target.points[j]),
-        source_normal: point(source.normals[i]).coords,
-        target_normal: point(target.normals[j]).coords,
+        source: vector(source.points[i]).into(),
+        target: vector(target.points[j]).into(),
+        source_normal: vector(source.normals[i]),
+        target_normal: vector(target.normals[j]),
     };
     pairs.into_iter().map(pair).collect()
 }
@@ -278,10 +278,6 @@ fn nearest_features(a: &[Feature], keys_a: &[usize], b: &[Feature], keys_b: &[us
         best
     };
     keys_a.par_iter().map(nearest).collect()
-}
-
-fn point(p: [f32; 3]) -> Point3<f64> {
-    Point3::new(p[0].into(), p[1].into(), p[2].into())
 }
 
 #[cfg(test)]

@@ -2,10 +2,8 @@
 //! constrains it.
 
 use super::consistency::Hypothesis;
-use super::point;
-use crate::register::gicp;
-use crate::register::gicp::{GicpConfig, GicpFit};
-use crate::register::surfels::SurfelCloud;
+use crate::register::gicp::{self, GicpConfig, GicpFit};
+use crate::register::surfels::{SurfelCloud, vector};
 use nalgebra::{Isometry3, Matrix6, Point3, Vector3, Vector6};
 use semascan_geometry::measure::Guess;
 
@@ -43,11 +41,11 @@ fn common(source: &SurfelCloud, target: &SurfelCloud, pose: &Isometry3<f64>) -> 
     let oriented = source.oriented && target.oriented;
     let mut guess = Guess::NONE;
     let on = |(p, n): (&[f32; 3], &[f32; 3])| {
-        let (p, n) = (point(*p), point(*n).coords);
+        let (p, n) = (Point3::from(vector(*p)), vector(*n));
         let q = pose * p;
         let query = [q.x as f32, q.y as f32, q.z as f32];
         let found = target.index.nearest_from(query, 1.5 * source.voxel as f32, &mut guess)?;
-        let agree = (pose.rotation * n).dot(&point(target.normals[found.index as usize]).coords);
+        let agree = (pose.rotation * n).dot(&vector(target.normals[found.index as usize]));
         ((if oriented { agree } else { agree.abs() }) > AGREE).then_some((p, n))
     };
     source.points.iter().zip(&source.normals).filter_map(on).collect()

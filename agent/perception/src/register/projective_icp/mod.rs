@@ -6,8 +6,9 @@
 
 use super::correspondences::{Gate, Linearised, linearise};
 use super::degeneracy::{Degeneracy, ObservableEquations, project_out_degenerate};
+use super::model_view::{ModelSurface, ModelView};
 use super::se3::{about, exp, halves, log, turned};
-use super::{ModelSurface, ModelView, SourcePoints};
+use super::source_points::SourcePoints;
 use crate::view::Intrinsics;
 use nalgebra::{Isometry3, Matrix6, Point3, Vector6};
 

@@ -2,6 +2,7 @@
 
 use nalgebra::{Matrix3, Point3, Vector3};
 use rayon::prelude::*;
+use semascan_geometry::grid::morton;
 use semascan_geometry::measure::NearestPoints;
 
 /// Fewest points that can be aligned.
@@ -124,8 +125,7 @@ fn thinned(points: &[[f32; 3]], facing: Facing<'_>, voxel: f64) -> Result<Thinne
     }
     let scale = 1.0 / voxel;
     let place = |p: &[f32; 3]| -> u64 {
-        let cell = |a: usize| ((f64::from(p[a]) - f64::from(low[a])) * scale) as u64;
-        spread(cell(0)) | spread(cell(1)) << 1 | spread(cell(2)) << 2
+        morton([2, 1, 0].map(|a: usize| ((f64::from(p[a]) - f64::from(low[a])) * scale) as u32))
     };
     let places = sorted(points, |p| finite(p).then(|| place(p)), (extent * scale) as u64);
     let (mut out, mut hints) = (Vec::new(), Vec::new());
@@ -160,16 +160,8 @@ fn sorted(points: &[[f32; 3]], place: impl Fn(&[f32; 3]) -> Option<u64> + Sync, 
     pairs
 }
 
-/// 21 bits with two empty ones between each.
-fn spread(v: u64) -> u64 {
-    let v = (v | v << 32) & 0x001f_0000_0000_ffff;
-    let v = (v | v << 16) & 0x001f_0000_ff00_00ff;
-    let v = (v | v << 8) & 0x100f_00f0_0f00_f00f;
-    let v = (v | v << 4) & 0x10c3_0c30_c30c_30c3;
-    (v | v << 2) & 0x1249_2492_4924_9249
-}
-
-fn vector(p: [f32; 3]) -> Vector3<f64> {
+/// A point or normal in double precision.
+pub(super) fn vector(p: [f32; 3]) -> Vector3<f64> {
     Vector3::new(p[0].into(), p[1].into(), p[2].into())
 }
 

@@ -2,9 +2,12 @@
 
 use super::fusion_segmentation::{FusionConfig, PatchImage, fuse};
 use super::lcccp::ColorCriterion;
+use super::noise_filters::NoiseFilter;
+use super::points::ColoredPoints;
+use super::segmented_cloud::{GeometricConfig, SegmentedCloud};
 use super::slic::{SlicConfig, slic};
-use super::{ColoredPoints, GeometricConfig, NONE, NoiseFilter, SegmentedCloud};
-use crate::segment::{SegmentError, Segmentation, Segmenter};
+use super::voxel_grid::NONE;
+use crate::segment::segmentation::{SegmentError, Segmentation, Segmenter};
 use crate::view::View;
 
 /// Where patches come from.

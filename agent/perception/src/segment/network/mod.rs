@@ -5,7 +5,7 @@
 //! them about several augmentations of a view's region of interest; the mean is the label, the scatter its uncertainty.
 
 mod augment;
-mod config;
+pub(super) mod config;
 pub mod engine;
 mod ensemble;
 #[cfg(test)]
@@ -33,6 +33,4 @@ pub use objects::{Objects, ShapeError};
 pub use region::{Volume, Window};
 pub use segmenter::{NetworkSegmenter, SetupError};
 pub use taxonomy::extended;
-pub use uncertainty::{
-    DEFECT_THRESHOLD, Estimate, Predictions, Statistic, THRESHOLD, UncertaintyFigures, UncertaintySettings,
-};
+pub use uncertainty::{Estimate, Predictions, Statistic, UncertaintyFigures, UncertaintySettings};

@@ -11,7 +11,7 @@ pub mod noise;
 pub mod volume;
 mod wavelet;
 
-use super::{SegmentError, Segmentation, Segmenter};
+use super::segmentation::{SegmentError, Segmentation, Segmenter};
 use crate::view::View;
 use contour::Snake;
 use nalgebra::Point3;

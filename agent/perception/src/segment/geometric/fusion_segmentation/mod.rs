@@ -8,7 +8,8 @@
 //! hold a good part of its mask together. Scattered flips do not: they win few supervoxels. This can be switched off.
 
 use super::voxel_grid::{NONE, sort_by_key};
-use crate::segment::{ClassField, Segmentation};
+use crate::segment::class_field::ClassField;
+use crate::segment::segmentation::Segmentation;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// When a patch takes a label.

@@ -26,7 +26,8 @@ fn supervoxels_cover_the_surface_and_stop_at_the_crease() {
     for (patch, i) in grown.patches.iter().zip(0..) {
         let members: Vec<usize> = (0..points.len()).filter(|&k| grown.of_point[k] == i).collect();
         assert!(!members.is_empty());
-        let far = members.iter().map(|&k| squared_distance(points.positions[k], patch.position).sqrt()).fold(0.0, f32::max);
+        let far =
+            members.iter().map(|&k| squared_distance(points.positions[k], patch.position).sqrt()).fold(0.0, f32::max);
         assert!(far < 2.0 * 0.03, "a supervoxel reaches {far} m");
     }
     // Nearly all hold one side only.

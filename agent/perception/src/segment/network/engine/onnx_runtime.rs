@@ -4,8 +4,8 @@
 //! A process has one ONNX Runtime environment, made from the first library that loads. Threads do not spin while they
 //! wait: spinning nearly doubles the processor time, which the other stages of the pipeline need.
 
+use super::interface::{Engine, EngineDescription, EngineError, Network, Port, Provider, Tensor, one_by_one};
 use super::locate::{Found, candidates};
-use super::{Engine, EngineDescription, EngineError, Network, Port, Provider, Tensor, one_by_one};
 use ort::environment::Environment;
 use ort::ep::{self, ExecutionProvider, ExecutionProviderDispatch};
 use ort::logging::LogLevel;

@@ -3,7 +3,7 @@
 //! It wants every dimension fixed: a plan is made for each size of picture that comes and the last few are kept. What it
 //! cannot plan (Mask R-CNN, whose sizes depend on what it finds) it refuses by the file's name.
 
-use super::{Engine, EngineDescription, EngineError, Network, Port, Provider, Tensor, one_by_one};
+use super::interface::{Engine, EngineDescription, EngineError, Network, Port, Provider, Tensor, one_by_one};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;

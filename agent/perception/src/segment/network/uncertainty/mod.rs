@@ -7,6 +7,7 @@
 //! `sqrt(sum_c u_c^2)`; other readings can be chosen. Probabilities are bounded, so the 95 % interval is given by the
 //! quantiles of the M values, beside the expanded uncertainty `U = k u`.
 
+use crate::segment::sigma_limits::COMPONENT_SIGMA_LIMIT;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -23,12 +24,6 @@ pub enum Statistic {
     Largest,
 }
 
-/// Largest sigma of a component label that is kept: chosen on validation motors for the shipped ensemble and its two
-/// augmentations, where it brings the false detection rate to less than half (`semascan tables P0 --table 5`).
-pub const THRESHOLD: f32 = 0.16;
-/// Largest sigma of a defect label that is kept. One network is asked twice there, which is another scale.
-pub const DEFECT_THRESHOLD: f32 = 0.5;
-
 /// How uncertainty is computed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct UncertaintySettings {
@@ -44,7 +39,7 @@ pub struct UncertaintySettings {
 
 impl Default for UncertaintySettings {
     fn default() -> Self {
-        Self { statistic: Statistic::Norm, ddof: 1, coverage: 2.0, threshold: THRESHOLD }
+        Self { statistic: Statistic::Norm, ddof: 1, coverage: 2.0, threshold: COMPONENT_SIGMA_LIMIT }
     }
 }
 

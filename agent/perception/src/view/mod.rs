@@ -1,5 +1,9 @@
 //! One RGB-D capture and what is known about where it was taken.
 
+mod chain;
+
+pub use chain::Chain;
+
 use image::RgbImage;
 use nalgebra::{Isometry3, Matrix6, Point3, Vector6};
 
@@ -86,19 +90,6 @@ impl DepthImage {
         let z = *self.metres.get((v * self.width + u) as usize)?;
         (z > 0.0).then_some(z)
     }
-}
-
-/// The robot's and turntable's readings for one capture (P0 Eq. 1).
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Chain {
-    /// End effector in the robot base.
-    pub base_from_ee: Isometry3<f64>,
-    /// Camera on the end effector (hand-eye calibration).
-    pub ee_from_camera: Isometry3<f64>,
-    /// Static turntable frame in the robot base (calibration).
-    pub base_from_tablebase: Isometry3<f64>,
-    /// Turntable angle in radians: `tablebase_from_table = Rz(angle)`.
-    pub table_angle: f64,
 }
 
 /// What is known about the camera's pose before any registration. Covariances are over (rotation, translation) in

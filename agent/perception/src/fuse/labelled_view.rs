@@ -1,9 +1,25 @@
-//! One view as a semantic point cloud of its own: P2's keyframe semantic cloud.
+//! One posed, labelled view: what fusion takes in, and as a semantic point cloud of its own (P2's keyframe semantic cloud).
 
-use super::LabelledView;
-use crate::segment::ClassField;
-use nalgebra::Vector3;
+use crate::organized::OrganizedCloud;
+use crate::segment::{ClassField, Segmentation};
+use image::RgbImage;
+use nalgebra::{Isometry3, Vector3};
 use semascan_model::{PointFlags, SemanticCloud, SemanticPoint};
+
+/// Everything fusion needs of one view.
+#[derive(Clone, Debug)]
+pub struct LabelledView {
+    /// Position in the capture order.
+    pub index: u32,
+    /// Points and normals in the camera frame.
+    pub cloud: OrganizedCloud,
+    /// Colour.
+    pub rgb: RgbImage,
+    /// Class membership of every pixel.
+    pub segmentation: Segmentation,
+    /// Camera pose.
+    pub table_from_camera: Isometry3<f64>,
+}
 
 impl LabelledView {
     /// Every pixel with depth as a point in the table frame, as captured: nothing is merged or smoothed.
@@ -47,11 +63,8 @@ fn best(field: &ClassField, i: usize) -> (u16, f32) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::organized::OrganizedCloud;
-    use crate::segment::Segmentation;
     use crate::view::{DepthImage, Intrinsics};
-    use image::{Rgb, RgbImage};
-    use nalgebra::Isometry3;
+    use image::Rgb;
 
     #[test]
     fn pixels_become_points_of_the_table_frame() {
