@@ -27,11 +27,13 @@ mod spec;
 mod starter_motor;
 mod station;
 mod training;
+mod viewpoint;
 
 pub use domain::Domain;
 pub use randomisation::{Randomisation, Range};
+pub use sampling::Sampling;
 pub use sensor::SensorModel;
-pub use spec::{PartSpec, Sampling, VirtualCellSpec};
+pub use spec::{PartSpec, VirtualCellSpec};
 pub use station::ErrorModel;
 pub use training::{GENERATOR, TrainingCell, TrainingOptions};
 

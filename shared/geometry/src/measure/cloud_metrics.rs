@@ -4,7 +4,7 @@
 //! *Semantic 3D product modelling for automated inspection in remanufacturing processes* and *LCCCP*, whose figures
 //! these are computed as.
 
-use super::NearestPoints;
+use super::nearest_points::NearestPoints;
 use serde::{Deserialize, Serialize};
 
 /// P1 calls the share of points within this distance "3D IoU".

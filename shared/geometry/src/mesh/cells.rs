@@ -6,8 +6,8 @@
 
 use super::field::{Field, bits};
 use super::node::Node;
-use super::tile::{CELLS, HALO, NODES, TILE_EDGE, coordinates, node_index};
 use super::topology::{EDGE_CORNERS, Loops, crossed, loops, others, whole_loops};
+use super::working_grid::{CELLS, HALO, NODES, TILE_EDGE, coordinates, node_index};
 use crate::vector::dot;
 
 /// How far, in cells, the middle of the points may lie from a cell before it is outside of what was observed.

@@ -6,8 +6,9 @@
 
 use super::blend::blend;
 use super::collapse_queue::Queue;
+use super::options::MeshError;
+use super::progress::Progress;
 use super::quadric::Quadric;
-use super::{MeshError, Progress};
 use crate::vector::{cross, direction, dot, squared_distance, sub, unit};
 use semascan_model::SemanticMesh;
 use std::collections::BTreeMap;

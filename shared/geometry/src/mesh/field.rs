@@ -15,7 +15,7 @@
 use super::columns::{Columns, Share};
 use super::node::{Node, Sums};
 use super::points::Placed;
-use super::tile::{Local, NODES};
+use super::working_grid::{Local, NODES};
 use crate::vector::dot;
 use glam::{BVec4A, Mat4, Vec4};
 

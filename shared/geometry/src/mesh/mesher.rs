@@ -2,10 +2,12 @@
 
 use super::assemble::assemble;
 use super::field::Kernel;
+use super::options::{MeshError, MeshOptions};
 use super::points::{Points, cut};
+use super::progress::Progress;
 use super::threads::map_with;
-use super::tile::{HALO, TILE_EDGE, TileMesh, Workspace, mesh_tile};
-use super::{MeshError, MeshOptions, Progress};
+use super::tile::{TileMesh, Workspace, mesh_tile};
+use super::working_grid::{HALO, TILE_EDGE};
 use crate::grid::coarser;
 use semascan_model::{SemanticCloud, SemanticMesh};
 use std::collections::{BTreeMap, BTreeSet};

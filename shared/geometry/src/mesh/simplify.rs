@@ -7,8 +7,9 @@
 
 use super::blend::blend;
 use super::collapse_queue::Queue;
+use super::options::MeshError;
+use super::progress::Progress;
 use super::quadric::Quadric;
-use super::{MeshError, Progress};
 use crate::grid::cell;
 use crate::vector::{cross, dot, squared_distance, sub, unit};
 use semascan_model::SemanticCloud;

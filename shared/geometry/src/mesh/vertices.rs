@@ -4,8 +4,8 @@ use super::cells::corner_step;
 use super::field::Kernel;
 use super::node::Node;
 use super::points::Points;
-use super::tile::{Local, NODES, coordinates, node_index};
 use super::topology::EDGE_CORNERS;
+use super::working_grid::{Local, NODES, coordinates, node_index};
 use crate::vector::{dot, unit};
 use semascan_model::{PointFlags, SemanticPoint};
 
