@@ -46,6 +46,34 @@ use semascan_model::{SemanticCloud, SemanticMesh};
 /// Meshes a whole cloud whose points are means over voxels of edge `voxel` (metres). Without oriented points the mesh is
 /// empty.
 ///
+/// ```
+/// use semascan_geometry::mesh::{MeshOptions, mesh_cloud};
+/// use semascan_model::{PointFlags, SemanticCloud, SemanticPoint};
+///
+/// // A square of 50 mm that faces +z, a point every millimetre, of component class 1.
+/// let point = |i: usize| SemanticPoint {
+///     position: [(i % 50) as f32 * 1e-3, (i / 50) as f32 * 1e-3, 0.0],
+///     normal: [0.0, 0.0, 1.0],
+///     color: [128; 3],
+///     label: 1,
+///     confidence: 1.0,
+///     defect: 0,
+///     defect_confidence: 1.0,
+///     sigma: 0.0,
+///     defect_sigma: 0.0,
+///     instance: 0,
+///     views: 1,
+///     flags: PointFlags::default(),
+/// };
+/// let cloud: SemanticCloud = (0..2500).map(point).collect();
+///
+/// // `&()` reports progress to nobody.
+/// let mesh = mesh_cloud(&cloud, 1e-3, &MeshOptions::default(), &())?;
+/// assert!((mesh.area() - 0.05 * 0.05).abs() < 3e-4, "square metres");
+/// assert!(mesh.vertices.labels.iter().all(|label| *label == 1));
+/// # Ok::<(), semascan_geometry::mesh::MeshError>(())
+/// ```
+///
 /// # Errors
 /// [`MeshError`] if a setting is out of range or `progress` ends the work.
 pub fn mesh_cloud(
