@@ -26,14 +26,13 @@ impl PixelClassifier {
     fn train(pixels: &[(Features, usize)], balanced: bool) -> Self {
         let mut total = [0.0_f32; CLASSES];
         pixels.iter().for_each(|(_, c)| total[*c] += 1.0);
-        let histogram = |steps: usize| {
+        Self(STEPS.map(|steps| {
             let mut bins = vec![[0.0; CLASSES]; steps.pow(4)];
             for (f, c) in pixels {
                 bins[bin(f, steps)][*c] += if balanced { 1e4 / total[*c] } else { 1.0 };
             }
             bins
-        };
-        Self(STEPS.map(histogram))
+        }))
     }
 
     fn class(&self, f: &Features) -> usize {
@@ -45,12 +44,14 @@ impl PixelClassifier {
     fn mean_iou(&self, pixels: &[(Features, usize)]) -> f64 {
         let mut counts = [[0_u32; CLASSES]; CLASSES];
         pixels.iter().for_each(|(f, c)| counts[*c][self.class(f)] += 1);
-        let iou = |c: usize| {
-            let truth: u32 = counts[c].iter().sum();
-            let found: u32 = counts.iter().map(|row| row[c]).sum();
-            f64::from(counts[c][c]) / f64::from((truth + found - counts[c][c]).max(1))
-        };
-        (1..CLASSES).map(iou).sum::<f64>() / (CLASSES - 1) as f64
+        (1..CLASSES)
+            .map(|c| {
+                let truth: u32 = counts[c].iter().sum();
+                let found: u32 = counts.iter().map(|row| row[c]).sum();
+                f64::from(counts[c][c]) / f64::from((truth + found - counts[c][c]).max(1))
+            })
+            .sum::<f64>()
+            / (CLASSES - 1) as f64
     }
 }
 

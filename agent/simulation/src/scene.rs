@@ -73,14 +73,13 @@ pub(super) fn dressed_motor(motor: &StarterMotor, seed: u64, dress: Dress) -> Sc
 
     let mut mesh = SceneMesh::default();
     for component in &motor.components {
-        let tag = |slot: u8| match component.class {
+        append(&mut mesh, component, &table_from_part, |slot| match component.class {
             0 => Tag { finish: 1 + u16::from(slot.min(1)), in_truth: true, ..Tag::default() },
             class => {
                 let finish = STATION as u16 + (class - 1) * SLOTS + u16::from(slot).min(SLOTS - 1);
                 Tag { class, instance: class, finish, texture: 0, in_truth: true }
             }
-        };
-        append(&mut mesh, component, &table_from_part, tag);
+        });
     }
     let part = bounds(&mesh, |t| t.class != 0);
     add_turntable(&mut mesh);
@@ -171,10 +170,7 @@ fn append(mesh: &mut SceneMesh, component: &Component, place: &Affine3A, tag: im
         let [a, b, c] = t.map(|i| net.positions[i as usize]);
         let face = place.transform_vector3((b - a).cross(c - a)).normalize_or_zero();
         // A vertex on an edge has no one normal: each side keeps its own.
-        let corner = |i: u32| {
-            if normals[i as usize].dot(face) > 0.88 { normals[i as usize] } else { face }
-        };
-        mesh.normals.push(t.map(corner));
+        mesh.normals.push(t.map(|i| if normals[i as usize].dot(face) > 0.88 { normals[i as usize] } else { face }));
         mesh.uvs.push([Vec2::ZERO; 3]);
         mesh.tags.push(tag(net.slots[t[0] as usize]));
     }

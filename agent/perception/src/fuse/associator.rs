@@ -60,8 +60,7 @@ impl Associator {
             }
         };
         segmentation.instances = found.renumber(&segmentation.instances);
-        let after = |n: &u16| n.saturating_add(1);
-        self.next = found.begun.iter().map(after).max().unwrap_or(self.next).max(self.next);
+        self.next = found.begun.iter().map(|n| n.saturating_add(1)).max().unwrap_or(self.next).max(self.next);
         found.misidentified
     }
 

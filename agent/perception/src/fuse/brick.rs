@@ -87,8 +87,7 @@ impl Brick {
 
     /// Occupied voxels in address order: (local index, slot).
     pub(super) fn occupied(&self) -> impl Iterator<Item = (u16, usize)> + '_ {
-        let taken = |(local, &slot): (u16, &u16)| (slot != EMPTY).then_some((local, usize::from(slot)));
-        (0..).zip(self.slots.iter()).filter_map(taken)
+        (0..).zip(self.slots.iter()).filter_map(|(local, &slot)| (slot != EMPTY).then_some((local, usize::from(slot))))
     }
 }
 

@@ -110,8 +110,8 @@ impl KeptViews {
 
     fn unpack(&self, kept: &Kept) -> std::io::Result<LabelledView> {
         let Some((offset, len)) = kept.spilled else { return kept.view.unpack(&kept.view.bytes) };
-        let missing = || Error::new(ErrorKind::NotFound, "the file of kept views is gone");
-        let mut file = self.spill.as_ref().ok_or_else(missing)?;
+        let mut file =
+            self.spill.as_ref().ok_or_else(|| Error::new(ErrorKind::NotFound, "the file of kept views is gone"))?;
         file.seek(SeekFrom::Start(offset))?;
         let mut bytes = vec![0; len];
         file.read_exact(&mut bytes)?;

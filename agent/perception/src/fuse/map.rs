@@ -192,8 +192,12 @@ impl SemanticMap {
         let changes: Vec<([i32; 3], Change)> = jobs
             .into_par_iter()
             .map_init(Scratch::default, |scratch, (brick, key, run)| {
-                let merge = |brick| merge_brick(config, view, placer, scratch, (key, brick, run));
-                (key.chunk(), brick.map(merge).unwrap_or_default())
+                (
+                    key.chunk(),
+                    brick
+                        .map(|brick| merge_brick(config, view, placer, scratch, (key, brick, run)))
+                        .unwrap_or_default(),
+                )
             })
             .collect();
 

@@ -130,11 +130,12 @@ impl Cells {
 
     /// Faces in `doubled` whose other cell is doubled there as well.
     fn candidates(&self, node: usize, doubled: u8) -> u8 {
-        let is = |face: &usize| {
-            let other = beyond(node, *face).filter(|_| doubled >> face & 1 == 1).and_then(|n| self.at(n));
-            other.is_some_and(|cell| whole_loops(cell.mask).doubled >> (face ^ 1) & 1 == 1)
-        };
-        (0..6).filter(is).fold(0, |set, face| set | 1 << face)
+        (0..6)
+            .filter(|face| {
+                let other = beyond(node, *face).filter(|_| doubled >> face & 1 == 1).and_then(|n| self.at(n));
+                other.is_some_and(|cell| whole_loops(cell.mask).doubled >> (face ^ 1) & 1 == 1)
+            })
+            .fold(0, |set, face| set | 1 << face)
     }
 }
 

@@ -63,8 +63,8 @@ impl Decimation {
     fn new(mesh: &SemanticMesh) -> Self {
         let n = mesh.len();
         let positions: Vec<[f64; 3]> = mesh.vertices.positions.iter().map(|p| p.map(f64::from)).collect();
-        let usable = |t: &&[u32; 3]| t.iter().all(|&v| (v as usize) < n);
-        let triangles: Vec<[u32; 3]> = mesh.triangles.iter().filter(usable).copied().collect();
+        let triangles: Vec<[u32; 3]> =
+            mesh.triangles.iter().filter(|t| t.iter().all(|&v| (v as usize) < n)).copied().collect();
         let mut fans = vec![Vec::new(); n];
         let mut quadrics = vec![Quadric::default(); n];
         let mut edges: BTreeMap<[u32; 2], (u32, Option<u32>)> = BTreeMap::new();

@@ -153,11 +153,14 @@ impl Mesher {
         let high = first.map(|c| (f64::from(c + TILE_EDGE + reach) * ratio + slack).floor() as i32);
         let rows = (low[0]..=high[0]).flat_map(|x| (low[1]..=high[1]).map(move |y| (x, y)));
         let found = rows.flat_map(|(x, y)| self.chunks.range([x, y, low[2]]..=[x, y, high[2]]));
-        let touches = |points: &&Points| {
-            (0..3)
-                .all(|a| points.bounds[1][a] >= first[a] - reach && points.bounds[0][a] < first[a] + TILE_EDGE + reach)
-        };
-        found.map(|(_, points)| points).filter(touches).collect()
+        found
+            .map(|(_, points)| points)
+            .filter(|points| {
+                (0..3).all(|a| {
+                    points.bounds[1][a] >= first[a] - reach && points.bounds[0][a] < first[a] + TILE_EDGE + reach
+                })
+            })
+            .collect()
     }
 
     /// The mesh of all tiles computed so far, before smoothing, filling and simplification.

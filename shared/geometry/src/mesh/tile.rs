@@ -119,15 +119,14 @@ fn add_quads(mesh: &mut TileMesh, cells: &Cells, cell: &Cell) {
         let [b, c] = others(axis);
         // Around the edge, and the corner of each cell at which the edge starts.
         let around = [(0, 0), (1, 0), (1, 1), (0, 1)];
-        let corner = |(back_b, back_c): (usize, usize)| {
+        let corners = around.map(|(back_b, back_c)| {
             let node = cell.node - back_b * step(b) - back_c * step(c);
             let there = cells.at(node)?;
             let e = edge + back_b + 2 * back_c;
             debug_assert_eq!(node + corner_step(EDGE_CORNERS[e][0]), cell.node);
             let number = there.loops.of_edge[e];
             (number != NO_LOOP).then(|| reference(there, number))
-        };
-        let corners = around.map(corner);
+        });
         let [Some(v0), Some(v1), Some(v2), Some(v3)] = corners else { continue };
         // Seen against the axis, (0, 0), (1, 0), (1, 1), (0, 1) steps backwards turn as the axes b and c do; b x c = axis
         // but for the middle axis.

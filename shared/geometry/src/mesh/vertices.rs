@@ -202,8 +202,13 @@ impl Votes {
         let share = 1.0 / self.weight.max(f32::MIN_POSITIVE);
         let (label, confidence) = self.components.best(|(label, _)| label);
         // Of the class that won, the instance with most evidence.
-        let of_label = |&(key, e): &((u16, u16), f32)| (key.0 == label && e > 0.0).then_some((key.1, e));
-        let instance = self.components.0.iter().filter_map(of_label).fold((0, 0.0), heavier).0;
+        let instance = self
+            .components
+            .0
+            .iter()
+            .filter_map(|&(key, e)| (key.0 == label && e > 0.0).then_some((key.1, e)))
+            .fold((0, 0.0), heavier)
+            .0;
         let (defect, defect_confidence) = self.defects.best(|defect| defect);
         SemanticPoint {
             position,

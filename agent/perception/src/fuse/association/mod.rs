@@ -162,11 +162,10 @@ pub fn by_overlap(
     let mut next = next.max(1);
     for (instance, class) in classes_of(segmentation) {
         let a = of_view.get(&instance).copied().unwrap_or(0);
-        let overlap = |(&(_, there), &both): (&(u16, u16), &u32)| {
+        let candidates = shared.range((instance, 1)..=(instance, u16::MAX)).map(|(&(_, there), &both)| {
             let b = of_model.get(&there).copied().unwrap_or(0).max(1);
             (f64::from(both) / f64::from(a.max(1).max(b)), there)
-        };
-        let candidates = shared.range((instance, 1)..=(instance, u16::MAX)).map(overlap);
+        });
         let best = candidates.max_by(|p, q| p.0.total_cmp(&q.0).then(q.1.cmp(&p.1)));
         match best.filter(|b| a >= config.fewest && b.0 >= config.share) {
             None => association.begin(instance, &mut next),

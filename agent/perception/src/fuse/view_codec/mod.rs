@@ -136,8 +136,7 @@ fn steps(z: f32, step: f32) -> u32 {
 
 /// One bit a pixel: whether it has depth.
 fn bitmap(depth: &[f32]) -> Vec<u8> {
-    let byte = |eight: &[f32]| eight.iter().enumerate().fold(0, |b, (i, &z)| b | u8::from(z > 0.0) << i);
-    depth.chunks(8).map(byte).collect()
+    depth.chunks(8).map(|eight| eight.iter().enumerate().fold(0, |b, (i, &z)| b | u8::from(z > 0.0) << i)).collect()
 }
 
 fn depth_planes(depth: &[f32], measured: &[u32], step: Option<f32>) -> Vec<u8> {

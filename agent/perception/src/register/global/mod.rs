@@ -244,13 +244,15 @@ fn candidates(
     // Mutual pairs first, then the most alike.
     pairs.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)).then(a.2.cmp(&b.2)));
     pairs.truncate(CANDIDATES);
-    let pair = |(_, _, i, j): (bool, f32, usize, usize)| Candidate {
-        source: vector(source.points[i]).into(),
-        target: vector(target.points[j]).into(),
-        source_normal: vector(source.normals[i]),
-        target_normal: vector(target.normals[j]),
-    };
-    pairs.into_iter().map(pair).collect()
+    pairs
+        .into_iter()
+        .map(|(_, _, i, j)| Candidate {
+            source: vector(source.points[i]).into(),
+            target: vector(target.points[j]).into(),
+            source_normal: vector(source.normals[i]),
+            target_normal: vector(target.normals[j]),
+        })
+        .collect()
 }
 
 /// A random choice among the half of the points that stand out most.

@@ -40,15 +40,19 @@ pub(super) fn judge(source: &SurfelCloud, target: &SurfelCloud, hypothesis: &Hyp
 fn common(source: &SurfelCloud, target: &SurfelCloud, pose: &Isometry3<f64>) -> Vec<(Point3<f64>, Vector3<f64>)> {
     let oriented = source.oriented && target.oriented;
     let mut guess = Guess::NONE;
-    let on = |(p, n): (&[f32; 3], &[f32; 3])| {
-        let (p, n) = (Point3::from(vector(*p)), vector(*n));
-        let q = pose * p;
-        let query = [q.x as f32, q.y as f32, q.z as f32];
-        let found = target.index.nearest_from(query, 1.5 * source.voxel as f32, &mut guess)?;
-        let agree = (pose.rotation * n).dot(&vector(target.normals[found.index as usize]));
-        ((if oriented { agree } else { agree.abs() }) > AGREE).then_some((p, n))
-    };
-    source.points.iter().zip(&source.normals).filter_map(on).collect()
+    source
+        .points
+        .iter()
+        .zip(&source.normals)
+        .filter_map(|(p, n)| {
+            let (p, n) = (Point3::from(vector(*p)), vector(*n));
+            let q = pose * p;
+            let query = [q.x as f32, q.y as f32, q.z as f32];
+            let found = target.index.nearest_from(query, 1.5 * source.voxel as f32, &mut guess)?;
+            let agree = (pose.rotation * n).dot(&vector(target.normals[found.index as usize]));
+            ((if oriented { agree } else { agree.abs() }) > AGREE).then_some((p, n))
+        })
+        .collect()
 }
 
 /// How firmly points with normals constrain each of the six directions of a motion: eigenvalues of the point-to-plane

@@ -25,8 +25,8 @@ impl SeedCells {
         let anchor = positions.first().copied().unwrap_or_default();
         let mut cells = Self { anchor, edge, keys: Vec::new(), first: Vec::new(), voxels: Vec::new() };
         if edge.is_finite() && edge > 0.0 {
-            let place = |(i, &p): (usize, &[f32; 3])| Some((pack(cells.cell(p))?, i as u32));
-            let mut sorted: Vec<(u64, u32)> = positions.iter().enumerate().filter_map(place).collect();
+            let mut sorted: Vec<(u64, u32)> =
+                positions.iter().enumerate().filter_map(|(i, &p)| Some((pack(cells.cell(p))?, i as u32))).collect();
             sort_by_key(&mut sorted);
             for (key, voxel) in sorted {
                 if cells.keys.last() != Some(&key) {
@@ -90,8 +90,9 @@ impl SeedCells {
 }
 
 fn nearest_of(positions: &[[f32; 3]], p: [f32; 3], voxels: impl Iterator<Item = u32>) -> Option<(f32, u32)> {
-    let to = |v: u32| (squared_distance(positions[v as usize], p), v);
-    voxels.map(to).min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)))
+    voxels
+        .map(|v| (squared_distance(positions[v as usize], p), v))
+        .min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)))
 }
 
 #[cfg(test)]

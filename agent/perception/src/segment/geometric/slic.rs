@@ -162,14 +162,16 @@ fn to_lab(image: &RgbImage) -> Vec<[f32; 3]> {
         })
         .collect();
     let f = |t: f32| if t > 0.008_856 { t.cbrt() } else { 7.787 * t + 16.0 / 116.0 };
-    let lab = |p: &image::Rgb<u8>| {
-        let [r, g, b] = p.0.map(|v| linear[usize::from(v)]);
-        let x = f((0.412_456 * r + 0.357_576 * g + 0.180_437 * b) / 0.950_47);
-        let y = f(0.212_673 * r + 0.715_152 * g + 0.072_175 * b);
-        let z = f((0.019_334 * r + 0.119_192 * g + 0.950_304 * b) / 1.088_83);
-        [116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)]
-    };
-    image.pixels().map(lab).collect()
+    image
+        .pixels()
+        .map(|p| {
+            let [r, g, b] = p.0.map(|v| linear[usize::from(v)]);
+            let x = f((0.412_456 * r + 0.357_576 * g + 0.180_437 * b) / 0.950_47);
+            let y = f(0.212_673 * r + 0.715_152 * g + 0.072_175 * b);
+            let z = f((0.019_334 * r + 0.119_192 * g + 0.950_304 * b) / 1.088_83);
+            [116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)]
+        })
+        .collect()
 }
 
 #[cfg(test)]

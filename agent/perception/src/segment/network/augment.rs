@@ -137,11 +137,14 @@ impl Drawn {
     pub(super) fn known(&self, size: (usize, usize)) -> Option<Vec<bool>> {
         let Self::Warp { turn } = self else { return None };
         let back = inverse(*turn);
-        let known = |i: usize| {
-            let (u, v) = rotated(((i % size.0) as f32, (i / size.0) as f32), back, size);
-            u >= 0.0 && v >= 0.0 && u <= (size.0 - 1) as f32 && v <= (size.1 - 1) as f32
-        };
-        Some((0..size.0 * size.1).map(known).collect())
+        Some(
+            (0..size.0 * size.1)
+                .map(|i| {
+                    let (u, v) = rotated(((i % size.0) as f32, (i / size.0) as f32), back, size);
+                    u >= 0.0 && v >= 0.0 && u <= (size.0 - 1) as f32 && v <= (size.1 - 1) as f32
+                })
+                .collect(),
+        )
     }
 }
 
@@ -168,11 +171,12 @@ fn rotated((x, y): (f32, f32), (c, s): (f32, f32), size: (usize, usize)) -> (f32
 /// A plane that shows at (x, y) what `plane` shows at `from(x, y)`.
 fn warped(plane: &[f32], size: (usize, usize), from: impl Fn(f32, f32) -> (f32, f32)) -> Vec<f32> {
     let (width, height) = size;
-    let value = |i: usize| {
-        let (u, v) = from((i % width) as f32, (i / width) as f32);
-        bilinear(width, height, u, v, |x, y| plane[y * width + x])
-    };
-    (0..width * height).map(value).collect()
+    (0..width * height)
+        .map(|i| {
+            let (u, v) = from((i % width) as f32, (i / width) as f32);
+            bilinear(width, height, u, v, |x, y| plane[y * width + x])
+        })
+        .collect()
 }
 
 /// Place of a colour channel in red, green, blue.

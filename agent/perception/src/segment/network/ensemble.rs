@@ -58,8 +58,9 @@ pub(super) fn ask(
     // The picture as it is shows best what each stream contributes.
     let shares: Vec<&[f32]> = answers.iter().filter_map(|a| a.contribution.as_ref()?.data.get(..size)).collect();
     let contribution = (!shares.is_empty()).then(|| {
-        let mean = |i: usize| shares.iter().map(|s| s[i]).sum::<f32>() / shares.len() as f32;
-        frame.restore(&(0..size).map(mean).collect::<Vec<_>>())
+        frame.restore(
+            &(0..size).map(|i| shares.iter().map(|s| s[i]).sum::<f32>() / shares.len() as f32).collect::<Vec<_>>(),
+        )
     });
     let instances = answers.first().and_then(|a| a.objects.as_ref()).map(|o| frame.restore_labels(&o.instances));
     Ok(Said { predictions, contribution, instances })

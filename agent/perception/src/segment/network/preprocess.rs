@@ -71,8 +71,9 @@ impl Frame {
                     let scaled = |byte: f32| (byte / 255.0 - scale.mean[c]) / scale.std[c];
                     let (columns, rows) = (view.rgb.width() as usize, view.rgb.height() as usize);
                     let bytes = view.rgb.as_raw();
-                    let byte = |u: usize, v: usize| f32::from(bytes[(v * columns + u) * 3 + c]);
-                    self.fill(values, |u, v| scaled(bilinear(columns, rows, u, v, byte)));
+                    self.fill(values, |u, v| {
+                        scaled(bilinear(columns, rows, u, v, |u, v| f32::from(bytes[(v * columns + u) * 3 + c])))
+                    });
                 }
                 // A checked manifest has a scale for each of its channels.
                 _ => {}

@@ -71,11 +71,9 @@ impl SurfaceIndex {
                 Some(Entry { centre: std::array::from_fn(|a| 0.5 * (b.low[a] + b.high[a])), item })
             })
             .collect();
-        let box_of = |i: u32| corners_of(&triangles[i as usize]).map_or(Bounds::EMPTY, bounds);
-        let tree = BoxTree::new(&mut entries, box_of);
+        let tree = BoxTree::new(&mut entries, |i| corners_of(&triangles[i as usize]).map_or(Bounds::EMPTY, bounds));
         let ids: Vec<_> = entries.iter().map(|e| (triangles[e.item as usize], e.item)).collect();
-        let at = |i: u32| Vec3A::from_array(positions[i as usize]);
-        let corners: Vec<_> = ids.iter().map(|(t, _)| t.map(at)).collect();
+        let corners: Vec<_> = ids.iter().map(|(t, _)| t.map(|i| Vec3A::from_array(positions[i as usize]))).collect();
         Self { tree, thin: corners.iter().map(|c| is_thin(*c)).collect(), corners, ids }
     }
 
@@ -197,10 +195,9 @@ fn closest_on_thin(corners: [Vec3A; 3]) -> (Vec3A, Feature) {
         from + along * if t.is_finite() { t.clamp(0.0, 1.0) } else { 0.0 }
     };
     let sides = [(side(a, b), Feature::Edge(0)), (side(b, c), Feature::Edge(1)), (side(c, a), Feature::Edge(2))];
-    let nearer = |best: (DVec3, Feature), s: (DVec3, Feature)| {
-        if s.0.length_squared() < best.0.length_squared() { s } else { best }
-    };
-    let (mut point, mut feature) = sides.into_iter().fold(sides[0], nearer);
+    let (mut point, mut feature) = sides
+        .into_iter()
+        .fold(sides[0], |best, s| if s.0.length_squared() < best.0.length_squared() { s } else { best });
     let normal = (b - a).cross(c - a);
     let left_of = |from: DVec3, to: DVec3| normal.dot((to - from).cross(-from)) > 0.0;
     if left_of(a, b) && left_of(b, c) && left_of(c, a) {

@@ -93,11 +93,12 @@ fn rescue(patches: &[u32], fine: &[u32], given: &[u32], fused: &mut [u32], confi
 
 /// The objects of a view (the first is none) and, for each of the first `pixels`, its index.
 fn objects(segmentation: &Segmentation, pixels: usize) -> (Vec<Object>, Vec<u32>) {
-    let of = |i: usize| match segmentation.components.best(i) {
-        0 => (0, 0),
-        class => (class, segmentation.instances.get(i).copied().unwrap_or(0)),
-    };
-    let per_pixel: Vec<Object> = (0..pixels).map(of).collect();
+    let per_pixel: Vec<Object> = (0..pixels)
+        .map(|i| match segmentation.components.best(i) {
+            0 => (0, 0),
+            class => (class, segmentation.instances.get(i).copied().unwrap_or(0)),
+        })
+        .collect();
     let mut index: BTreeMap<Object, u32> = per_pixel.chunk_by(|a, b| a == b).map(|run| (run[0], 0)).collect();
     index.insert((0, 0), NOTHING);
     for (slot, i) in index.values_mut().zip(0..) {
@@ -130,11 +131,13 @@ impl Votes {
             }
         }
         sort_by_key(&mut runs);
-        let total = |group: &[(u64, u32)]| {
-            let key = group[0].0;
-            ((key >> 32) as u32, key as u32, group.iter().map(|g| g.1).sum())
-        };
-        let counts = runs.chunk_by(|a, b| a.0 == b.0).map(total).collect();
+        let counts = runs
+            .chunk_by(|a, b| a.0 == b.0)
+            .map(|group| {
+                let key = group[0].0;
+                ((key >> 32) as u32, key as u32, group.iter().map(|g| g.1).sum())
+            })
+            .collect();
         Self { sizes, counts }
     }
 
@@ -152,8 +155,7 @@ impl Votes {
 }
 
 fn apply(patches: &[u32], decided: &[u32], given: &[u32]) -> Vec<u32> {
-    let label = |(&patch, &own): (&u32, &u32)| decided.get(patch as usize).copied().unwrap_or(own);
-    patches.iter().zip(given).map(label).collect()
+    patches.iter().zip(given).map(|(&patch, &own)| decided.get(patch as usize).copied().unwrap_or(own)).collect()
 }
 
 /// The segmentation with the objects of `fused`. A pixel that changes takes the mean probabilities and sigma of the

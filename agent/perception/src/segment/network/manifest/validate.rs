@@ -21,8 +21,8 @@ impl Manifest {
         if self.schema != 1 {
             return fault("schema", format!("{} is not known, only 1 is", self.schema));
         }
-        let named = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
-        if self.name.is_empty() || !self.name.chars().all(named) {
+        if self.name.is_empty() || !self.name.chars().all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-')
+        {
             return fault("name", format!("{:?} is not made of lower-case letters, digits and -", self.name));
         }
         if self.version.is_empty() {
