@@ -192,12 +192,8 @@ impl SemanticMap {
         let changes: Vec<([i32; 3], Change)> = jobs
             .into_par_iter()
             .map_init(Scratch::default, |scratch, (brick, key, run)| {
-                (
-                    key.chunk(),
-                    brick
-                        .map(|brick| merge_brick(config, view, placer, scratch, (key, brick, run)))
-                        .unwrap_or_default(),
-                )
+                let change = brick.map(|brick| merge_brick(config, view, placer, scratch, (key, brick, run)));
+                (key.chunk(), change.unwrap_or_default())
             })
             .collect();
 

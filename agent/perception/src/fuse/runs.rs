@@ -103,33 +103,36 @@ impl Placer {
 /// Every pixel that has depth and an address, as runs in (brick, pixel) order.
 pub(super) fn sorted_runs(view: &LabelledView, placer: &Placer) -> Vec<Run> {
     let width = view.cloud.intrinsics.width.max(1) as usize;
-    let row_runs = |(v, row): (usize, &[f32])| {
-        let mut runs: Vec<Run> = Vec::new();
-        // The box of the run under way; most pixels lie in it.
-        let [mut low, mut high] = [[f32::INFINITY; 3], [f32::NEG_INFINITY; 3]];
-        for (u, &z) in row.iter().enumerate() {
-            if z <= 0.0 {
-                continue;
-            }
-            let i = (v * width + u) as u32;
-            let ray = placer.ray(u as u32, v as u32);
-            let p = placer.point(ray, z);
-            if (0..3).all(|a| p[a] >= low[a] && p[a] < high[a])
-                && let Some(run) = runs.last_mut()
-            {
-                run.len = i + 1 - run.start;
-                continue;
-            }
-            let Some((voxel, _)) = placer.place(ray, z) else { continue };
-            let BrickKey(at) = BrickKey::containing(voxel);
-            let Some(brick) = pack_brick(at) else { continue };
-            runs.push(Run { brick, start: i, len: 1 });
-            [low, high] = placer.bounds(at);
-        }
-        runs
-    };
-    let by_row: Vec<Vec<Run>> = view.cloud.smooth.par_chunks(width).enumerate().map(row_runs).collect();
+    let by_row: Vec<Vec<Run>> =
+        view.cloud.smooth.par_chunks(width).enumerate().map(|(v, row)| runs_of_row(placer, v, row)).collect();
     let mut runs = by_row.concat();
     runs.par_sort_unstable_by_key(|r| (r.brick, r.start));
+    runs
+}
+
+/// The runs of row `v` of the picture, whose depths are `row`.
+fn runs_of_row(placer: &Placer, v: usize, row: &[f32]) -> Vec<Run> {
+    let mut runs: Vec<Run> = Vec::new();
+    // The box of the run under way; most pixels lie in it.
+    let [mut low, mut high] = [[f32::INFINITY; 3], [f32::NEG_INFINITY; 3]];
+    for (u, &z) in row.iter().enumerate() {
+        if z <= 0.0 {
+            continue;
+        }
+        let i = v as u32 * placer.width + u as u32;
+        let ray = placer.ray(u as u32, v as u32);
+        let p = placer.point(ray, z);
+        if (0..3).all(|a| p[a] >= low[a] && p[a] < high[a])
+            && let Some(run) = runs.last_mut()
+        {
+            run.len = i + 1 - run.start;
+            continue;
+        }
+        let Some((voxel, _)) = placer.place(ray, z) else { continue };
+        let BrickKey(at) = BrickKey::containing(voxel);
+        let Some(brick) = pack_brick(at) else { continue };
+        runs.push(Run { brick, start: i, len: 1 });
+        [low, high] = placer.bounds(at);
+    }
     runs
 }

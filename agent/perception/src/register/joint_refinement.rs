@@ -112,23 +112,24 @@ pub(super) fn refine(views: &[RefinedView], config: &JointConfig) -> Option<Join
 
 /// Ordered pairs of views that see common ground, each view with those it shares most with.
 fn overlapping(views: &[RefinedView], poses: &[Isometry3<f64>]) -> Vec<Edge> {
-    let partners = |source: usize| {
-        let points = views[source].points.thinned(views[source].points.len().div_ceil(PROBES));
-        let Some(centre) = points.centroid() else { return Vec::new() };
-        let reach = (0.02 * centre.z) as f32;
-        let gate = Gate { distance: reach, cosine: 0.5, tukey: reach, same_label: false };
-        let share = |target: usize| {
-            let at =
-                linearise(&points, &views[target].surface, &(poses[target].inverse() * poses[source]), &centre, &gate);
-            f64::from(at.pairs) / points.len() as f64
-        };
-        let mut found: Vec<(f64, usize)> =
-            (0..views.len()).filter(|&t| t != source).map(|t| (share(t), t)).filter(|f| f.0 >= LEAST_OVERLAP).collect();
-        found.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-        found.truncate(MOST_PARTNERS);
-        found.into_iter().map(|(_, target)| Edge { source, target }).collect::<Vec<_>>()
+    (0..views.len()).into_par_iter().flat_map_iter(|source| partners(views, poses, source)).collect()
+}
+
+/// The edges from one view to those that it shares most surface with.
+fn partners(views: &[RefinedView], poses: &[Isometry3<f64>], source: usize) -> Vec<Edge> {
+    let points = views[source].points.thinned(views[source].points.len().div_ceil(PROBES));
+    let Some(centre) = points.centroid() else { return Vec::new() };
+    let reach = (0.02 * centre.z) as f32;
+    let gate = Gate { distance: reach, cosine: 0.5, tukey: reach, same_label: false };
+    let share = |target: usize| {
+        let at = linearise(&points, &views[target].surface, &(poses[target].inverse() * poses[source]), &centre, &gate);
+        f64::from(at.pairs) / points.len() as f64
     };
-    (0..views.len()).into_par_iter().flat_map_iter(partners).collect()
+    let mut found: Vec<(f64, usize)> =
+        (0..views.len()).filter(|&t| t != source).map(|t| (share(t), t)).filter(|f| f.0 >= LEAST_OVERLAP).collect();
+    found.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+    found.truncate(MOST_PARTNERS);
+    found.into_iter().map(|(_, target)| Edge { source, target }).collect()
 }
 
 /// Median of positive values; 0 without any.
@@ -181,6 +182,7 @@ impl Problem<'_> {
             .zip(&*sigmas)
             .map(|(edge, sigma)| self.linearise(edge, poses, reach, TUKEY * sigma.max(SIGMA_FLOOR)))
             .collect();
+        // One block of six unknowns a view: a twist of its camera. First the priors, which tie each view to its kinematics.
         let n = 6 * self.views.len();
         let (mut hessian, mut gradient) = (DMatrix::<f64>::zeros(n, n), DVector::<f64>::zeros(n));
         for (i, pose) in poses.iter().enumerate() {
@@ -190,6 +192,7 @@ impl Problem<'_> {
             let mut rows = gradient.rows_mut(6 * i, 6);
             rows += self.stiffness[i] * from_prior;
         }
+        // Then the edges, each of which ties two views to each other.
         for ((edge, at), sigma) in self.edges.iter().zip(&linearised).zip(sigmas.iter_mut()) {
             if at.pairs < FEWEST_PAIRS {
                 continue;
@@ -200,6 +203,7 @@ impl Problem<'_> {
             let observable = project_out_degenerate(&at.hessian, &at.gradient, at.weight, *radius, self.config.weakest);
             // Each pair of views is usually linearised twice, once from either side.
             let certainty = 0.5 / (at.sigma.max(SIGMA_FLOOR).powi(2) * at.correlation);
+            // How a twist of either camera moves the source's points relative to the target, about their centre.
             let turn = (poses[j].inverse() * poses[i]).rotation.to_rotation_matrix();
             let by_source = turned(turn.matrix()) * about(centre);
             let by_target = -about(&at.centre);
@@ -214,6 +218,7 @@ impl Problem<'_> {
                 rows += jacobian_a.transpose() * observable.gradient * certainty;
             }
         }
+        // All cameras move at once; what counts is how far that carries the object.
         let step = hessian.cholesky()?.solve(&-gradient);
         let mut most = 0.0_f64;
         for (i, pose) in poses.iter_mut().enumerate() {

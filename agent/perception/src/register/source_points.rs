@@ -93,9 +93,9 @@ impl SourcePoints {
 
     /// Root mean square distance from `centre`, metres.
     pub fn radius(&self, centre: &Point3<f64>) -> f64 {
-        (self.points.iter().map(|p| (0..3).map(|i| (f64::from(p[i]) - centre[i]).powi(2)).sum::<f64>()).sum::<f64>()
-            / self.points.len().max(1) as f64)
-            .sqrt()
+        let squares: f64 =
+            self.points.iter().map(|p| (0..3).map(|i| (f64::from(p[i]) - centre[i]).powi(2)).sum::<f64>()).sum();
+        (squares / self.points.len().max(1) as f64).sqrt()
     }
 }
 

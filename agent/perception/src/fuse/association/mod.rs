@@ -193,19 +193,20 @@ fn project(
 ) -> Vec<(u32, u16)> {
     let model_from_view = model.table_from_camera.inverse() * table_from_camera;
     let k = &model.intrinsics;
-    let place = |i: usize| {
-        let p = model_from_view * cloud.point(i)?;
-        let (u, v) = k.project(&p)?;
-        let (u, v) = (u.round(), v.round());
-        if !(u >= 0.0 && v >= 0.0 && u < f64::from(k.width) && v < f64::from(k.height)) {
-            return None;
-        }
-        let pixel = v as usize * k.width as usize + u as usize;
-        let z = model.points.get(pixel)?[2];
-        let here = z > 0.0 && (z - p.z as f32).abs() <= reach;
-        here.then(|| (pixel as u32, segmentation.instances.get(i).copied().unwrap_or(0)))
-    };
-    let mut seen: Vec<(u32, u16)> = (0..cloud.depth.len()).filter_map(place).collect();
+    let mut seen: Vec<(u32, u16)> = (0..cloud.depth.len())
+        .filter_map(|i| {
+            let p = model_from_view * cloud.point(i)?;
+            let (u, v) = k.project(&p)?;
+            let (u, v) = (u.round(), v.round());
+            if !(u >= 0.0 && v >= 0.0 && u < f64::from(k.width) && v < f64::from(k.height)) {
+                return None;
+            }
+            let pixel = v as usize * k.width as usize + u as usize;
+            let z = model.points.get(pixel)?[2];
+            let here = z > 0.0 && (z - p.z as f32).abs() <= reach;
+            here.then(|| (pixel as u32, segmentation.instances.get(i).copied().unwrap_or(0)))
+        })
+        .collect();
     seen.sort_unstable();
     seen.dedup();
     seen

@@ -111,6 +111,7 @@ pub(super) fn fit_planes(grid: Grid<'_>, wanted: Option<&[bool]>) -> Fits {
     let band = width * TILE_HEIGHT;
     let bands =
         fits.normals.par_chunks_mut(band).zip(fits.smooth.par_chunks_mut(band)).zip(fits.sigma.par_chunks_mut(band));
+    // Bands of rows on all threads, each cut into tiles whose sums fit the cache.
     bands.enumerate().for_each_init(Scratch::new, |scratch, (band, ((normals, smooth), sigma))| {
         let top = band * TILE_HEIGHT;
         let rows = normals.len() / width;
@@ -184,6 +185,7 @@ impl Scratch {
     /// Fit at column `u` and row `v` of the tile, pixel `at` of the picture.
     fn fit(&self, grid: Grid<'_>, u: usize, v: usize, at: (usize, usize), reference: f32) -> Fit {
         let own = self.inverse[v + BORDER][u + BORDER];
+        // Sums over the window: those along rows are known, so that only the rows are added up.
         let gate = SAME_SURFACE * (own + reference);
         let mut sums = Sums::default();
         let (mut low, mut high) = (f32::INFINITY, f32::NEG_INFINITY);
@@ -206,11 +208,13 @@ impl Scratch {
         }
         // The second difference of white noise has six times its variance.
         let noise = (bend_count >= MIN_BENDS).then(|| (bends / (6.0 * bend_count)).sqrt());
+        // Where all of the window is one surface, the sums give the plane.
         let one_surface = high - own <= gate && own - low <= gate;
         if one_surface && let Some((normal, plane)) = sums.plane(grid.k, at, reference) {
             let smooth = noise.map(|noise| self.smooth(u, v, plane, reference, noise));
             return Fit { normal, smooth };
         }
+        // Elsewhere the window is walked, and pixels of other surfaces left out; a wider one where it holds too few.
         let normal = [NARROW, WIDE]
             .into_iter()
             .filter(|half| !(one_surface && *half == NARROW))
@@ -231,6 +235,7 @@ impl Scratch {
                 sum += self.inverse[row][column];
             }
         }
+        // The mean over 3x3 pixels, and what it loses to curvature given back.
         let mean = sum / 9.0;
         let curved = mean + LOST_TO_CURVATURE * (mean - (plane - reference));
         // An incomplete mean is no mean about the pixel.

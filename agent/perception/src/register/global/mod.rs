@@ -161,17 +161,21 @@ pub fn propose(
             unconstrained: best.unconstrained,
         });
     }
-    let found = |(i, j): (usize, &Judged)| GlobalMatch {
-        target_from_source: j.fit.target_from_source,
-        overlap: j.overlap,
-        // In order: the best of the others is the first, or of the first the second.
-        runner_up: different.get(usize::from(i == 0)).map_or(0.0, |o| o.overlap),
-        support: j.support,
-        unconstrained: j.unconstrained,
-        rmse: j.fit.rmse,
-        voxel: s.voxel,
-    };
-    Ok(different.iter().enumerate().filter(|(_, j)| good(j)).map(found).collect())
+    Ok(different
+        .iter()
+        .enumerate()
+        .filter(|(_, j)| good(j))
+        .map(|(i, j)| GlobalMatch {
+            target_from_source: j.fit.target_from_source,
+            overlap: j.overlap,
+            // In order: the best of the others is the first, or of the first the second.
+            runner_up: different.get(usize::from(i == 0)).map_or(0.0, |o| o.overlap),
+            support: j.support,
+            unconstrained: j.unconstrained,
+            rmse: j.fit.rmse,
+            voxel: s.voxel,
+        })
+        .collect())
 }
 
 /// Whether two poses of the cloud differ by more than two voxels, on average over it.
@@ -269,17 +273,19 @@ fn keypoints(features: &[Feature], rng: &mut Pcg64) -> Vec<usize> {
 /// For each key point of `a`, the position in `keys_b` of the most alike one, and how alike.
 fn nearest_features(a: &[Feature], keys_a: &[usize], b: &[Feature], keys_b: &[usize]) -> Vec<(usize, f32)> {
     let others: Vec<Feature> = keys_b.iter().map(|j| b[*j]).collect();
-    let nearest = |i: &usize| {
-        let mut best = (usize::MAX, f32::INFINITY);
-        for (j, feature) in others.iter().enumerate() {
-            let d = difference(&a[*i], feature);
-            if d < best.1 {
-                best = (j, d);
+    keys_a
+        .par_iter()
+        .map(|i| {
+            let mut best = (usize::MAX, f32::INFINITY);
+            for (j, feature) in others.iter().enumerate() {
+                let d = difference(&a[*i], feature);
+                if d < best.1 {
+                    best = (j, d);
+                }
             }
-        }
-        best
-    };
-    keys_a.par_iter().map(nearest).collect()
+            best
+        })
+        .collect()
 }
 
 #[cfg(test)]

@@ -158,15 +158,18 @@ pub fn align(
         let share = l as f64 / (LEVELS.len() - 1) as f64;
         let distance = (widest.powf(1.0 - share) * fine.powf(share)) as f32;
         let mut gate = Gate { distance, cosine: level.cosine, tukey: distance, same_label: config.same_label };
+        // The model is rendered anew where pixels get finer, or where the pose has moved far from the last rendering.
         let moved = problem.moved(&log(&rendered.table_from_camera, &pose));
         if l > 0 && (level.pixel < LEVELS[l - 1].pixel || moved > STALE * model.spacing()) {
             rendered = look(&pose, widest, level.pixel);
         }
         for _ in 0..level.rounds {
+            // One Gauss-Newton step: pair, linearise, solve together with the prior, move.
             let at = problem.linearise(&points, &rendered, &pose, &gate);
             iterations += 1;
             let Some(step) = problem.step(&at, &rendered, &pose) else { break };
             pose *= exp(&step);
+            // The residuals' own spread decides what counts as an outlier in the next round.
             gate.tukey = ((TUKEY * at.sigma.max(SIGMA_FLOOR)) as f32).min(gate.distance);
             if problem.moved(&step) < STILL.0.max(STILL.1 * at.sigma) {
                 break;
@@ -210,6 +213,8 @@ impl Problem<'_> {
     fn information(&self, at: &Linearised, model: &ModelView, pose: &Isometry3<f64>) -> ObservableEquations {
         let observable = project_out_degenerate(&at.hessian, &at.gradient, at.weight, self.radius, self.config.weakest);
         let turn = (model.table_from_camera.inverse() * pose).rotation.to_rotation_matrix();
+        // The linearisation is over a twist about the object's centre in the model's camera; the unknown is one of the
+        // view's camera.
         let carry = turned(turn.matrix()) * about(&self.centre);
         let certainty = 1.0 / (at.sigma.max(SIGMA_FLOOR).powi(2) * at.correlation);
         ObservableEquations {
@@ -225,6 +230,7 @@ impl Problem<'_> {
             return None;
         }
         let data = self.information(at, model, pose);
+        // (H + S^-1) d = -(g + S^-1 e), e the way from the prior to the pose.
         let from_prior = log(self.prior, pose);
         (data.hessian + self.stiffness).cholesky().map(|c| -c.solve(&(data.gradient + self.stiffness * from_prior)))
     }
@@ -241,8 +247,10 @@ impl Problem<'_> {
         let wide = Gate { distance: fine as f32, cosine: 0.7, tukey: fine as f32, same_label: self.config.same_label };
         let count = source.len() as f64;
         let fit = |at: &Linearised| (at.truncated_cost / count).max(0.0).sqrt();
+        // Prior and estimate are compared on all points, with one gate and without weights that depend on the fit.
         let before = fit(&self.linearise(source, model, self.prior, &wide));
         let first = self.linearise(source, model, pose, &wide);
+        // What the covariance is computed from is weighted by the spread of the residuals at the estimate.
         let tukey = ((TUKEY * first.sigma.max(SIGMA_FLOOR)) as f32).min(wide.distance);
         let at = self.linearise(source, model, pose, &Gate { tukey, ..wide });
         let (overlap, after) = (f64::from(at.pairs) / count, fit(&first));

@@ -39,16 +39,17 @@ pub(super) fn voxel_normals(grid: &VoxelGrid) -> Vec<[f32; 3]> {
         sum
     };
     let first: Vec<Moments> = (0..own.len()).map(|i| ring(&own, i)).collect();
-    let fit = |i: usize| {
-        let mut all = ring(&first, i);
-        all.add(&first[i]);
-        all.add(&own[i]);
-        let Some(n) = flattest(all.covariance()) else { return [0.0; 3] };
-        let p = grid.positions[i];
-        let away = dot(n, p.map(f64::from)) > 0.0;
-        n.map(|c| if away { -c } else { c } as f32)
-    };
-    (0..own.len()).map(fit).collect()
+    (0..own.len())
+        .map(|i| {
+            let mut all = ring(&first, i);
+            all.add(&first[i]);
+            all.add(&own[i]);
+            let Some(n) = flattest(all.covariance()) else { return [0.0; 3] };
+            let p = grid.positions[i];
+            let away = dot(n, p.map(f64::from)) > 0.0;
+            n.map(|c| if away { -c } else { c } as f32)
+        })
+        .collect()
 }
 
 /// Unit eigenvector of the smallest eigenvalue of a symmetric matrix (xx, xy, xz, yy, yz, zz); `None` where the two

@@ -72,20 +72,23 @@ impl SeedCells {
         let mut order: Vec<(u64, u32)> =
             self.keys.iter().enumerate().map(|(i, &k)| (morton(unpack(k)), i as u32)).collect();
         sort_by_key(&mut order);
-        let seed = |&(_, i): &(u64, u32)| {
-            let c = unpack(self.keys[i as usize]);
-            let zero = unpack(pack([0.5; 3])?);
-            let middle = [0, 1, 2].map(|a| self.anchor[a] + (f64::from(c[a]) - f64::from(zero[a])) as f32 * self.edge);
-            let own = nearest_of(positions, middle, self.voxels_of(i as usize).iter().copied())?;
-            // What is nearer than the cell's faces cannot be beaten by another cell.
-            let voxel = if own.0 < 0.25 * self.edge * self.edge { own.1 } else { self.nearest(positions, middle)? };
-            let at = positions[voxel as usize];
-            let corner = |r: f32| pack(self.cell(at.map(|x| x + r))).map(unpack);
-            let near = self.within(corner(-radius)?, corner(radius)?);
-            let near = near.filter(|&v| squared_distance(positions[v as usize], at) <= radius * radius).count();
-            (near as f32 > fewest).then_some(voxel)
-        };
-        order.iter().filter_map(seed).collect()
+        order
+            .iter()
+            .filter_map(|&(_, i)| {
+                let c = unpack(self.keys[i as usize]);
+                let zero = unpack(pack([0.5; 3])?);
+                let middle =
+                    [0, 1, 2].map(|a| self.anchor[a] + (f64::from(c[a]) - f64::from(zero[a])) as f32 * self.edge);
+                let own = nearest_of(positions, middle, self.voxels_of(i as usize).iter().copied())?;
+                // What is nearer than the cell's faces cannot be beaten by another cell.
+                let voxel = if own.0 < 0.25 * self.edge * self.edge { own.1 } else { self.nearest(positions, middle)? };
+                let at = positions[voxel as usize];
+                let corner = |r: f32| pack(self.cell(at.map(|x| x + r))).map(unpack);
+                let near = self.within(corner(-radius)?, corner(radius)?);
+                let near = near.filter(|&v| squared_distance(positions[v as usize], at) <= radius * radius).count();
+                (near as f32 > fewest).then_some(voxel)
+            })
+            .collect()
     }
 }
 

@@ -119,14 +119,17 @@ fn load(candidate: &Found) -> Result<Environment, EngineError> {
     }
     let path = candidate.path.canonicalize().map_err(|e| fail(e.to_string()))?;
     let builder = ort::init_from(path).map_err(|e| fail(e.to_string()))?;
-    let builder = builder.with_name("semascan").with_telemetry(false).with_logger(Arc::new(
-        |level: LogLevel, _: &str, _: &str, place: &str, message: &str| match level {
-            LogLevel::Error | LogLevel::Fatal => tracing::warn!("onnxruntime: {message} ({place})"),
-            LogLevel::Warning => tracing::debug!("onnxruntime: {message} ({place})"),
-            _ => tracing::trace!("onnxruntime: {message} ({place})"),
-        },
-    ));
+    let builder = builder.with_name("semascan").with_telemetry(false).with_logger(Arc::new(log));
     builder.build().map_err(|e| fail(e.to_string()))
+}
+
+/// Passes on what ONNX Runtime reports, one level down: its errors also reach the caller.
+fn log(level: LogLevel, _category: &str, _id: &str, place: &str, message: &str) {
+    match level {
+        LogLevel::Error | LogLevel::Fatal => tracing::warn!("onnxruntime: {message} ({place})"),
+        LogLevel::Warning => tracing::debug!("onnxruntime: {message} ({place})"),
+        _ => tracing::trace!("onnxruntime: {message} ({place})"),
+    }
 }
 
 impl Engine for OnnxRuntime {

@@ -163,12 +163,14 @@ impl Segmenter for NetworkSegmenter {
                 return Err(SegmentError::WrongSize { view: view.index, field, found, expected });
             }
         }
+        // Where to look, and how the picture is varied: the same for all networks of the view.
         let failed = |error: EngineError| SegmentError::Network { view: view.index, reason: error.to_string() };
         let window = Window::of_volume(view, self.volume.as_ref(), self.config.margin);
         let drawn = self.augmentations(view.index);
         let mut detail = ViewDetail { window, ..ViewDetail::default() };
         let (component_count, defect_count) = (self.taxonomy.component_count(), self.taxonomy.defect_count());
 
+        // Components: the ensemble's mean is the label, its scatter the uncertainty. A detector gives objects as well.
         let mut canvas = Canvas::new(picture, component_count);
         let mut instances = None;
         if let Some(window) = window {
@@ -178,14 +180,15 @@ impl Segmenter for NetworkSegmenter {
             let estimate = said.predictions.estimate(&self.config.uncertainty);
             canvas.paint(window, &estimate, &labeller.numbers);
             detail.components = estimate.figures;
-            let bytes = |share: Vec<f32>| {
-                share.into_iter().map(|s| (s.clamp(0.0, 1.0) * 255.0).round() as u8).collect::<Vec<u8>>()
-            };
-            detail.contribution = said.contribution.map(|share| spread(picture.0, expected, window, &bytes(share)));
+            detail.contribution = said.contribution.map(|share| {
+                let bytes: Vec<u8> = share.into_iter().map(byte).collect();
+                spread(picture.0, expected, window, &bytes)
+            });
             instances = said.instances.map(|i| spread(picture.0, expected, window, &i));
         }
         let components = canvas.field();
 
+        // Defects, by the same rules with a threshold of their own.
         let defects = match (&mut self.defects, window) {
             (Some(labeller), Some(window)) => {
                 let frame = Frame::new(window, picture, &labeller.model.manifest().input);
@@ -207,6 +210,7 @@ impl Segmenter for NetworkSegmenter {
             },
         };
 
+        // Objects: of the detector above, of an instance network, or of the one that labels the components too.
         let labels: Vec<u16> = (0..expected).map(|i| components.best(i)).collect();
         let own = Some(&mut self.components).filter(|labeller| labeller.model.separates_objects());
         let instances = match (self.instances.as_mut().or(own), window, instances) {
@@ -257,6 +261,11 @@ fn spread<T: Copy + Default>(columns: u32, pixels: usize, window: Window, values
     picture
 }
 
+/// A share in eight bits, 255 = 1.
+fn byte(share: f32) -> u8 {
+    (share.clamp(0.0, 1.0) * 255.0).round() as u8
+}
+
 /// A class field in the making: none with certainty, until networks have looked.
 struct Canvas {
     columns: usize,
@@ -275,7 +284,6 @@ impl Canvas {
 
     /// Puts an estimate into its window; class `c` of the estimate is class `numbers[c]` of the field.
     fn paint(&mut self, window: Window, estimate: &Estimate, numbers: &[u16]) {
-        let byte = |value: f32| (value.clamp(0.0, 1.0) * 255.0).round() as u8;
         let pixels = window.pixels();
         for i in 0..pixels {
             let row = window.top as usize + i / window.width as usize;
