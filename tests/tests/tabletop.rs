@@ -6,15 +6,15 @@
 //! unlabelled do not count.
 
 use semascan_evaluation::{PartitionScore, compare_partitions};
-use semascan_perception::segment::geometric::{ColouredPoints, GeometricConfig, NONE, SegmentedCloud};
+use semascan_perception::segment::geometric::{ColoredPoints, GeometricConfig, NONE, SegmentedCloud};
 use semascan_sources::pcd;
 use semascan_tests::data;
 
 fn score(name: &str, config: &GeometricConfig) -> PartitionScore {
     let folder = data::folder("point-clouds/tabletop-labelled").expect("real captures");
     let cloud = pcd::read(&folder.join(name)).expect("reads");
-    let colours = cloud.colors.expect("the cloud has colours");
-    let points = ColouredPoints { positions: cloud.positions, colours };
+    let colors = cloud.colors.expect("the cloud has colours");
+    let points = ColoredPoints { positions: cloud.positions, colors };
     let labels = cloud.labels.expect("the cloud has labels");
     let truth: Vec<_> = labels.iter().map(|&l| (l != 0).then_some(l)).collect();
     let segments = SegmentedCloud::new(&points, config).of_point();
@@ -29,7 +29,7 @@ fn score(name: &str, config: &GeometricConfig) -> PartitionScore {
 #[cfg_attr(not(semascan_data), ignore = "SEMASCAN_DATA is not set")]
 fn segments_of_real_tabletops_follow_the_labels() {
     let lcccp = GeometricConfig::new(0.0075);
-    let lccp = GeometricConfig { colour: None, ..lcccp };
+    let lccp = GeometricConfig { color: None, ..lcccp };
     // Colour parts what shape joins: printed patterns cost over-segmentation, and leaks must not grow.
     for (name, config, over, under) in [("LCCP", &lccp, 0.08, 0.010), ("LCCCP", &lcccp, 0.12, 0.025)] {
         for cloud in ["learn0.pcd", "learn9.pcd", "learn17.pcd"] {

@@ -93,7 +93,7 @@ fn aligned(
     fine: &mut Option<(SurfelCloud, SurfelCloud)>,
 ) -> Result<AlignedEvaluation, AlignError> {
     // Both are models of one part, and parts of revolution leave directions open.
-    let config = GlobalConfig { seed, max_open: 3, ..GlobalConfig::default() };
+    let config = GlobalConfig { seed, max_unconstrained: 3, ..GlobalConfig::default() };
     let GlobalMatch { target_from_source, overlap, voxel, .. } = register_globally(&input(a), &input(b), &config)?;
     if fine.is_none() {
         let make = |m: &Model, model| {

@@ -7,7 +7,7 @@ mod inspection;
 mod model;
 #[cfg(test)]
 #[allow(dead_code, reason = "perception's tests use the rest")]
-#[path = "../../perception/src/segment/network/fixtures.rs"]
+#[path = "../../perception/src/segment/network/fixtures/mod.rs"]
 mod network_fixtures;
 mod network_scores;
 mod partition;

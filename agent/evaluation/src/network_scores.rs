@@ -7,7 +7,7 @@ use semascan_inspection::source::{SourceError, SourceInfo};
 use semascan_model::Taxonomy;
 use semascan_perception::segment::network::engine::{self, Engine};
 use semascan_perception::segment::network::{
-    Augmentation, EngineChoice, EngineDescription, EngineError, Manifest, Model, ModelError, NetworkConfig,
+    Augmentation, EngineChoice, EngineDescription, EngineError, Manifest, ModelError, NetworkConfig, NetworkModel,
     NetworkSegmenter, Provider, SelectError, SetupError, Task, extended, find, search_path, select,
 };
 use semascan_perception::segment::{SegmentError, Segmenter};
@@ -107,18 +107,18 @@ impl Shelf {
         self.assemble(models, info, &config)
     }
 
-    fn load(&self, folders: &[PathBuf]) -> Result<Vec<Model>, ModelError> {
+    fn load(&self, folders: &[PathBuf]) -> Result<Vec<NetworkModel>, ModelError> {
         let threads = rayon::current_num_threads();
-        folders.iter().map(|folder| Model::load(folder, self.engine.as_ref(), threads)).collect()
+        folders.iter().map(|folder| NetworkModel::load(folder, self.engine.as_ref(), threads)).collect()
     }
 
     fn assemble(
         &self,
-        models: Vec<Model>,
+        models: Vec<NetworkModel>,
         info: &SourceInfo,
         config: &NetworkConfig,
     ) -> Result<NetworkSegmenter, NetworkError> {
-        let manifests: Vec<&Manifest> = models.iter().map(Model::manifest).collect();
+        let manifests: Vec<&Manifest> = models.iter().map(NetworkModel::manifest).collect();
         let taxonomy = extended(&info.taxonomy, &manifests);
         Ok(NetworkSegmenter::new(models, self.engine.description(), &taxonomy, info.volume, config.clone())?)
     }

@@ -9,7 +9,8 @@ use semascan_model::Taxonomy;
 use semascan_perception::register::{IcpConfig, IcpRegistrar, KinematicRegistrar, Registrar, Selection};
 use semascan_perception::segment::geometric::PatchMethod;
 use semascan_perception::segment::network::{
-    EngineError, Manifest, Model, ModelError, NetworkSegmenter, SelectError, SetupError, engine, extended, select,
+    EngineError, Manifest, ModelError, NetworkModel, NetworkSegmenter, SelectError, SetupError, engine, extended,
+    select,
 };
 use semascan_perception::segment::preparation::contour::Snake;
 use semascan_perception::segment::preparation::{Background, Preparation, Prepared};
@@ -128,8 +129,8 @@ fn network_segmenter(
     config.check().map_err(|(field, reason)| SpecError { field: format!("network.{field}"), reason })?;
     let engine = engine::open(spec.engine, spec.onnxruntime.as_deref(), spec.provider)?;
     let threads = spec.threads.unwrap_or_else(rayon::current_num_threads);
-    let load = |(folder, _): &(PathBuf, Manifest)| Model::load(folder, engine.as_ref(), threads);
-    let models: Vec<Model> = models.iter().map(load).collect::<Result<_, _>>()?;
+    let load = |(folder, _): &(PathBuf, Manifest)| NetworkModel::load(folder, engine.as_ref(), threads);
+    let models: Vec<NetworkModel> = models.iter().map(load).collect::<Result<_, _>>()?;
     let description = engine.description();
     let names: Vec<&str> = models.iter().map(|m| m.manifest().name.as_str()).collect();
     tracing::info!("labels by {} in {} {}", names.join(", "), description.name, description.version);

@@ -105,7 +105,7 @@ impl Timer {
     }
 }
 
-/// Largest resident memory of this process so far; `None` where the system does not tell.
+/// Largest resident memory of this process so far; `None` where the system does not report it.
 fn peak_mb() -> Option<f64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find_map(|l| l.strip_prefix("VmHWM:"))?;

@@ -39,7 +39,7 @@ pub enum ServeError {
     Bind {
         /// The address.
         address: SocketAddr,
-        /// The operating system's word.
+        /// The underlying I/O error.
         source: std::io::Error,
     },
     /// The server stopped.
@@ -82,7 +82,7 @@ impl Server {
     /// The address that was bound.
     ///
     /// # Errors
-    /// The operating system's word.
+    /// The underlying I/O error.
     pub fn local_address(&self) -> std::io::Result<SocketAddr> {
         self.listener.local_addr()
     }

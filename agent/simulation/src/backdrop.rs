@@ -8,7 +8,7 @@ use super::noise::Noise;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Backdrop {
     /// Radiance at the horizon.
-    pub(super) colour: Vec3,
+    pub(super) color: Vec3,
     /// Share by which it grows towards the zenith.
     pub(super) gradient: f32,
     /// Share by which it varies from place to place, 0..=1.
@@ -22,12 +22,12 @@ pub(super) struct Backdrop {
 impl Backdrop {
     /// The dark, neutral room of the virtual cell.
     pub(super) const DARK_ROOM: Self =
-        Self { colour: Vec3::new(0.030, 0.032, 0.036), gradient: 0.9, blotches: 0.0, density: 1.0, seed: 0 };
+        Self { color: Vec3::new(0.030, 0.032, 0.036), gradient: 0.9, blotches: 0.0, density: 1.0, seed: 0 };
 
     /// Radiance from `direction`, of any length.
     pub(super) fn at(&self, direction: Vec3) -> Vec3 {
         let d = direction.normalize_or(Vec3::Z);
-        let mut out = self.colour * (1.0 + self.gradient * d.z);
+        let mut out = self.color * (1.0 + self.gradient * d.z);
         if self.blotches > 0.0 {
             let noise = Noise::new(self.seed);
             // A tint of its own for each place: things there have colours.

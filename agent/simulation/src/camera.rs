@@ -61,7 +61,7 @@ struct Rig<'a> {
 
 #[derive(Clone, Default)]
 struct Pixel {
-    colour: Vec3,
+    color: Vec3,
     depth: f32,
     component: u16,
     defect: u16,
@@ -106,10 +106,10 @@ impl Camera {
                 *pixel = rig.pixel(&hits, u, v);
             }
         });
-        let colours: Vec<Vec3> = pixels.iter().map(|p| p.colour).collect();
+        let colors: Vec<Vec3> = pixels.iter().map(|p| p.color).collect();
         let noise = self.sensor.map_or(0.0, |s| s.color);
         Picture {
-            rgb: develop(&colours, &self.intrinsics, &self.film, noise, seed),
+            rgb: develop(&colors, &self.intrinsics, &self.film, noise, seed),
             depth: DepthImage {
                 width: self.intrinsics.width,
                 height: self.intrinsics.height,
@@ -140,7 +140,7 @@ impl Rig<'_> {
         let direction = self.direction(u as f32, v as f32);
         let point = hits[i].map(|hit| self.scene.surface(&hit, self.eye, direction));
         let (edge, behind) = self.edge(hits, u, v);
-        let colour = if edge {
+        let color = if edge {
             let sample = |k: u32| {
                 let offset = Vec2::new((k & 1) as f32, (k >> 1) as f32) * 0.5 - Vec2::splat(0.25);
                 let direction = self.direction(u as f32 + offset.x, v as f32 + offset.y);
@@ -162,10 +162,10 @@ impl Rig<'_> {
             }
         };
         let Some((point, hit)) = point.zip(hits[i]) else {
-            return Pixel { colour, ..Pixel::default() };
+            return Pixel { color, ..Pixel::default() };
         };
         let depth = self.depth(&point, hit.t, u, v, draw, behind);
-        Pixel { colour, depth, component: point.tag.class, defect: point.defect, instance: point.tag.instance }
+        Pixel { color, depth, component: point.tag.class, defect: point.defect, instance: point.tag.instance }
     }
 
     fn depth(&self, point: &SurfacePoint, z: f32, u: usize, v: usize, draw: u32, behind: Option<f32>) -> f32 {

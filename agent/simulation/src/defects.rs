@@ -6,11 +6,11 @@
 
 use glam::Vec3;
 
+use super::appearance::Appearance;
 use super::noise::{Noise, smoothstep};
 use super::random::Stream;
 use super::shape::segment;
 use super::starter_motor::{Component, StarterMotor};
-use super::surface::Appearance;
 
 /// Defect classes.
 pub(super) const CORROSION: u16 = 1;

@@ -56,12 +56,12 @@ const LUMINANCE: Vec3 = Vec3::new(0.2126, 0.7152, 0.0722);
 const MID_GREY: f32 = 0.18;
 
 /// Develops linear colours, row-major; `noise` is the standard deviation at mid grey.
-pub(super) fn develop(colours: &[Vec3], k: &Intrinsics, film: &Film, noise: f32, seed: u32) -> RgbImage {
+pub(super) fn develop(colors: &[Vec3], k: &Intrinsics, film: &Film, noise: f32, seed: u32) -> RgbImage {
     let (w, h) = (k.width as usize, k.height as usize);
     let side = (-0.5 / (film.blur * film.blur)).exp();
     let kernel = [side / (1.0 + 2.0 * side), 1.0 / (1.0 + 2.0 * side)];
     let mut rows = vec![Vec3::ZERO; w * h];
-    rows.par_chunks_mut(w).zip(colours.par_chunks(w)).for_each(|(out, row)| {
+    rows.par_chunks_mut(w).zip(colors.par_chunks(w)).for_each(|(out, row)| {
         for u in 0..w {
             let (left, right) = (row[u.saturating_sub(1)], row[(u + 1).min(w - 1)]);
             // Light far beyond white would bleed over its neighbours as it does in no real lens of this kind.
@@ -112,12 +112,12 @@ mod tests {
         let k = Intrinsics { width: 40, height: 30, fx: 40.0, fy: 40.0, cx: 19.5, cy: 14.5 };
         let film =
             Film { exposure: 1.0, white_balance: Vec3::ONE, blur: 0.4, vignette: 0.0, contrast: 1.0, saturation: 1.0 };
-        let colours: Vec<Vec3> = (0..1200).map(|i| Vec3::splat((i % 40) as f32 / 40.0)).collect();
-        let image = develop(&colours, &k, &film, 0.0, 1);
+        let colors: Vec<Vec3> = (0..1200).map(|i| Vec3::splat((i % 40) as f32 / 40.0)).collect();
+        let image = develop(&colors, &k, &film, 0.0, 1);
         assert_eq!(image.dimensions(), (40, 30));
         let row: Vec<[u8; 3]> = (0..40).map(|u| image.get_pixel(u, 10).0).collect();
         assert!(row.iter().all(|c| c[0] == c[1] && c[1] == c[2]));
         assert!(row.windows(2).all(|p| p[0][0] <= p[1][0]) && row[39][0] > 180);
-        assert_ne!(develop(&colours, &k, &film, 0.02, 1), develop(&colours, &k, &film, 0.02, 2), "noise is seeded");
+        assert_ne!(develop(&colors, &k, &film, 0.02, 1), develop(&colors, &k, &film, 0.02, 2), "noise is seeded");
     }
 }

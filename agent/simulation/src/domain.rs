@@ -90,7 +90,7 @@ fn shifted_lighting(seed: u64) -> Lighting {
         ceiling: warm_white * 0.10,
         floor: warm_white * 0.36,
         tubes: 0.0,
-        backdrop: Backdrop { colour: warm_white * 0.65, gradient: -0.3, blotches: 0.25, density: 3.0, seed: s.word() },
+        backdrop: Backdrop { color: warm_white * 0.65, gradient: -0.3, blotches: 0.25, density: 3.0, seed: s.word() },
     }
 }
 

@@ -5,6 +5,7 @@
 //! around it. Views come one by one with the chain that the station reports, noisy depth, shaded colour, exact labels
 //! and the true pose. Good enough to train and test on: the same seed gives the same bytes on any number of threads.
 
+mod appearance;
 mod backdrop;
 mod camera;
 mod defects;
@@ -26,13 +27,14 @@ mod solid;
 mod spec;
 mod starter_motor;
 mod station;
-mod surface;
 mod training;
+mod viewpoint;
 
 pub use domain::Domain;
 pub use randomisation::{Randomisation, Range};
+pub use sampling::Sampling;
 pub use sensor::SensorModel;
-pub use spec::{PartSpec, Sampling, VirtualCellSpec};
+pub use spec::{PartSpec, VirtualCellSpec};
 pub use station::ErrorModel;
 pub use training::{GENERATOR, TrainingCell, TrainingOptions};
 
@@ -167,6 +169,6 @@ fn settings(spec: &VirtualCellSpec) -> Vec<(String, String)> {
 }
 
 #[cfg(test)]
-mod colour_tests;
+mod color_tests;
 #[cfg(test)]
 mod tests;

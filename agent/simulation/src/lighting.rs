@@ -9,11 +9,11 @@ use std::f32::consts::PI;
 
 use glam::{Mat3, Vec3};
 
+use super::appearance::Appearance;
 use super::backdrop::Backdrop;
 use super::noise::{hash2, smoothstep, unit};
 use super::part::{Scene, SurfacePoint};
 use super::random::Stream;
-use super::surface::Appearance;
 
 /// A round lamp.
 #[derive(Clone, Copy, Debug)]
@@ -60,8 +60,8 @@ impl Lighting {
         let mut lamp = |at: Vec3, spread: f32, radius: f32, power: f32, shadows| {
             let jitter = Vec3::new(s.range(-spread, spread), s.range(-spread, spread), s.range(-spread, spread));
             let warmth = s.range(-0.10, 0.10);
-            let colour = Vec3::new(1.0 + warmth, 1.0, 1.0 - warmth);
-            Lamp { position: at + jitter, radius, power: colour * power * s.range(0.8, 1.25), shadows }
+            let color = Vec3::new(1.0 + warmth, 1.0, 1.0 - warmth);
+            Lamp { position: at + jitter, radius, power: color * power * s.range(0.8, 1.25), shadows }
         };
         Self {
             lamps: vec![

@@ -8,10 +8,10 @@ use glam::{Affine3A, Mat3A, Vec2, Vec3};
 use image::RgbImage;
 use rayon::prelude::*;
 
+use super::appearance::{Appearance, Finish, Grime};
 use super::defects::Defects;
 use super::noise::{hash2, unit};
 use super::raycast::{Hit, RayScene};
-use super::surface::{Appearance, Finish, Grime};
 use semascan_inspection::source::TrueMesh;
 
 /// Class, instance and finish of a triangle.

@@ -5,6 +5,7 @@
 
 use glam::Vec3;
 
+use super::appearance::{Finish, Grime};
 use super::backdrop::Backdrop;
 use super::camera::Camera;
 use super::defects::Defects;
@@ -15,7 +16,6 @@ use super::random::Stream;
 use super::scene::{STATION, motor_finishes, station_finishes};
 use super::sensor::SensorModel;
 use super::starter_motor::StarterMotor;
-use super::surface::{Finish, Grime};
 use semascan_perception::view::Intrinsics;
 
 /// Smallest and largest value of what is drawn evenly, or evenly in its logarithm where noted.
@@ -161,7 +161,7 @@ impl Randomisation {
             floor: ceiling * s.range(0.1, 0.5),
             tubes: even(s, self.tubes),
             backdrop: Backdrop {
-                colour: self.tint(s) * logarithmic(s, self.backdrop),
+                color: self.tint(s) * logarithmic(s, self.backdrop),
                 gradient: s.range(-0.9, 0.9),
                 blotches: s.range(-0.3, 1.0).max(0.0),
                 density: s.range(2.0, 16.0),

@@ -1,20 +1,19 @@
 //! Where to look from: the random sampling of [Remanufacturing paper], or a regular turn that covers the part.
 
 use glam::Vec3;
-use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
+use nalgebra::{Point3, UnitQuaternion, Vector3};
 
 use super::random::Stream;
-use super::spec::Sampling;
-use super::station::look_at;
+use super::viewpoint::{Viewpoint, look_at};
 use semascan_perception::view::Intrinsics;
 
-/// A planned capture.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) struct Viewpoint {
-    /// Camera in the static turntable frame.
-    pub(super) tablebase_from_camera: Isometry3<f64>,
-    /// Radians.
-    pub(super) table_angle: f64,
+/// How viewpoints are chosen.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Sampling {
+    /// Regular steps of the table at three heights.
+    Turn,
+    /// At random, as P0 sampled its dataset.
+    Random,
 }
 
 /// What the camera looks at: a sphere around the part, in the table frame, on the table's axis.

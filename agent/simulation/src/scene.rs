@@ -1,4 +1,4 @@
-//! Sets the stage: part, chuck and turntable in the table frame, with finishes, grime and defects.
+//! Sets the scene up: part, chuck and turntable in the table frame, with finishes, grime and defects.
 
 use std::path::Path;
 
@@ -6,13 +6,13 @@ use glam::{Affine3A, Mat3, Vec2, Vec3};
 use nalgebra::Point3;
 use semascan_model::Taxonomy;
 
+use super::appearance::{Finish, Grime};
 use super::defects::Defects;
 use super::dual_contour;
 use super::mesh_import::{self, Imported};
 use super::part::{Dress, Scene, SceneMesh, Tag};
 use super::random::Stream;
 use super::starter_motor::{COMPONENTS, Component, DEFECTS, StarterMotor, fixture};
-use super::surface::{Finish, Grime};
 use semascan_inspection::source::{SourceError, Turntable};
 
 /// Free space around the part inside the measuring volume, metres.
@@ -20,9 +20,9 @@ const MARGIN: f32 = 0.01;
 /// How far the measuring volume begins above the face that the part stands on, metres: past noise and pose errors.
 const CLEARANCE: f32 = 0.002;
 
-/// A scene and what a source must tell about it.
+/// A scene and what its source reports of it.
 #[derive(Debug)]
-pub(super) struct Stage {
+pub(super) struct SceneSetup {
     pub(super) scene: Scene,
     pub(super) name: String,
     pub(super) taxonomy: Taxonomy,
@@ -41,7 +41,7 @@ pub(super) const STATION: usize = 3;
 const SLOTS: u16 = 3;
 
 /// A starter motor of `seed` in its chuck, as the virtual cell shows it.
-pub(super) fn starter_motor(seed: u64, cell: f32) -> Stage {
+pub(super) fn starter_motor(seed: u64, cell: f32) -> SceneSetup {
     let motor = StarterMotor::new(seed, cell);
     let mut s = Stream::new(seed, "finishes");
     let dress = Dress {
@@ -65,7 +65,7 @@ pub(super) fn motor_finishes(station: [Finish; STATION], mut draw: impl FnMut() 
 }
 
 /// `motor` in its chuck; `seed` decides how it stands, `dress` (of [`motor_finishes`]) how it looks.
-pub(super) fn dressed_motor(motor: &StarterMotor, seed: u64, dress: Dress) -> Stage {
+pub(super) fn dressed_motor(motor: &StarterMotor, seed: u64, dress: Dress) -> SceneSetup {
     let mut s = Stream::new(seed, "placement");
     let place = Vec3::new(s.range(-6.0, 6.0), s.range(-6.0, 6.0), fixture::CHUCK_HEIGHT) * 1e-3;
     let yaw = Mat3::from_rotation_z(s.range(0.0, std::f32::consts::TAU));
@@ -73,19 +73,18 @@ pub(super) fn dressed_motor(motor: &StarterMotor, seed: u64, dress: Dress) -> St
 
     let mut mesh = SceneMesh::default();
     for component in &motor.components {
-        let tag = |slot: u8| match component.class {
+        append(&mut mesh, component, &table_from_part, |slot| match component.class {
             0 => Tag { finish: 1 + u16::from(slot.min(1)), in_truth: true, ..Tag::default() },
             class => {
                 let finish = STATION as u16 + (class - 1) * SLOTS + u16::from(slot).min(SLOTS - 1);
                 Tag { class, instance: class, finish, texture: 0, in_truth: true }
             }
-        };
-        append(&mut mesh, component, &table_from_part, tag);
+        });
     }
     let part = bounds(&mesh, |t| t.class != 0);
     add_turntable(&mut mesh);
     let floor = 1e-3 * fixture::CHUCK_HEIGHT + CLEARANCE;
-    Stage {
+    SceneSetup {
         scene: Scene::new(mesh, dress, table_from_part),
         name: format!("starter motor {seed}"),
         taxonomy: Taxonomy::from_names(&COMPONENTS, &DEFECTS),
@@ -98,8 +97,8 @@ pub(super) fn dressed_motor(motor: &StarterMotor, seed: u64, dress: Dress) -> St
 }
 
 /// A mesh from a file, standing on the table with its lowest point.
-pub(super) fn imported(path: &Path, scale: f32, seed: u64) -> Result<Stage, SourceError> {
-    let Imported { mut mesh, names, colours, textures } = mesh_import::read(path)?;
+pub(super) fn imported(path: &Path, scale: f32, seed: u64) -> Result<SceneSetup, SourceError> {
+    let Imported { mut mesh, names, colours: colors, textures } = mesh_import::read(path)?;
     let refuse = |reason: String| SourceError::Format { path: path.to_owned(), reason };
     for v in &mut mesh.vertices {
         *v = v.map(|x| x * scale);
@@ -121,13 +120,13 @@ pub(super) fn imported(path: &Path, scale: f32, seed: u64) -> Result<Stage, Sour
     for tag in &mut mesh.tags {
         tag.finish += STATION as u16;
     }
-    finishes.extend(colours.into_iter().map(|c| Finish::plain(c, 0.6)));
+    finishes.extend(colors.into_iter().map(|c| Finish::plain(c, 0.6)));
     add_turntable(&mut mesh);
     let table_from_part = Affine3A::from_mat3_translation(Mat3::IDENTITY * 1e-3, Vec3::ZERO);
     let stem = path.file_stem().map_or_else(|| "part".into(), |n| n.to_string_lossy().into_owned());
     let names = if names.len() == 1 { vec![stem.clone()] } else { names };
     let dress = Dress { finishes, textures, grime: Grime::none(), defects: Defects::none() };
-    Ok(Stage {
+    Ok(SceneSetup {
         scene: Scene::new(mesh, dress, table_from_part),
         name: stem,
         taxonomy: Taxonomy::from_names(&names, &DEFECTS.map(String::from)),
@@ -171,10 +170,7 @@ fn append(mesh: &mut SceneMesh, component: &Component, place: &Affine3A, tag: im
         let [a, b, c] = t.map(|i| net.positions[i as usize]);
         let face = place.transform_vector3((b - a).cross(c - a)).normalize_or_zero();
         // A vertex on an edge has no one normal: each side keeps its own.
-        let corner = |i: u32| {
-            if normals[i as usize].dot(face) > 0.88 { normals[i as usize] } else { face }
-        };
-        mesh.normals.push(t.map(corner));
+        mesh.normals.push(t.map(|i| if normals[i as usize].dot(face) > 0.88 { normals[i as usize] } else { face }));
         mesh.uvs.push([Vec2::ZERO; 3]);
         mesh.tags.push(tag(net.slots[t[0] as usize]));
     }

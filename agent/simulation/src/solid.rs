@@ -122,8 +122,7 @@ impl Solid {
 
     /// The steps that can touch the surface within `radius` of `centre`: away from it a union or a cut changes no sign.
     pub(super) fn near(&self, centre: Vec3, radius: f32) -> Solid {
-        let touches = |s: &&Step| s.distance(centre) < radius + s.blend;
-        Solid { steps: self.steps.iter().filter(touches).cloned().collect() }
+        Solid { steps: self.steps.iter().filter(|s| s.distance(centre) < radius + s.blend).cloned().collect() }
     }
 
     /// Outward unit normal at `p` (tetrahedral differences).

@@ -10,19 +10,11 @@
 use std::path::PathBuf;
 
 use super::domain::Domain;
+use super::sampling::Sampling;
 use super::sensor::SensorModel;
 use super::station::ErrorModel;
 use semascan_inspection::source::SourceError;
 use semascan_sources::percent;
-
-/// How viewpoints are chosen.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Sampling {
-    /// Regular steps of the table at three heights.
-    Turn,
-    /// At random, as [Remanufacturing paper] sampled its dataset.
-    Random,
-}
 
 /// What stands on the table.
 #[derive(Clone, Debug, PartialEq)]

@@ -6,10 +6,10 @@
 //! turntable axis) and by a new error for every view (robot repeatability, table angle). The chain is private to the
 //! generator: the registration has its own, and truth must not come from the code that it checks.
 
-use nalgebra::{Isometry3, Matrix6, Point3, Rotation3, Translation3, UnitQuaternion, Vector3, Vector6};
+use nalgebra::{Isometry3, Matrix6, Rotation3, Translation3, UnitQuaternion, Vector3, Vector6};
 
 use super::random::Stream;
-use super::sampling::Viewpoint;
+use super::viewpoint::Viewpoint;
 use semascan_perception::view::Chain;
 
 /// Standard deviations of the station's errors, in radians and metres for each axis.
@@ -185,19 +185,11 @@ fn adjoint(a_from_b: &Isometry3<f64>) -> Matrix6<f64> {
     out
 }
 
-/// Camera at `eye` that looks at `target` with the picture's top towards +z.
-pub(super) fn look_at(eye: Point3<f64>, target: Point3<f64>) -> Isometry3<f64> {
-    let forward = (target - eye).normalize();
-    let right = forward.cross(&Vector3::z());
-    let right = if right.norm() < 1e-6 { Vector3::x() } else { right.normalize() };
-    let down = forward.cross(&right);
-    let rotation = Rotation3::from_matrix_unchecked(nalgebra::Matrix3::from_columns(&[right, down, forward]));
-    Isometry3::from_parts(Translation3::from(eye.coords), UnitQuaternion::from_rotation_matrix(&rotation))
-}
-
 #[cfg(test)]
 mod tests {
+    use super::super::viewpoint::look_at;
     use super::*;
+    use nalgebra::Point3;
 
     fn viewpoint(angle: f64) -> Viewpoint {
         let eye = Point3::new(0.2, 0.4, 0.3);

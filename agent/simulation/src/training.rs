@@ -49,7 +49,7 @@ pub struct TrainingCell {
     options: TrainingOptions,
     randomisation: Randomisation,
     motor: StarterMotor,
-    stage: scene::Stage,
+    setup: scene::SceneSetup,
     /// Points all over the part, table frame.
     outline: Vec<Point3<f64>>,
 }
@@ -61,9 +61,9 @@ impl TrainingCell {
         let seed = u64::from(s.word()) << 32 | u64::from(s.word());
         let motor = StarterMotor::new(seed, options.cell);
         let dress = randomisation.dress(&mut Stream::new(seed, "dress"), &motor);
-        let stage = scene::dressed_motor(&motor, seed, dress);
-        let outline = outline(&stage.scene);
-        Self { seed, options, randomisation, motor, stage, outline }
+        let setup = scene::dressed_motor(&motor, seed, dress);
+        let outline = outline(&setup.scene);
+        Self { seed, options, randomisation, motor, setup, outline }
     }
 
     /// The motor's own seed: `virtual:starter-motor?seed=` shows the same shape.
@@ -83,7 +83,7 @@ impl TrainingCell {
 
     /// The part's own frame (motor axis +z, its rear end at 0) in the table frame, metres.
     pub fn table_from_part(&self) -> Isometry3<f64> {
-        let place = self.stage.table_from_part;
+        let place = self.setup.table_from_part;
         let axis = |v: glam::Vec3A| Vector3::new(f64::from(v.x), f64::from(v.y), f64::from(v.z));
         let m = place.matrix3;
         let columns = [m.x_axis, m.y_axis, m.z_axis].map(|c| axis(c).normalize());
@@ -99,7 +99,7 @@ impl TrainingCell {
         let planned = random_viewpoint(&mut s, self.randomisation.distance, &self.target(&camera.intrinsics));
         let pose = Station::new(self.seed, ErrorModel::NONE).move_to(&planned, index);
         camera.intrinsics = self.window(&mut s, &camera.intrinsics, &pose.table_from_camera);
-        let scene = self.stage.scene.dressed(dress);
+        let scene = self.setup.scene.dressed(dress);
         let picture = camera.capture(&scene, &pose.table_from_camera, pose.table_angle, s.word());
         View {
             index,
@@ -117,7 +117,7 @@ impl TrainingCell {
     }
 
     fn target(&self, k: &Intrinsics) -> Target {
-        Target::around(self.stage.part_bounds, k)
+        Target::around(self.setup.part_bounds, k)
     }
 
     /// A window of the picture: all of the part where it fits, else filled by it.
@@ -202,7 +202,7 @@ mod tests {
         let view = cell.view(0);
         let pose = view.truth.expect("truth").table_from_camera;
         let labels = view.labels.expect("labels");
-        let (low, high) = cell.stage.part_bounds;
+        let (low, high) = cell.setup.part_bounds;
         let (w, mut seen) = (view.intrinsics.width, 0);
         for (i, z) in view.depth.metres.iter().enumerate().filter(|(i, _)| labels.components[*i] != 0) {
             let (u, v) = (i as u32 % w, i as u32 / w);
@@ -223,10 +223,10 @@ mod tests {
         let labels = view.labels.expect("labels");
         let count = |class| labels.components.iter().filter(|c| **c == class).count() as f64;
         let pixels = f64::from(SMALL.window.0 * SMALL.window.1);
-        let colour = view.rgb.as_raw().iter().map(|b| f64::from(*b)).sum::<f64>() / (3.0 * pixels);
+        let color = view.rgb.as_raw().iter().map(|b| f64::from(*b)).sum::<f64>() / (3.0 * pixels);
         let depth = view.depth.metres.iter().map(|z| f64::from(*z)).sum::<f64>() / pixels;
         let defects = labels.defects.iter().filter(|d| **d != 0).count() as f64;
-        let found = [count(1), count(2), count(3), count(4), count(5), defects, colour * 10.0, depth * 1e4];
+        let found = [count(1), count(2), count(3), count(4), count(5), defects, color * 10.0, depth * 1e4];
         let frozen = [3247.0, 1337.0, 2483.0, 44.0, 613.0, 286.0, 1478.6, 1779.6];
         assert!(found.iter().zip(frozen).all(|(a, b): (&f64, f64)| (a - b).abs() < 8.0), "{found:?}");
     }

@@ -59,8 +59,7 @@ pub fn find(views: &[PosedDepth]) -> Option<Vec<bool>> {
         ys.flat_map(|y| xs.clone().map(move |x| (x, y))).any(|(x, y)| attached[(y * columns + x) as usize])
     };
     let blocks: Vec<bool> = (0..columns * rows).map(|b| near(b % columns, b / columns)).collect();
-    let pixel = |i: u32| blocks[((i / width / BLOCK) * columns + i % width / BLOCK) as usize];
-    Some((0..width * height).map(pixel).collect())
+    Some((0..width * height).map(|i| blocks[((i / width / BLOCK) * columns + i % width / BLOCK) as usize]).collect())
 }
 
 /// Median and 90th percentile of a block's depth over all views; `None` without readings.

@@ -24,7 +24,7 @@ pub enum StoreError {
     Io {
         /// The file.
         path: PathBuf,
-        /// The operating system's word.
+        /// The underlying I/O error.
         source: io::Error,
     },
     /// An export failed.

@@ -11,7 +11,7 @@ use semascan_perception::fuse::{
     voxel_for,
 };
 use semascan_perception::organized::OrganizedCloud;
-use semascan_perception::register::{Arrival, Method, ModelSurface, Registrar, Registration};
+use semascan_perception::register::{Method, ModelSurface, Registrar, Registration, RegistrationInput};
 use semascan_perception::segment::Segmentation;
 use semascan_perception::view::View;
 use std::sync::Arc;
@@ -99,7 +99,7 @@ impl<'a> Fusion<'a> {
         let registered = {
             let map = self.model.as_ref().map(SharedModel::read);
             let model = map.as_deref().map(|map| map as &dyn ModelSurface);
-            let input = Arrival { view, cloud: &cloud, segmentation: &segmentation, model };
+            let input = RegistrationInput { view, cloud: &cloud, segmentation: &segmentation, model };
             let registrar = &mut *self.registrar;
             run_stage(self.events, timings, view.index, Stage::Register, || registrar.register(&input))
         };

@@ -7,7 +7,7 @@ use super::view::{
 };
 use nalgebra::{Isometry3, Matrix6, Quaternion, UnitQuaternion};
 use semascan_perception::fuse::Misidentification;
-use semascan_perception::register::{IcpReport, JointRefinement, Method, Relocalised};
+use semascan_perception::register::{IcpReport, JointRefinement, Method, Relocalization};
 use semascan_perception::segment::network::ViewDetail;
 
 impl From<&Isometry3<f64>> for PoseRecord {
@@ -33,15 +33,15 @@ impl From<&Method> for RegistrationRecord {
             Method::KeptPrior(reason) => Self::KeptPrior { reason: reason.to_string() },
             Method::Icp(report) => Self::Icp { icp: (&**report).into() },
             Method::CameraIsFrame => Self::CameraIsFrame,
-            Method::Relocalised(relocalised) => {
-                Self::Relocalized { global: (&**relocalised).into(), icp: relocalised.icp.as_ref().map(Into::into) }
+            Method::Relocalized(found) => {
+                Self::Relocalized { global: (&**found).into(), icp: found.icp.as_ref().map(Into::into) }
             }
         }
     }
 }
 
-impl From<&Relocalised> for GlobalRecord {
-    fn from(r: &Relocalised) -> Self {
+impl From<&Relocalization> for GlobalRecord {
+    fn from(r: &Relocalization) -> Self {
         let found = &r.found;
         Self {
             seed: r.seed,
@@ -49,7 +49,7 @@ impl From<&Relocalised> for GlobalRecord {
             overlap: found.overlap,
             runner_up: found.runner_up,
             support: found.support,
-            unconstrained: found.open,
+            unconstrained: found.unconstrained,
             rmse: found.rmse,
             confirmed: r.confirmed,
             contradicted: r.contradicted,

@@ -18,7 +18,7 @@ pub enum SourceError {
     Io {
         /// The file.
         path: PathBuf,
-        /// The operating system's word.
+        /// The underlying I/O error.
         source: std::io::Error,
     },
     /// A file is not what it should be.

@@ -12,10 +12,10 @@ mod cpu;
 use cpu::cheapest;
 use semascan_evaluation::{PartitionScore, compare_partitions};
 use semascan_inspection::source::Source;
-use semascan_perception::segment::geometric::lcccp::ColourCriterion;
+use semascan_perception::segment::geometric::lcccp::ColorCriterion;
 use semascan_perception::segment::geometric::lccp::LccpConfig;
 use semascan_perception::segment::geometric::vccs::VccsConfig;
-use semascan_perception::segment::geometric::{ColouredPoints, GeometricConfig, NONE, SegmentedCloud};
+use semascan_perception::segment::geometric::{ColoredPoints, GeometricConfig, NONE, SegmentedCloud};
 use semascan_simulation as virtual_cell;
 use semascan_sources::pcd;
 use serde_json::{Value, json};
@@ -27,7 +27,7 @@ const REPEATS: u32 = 9;
 
 /// PCL's common settings for tabletop scenes.
 fn vccs() -> VccsConfig {
-    VccsConfig { voxel: 0.0075, seed: 0.03, colour: 0.0, spatial: 1.0, normal: 4.0, refinements: 0 }
+    VccsConfig { voxel: 0.0075, seed: 0.03, color: 0.0, spatial: 1.0, normal: 4.0, refinements: 0 }
 }
 
 /// A cloud with its true regions.
@@ -35,7 +35,7 @@ struct Scene {
     name: String,
     width: u32,
     height: u32,
-    points: ColouredPoints,
+    points: ColoredPoints,
     truth: Vec<Option<u32>>,
 }
 
@@ -64,7 +64,7 @@ fn labelled(folder: &Path, name: &str) -> Scene {
         name: name.to_owned(),
         width: cloud.width,
         height: cloud.height,
-        points: ColouredPoints { positions: cloud.positions, colours: cloud.colors.expect("the cloud has colours") },
+        points: ColoredPoints { positions: cloud.positions, colors: cloud.colors.expect("the cloud has colours") },
         // Label 0 marks points that are not there.
         truth: labels.iter().map(|&l| (l != 0).then_some(l)).collect(),
     }
@@ -75,7 +75,7 @@ fn virtual_scene() -> Scene {
     let spec = virtual_cell::VirtualCellSpec::parse(uri).expect("a valid URI");
     let mut cell = virtual_cell::VirtualCell::open(&spec).expect("needs no file");
     let view = cell.next_view().expect("a view").expect("renders");
-    let points = ColouredPoints::of_depth(&view.intrinsics, &view.depth.metres, &view.rgb);
+    let points = ColoredPoints::of_depth(&view.intrinsics, &view.depth.metres, &view.rgb);
     let labels = view.labels.as_ref().expect("the cell knows the labels").components.clone();
     Scene {
         name: "virtual starter motor".into(),
@@ -87,20 +87,20 @@ fn virtual_scene() -> Scene {
 }
 
 fn measure(scene: &Scene, pcl: Option<&Path>) -> Value {
-    let lccp = GeometricConfig { vccs: vccs(), lccp: LccpConfig::default(), colour: None };
-    let lcccp = GeometricConfig { colour: Some(ColourCriterion::default()), ..lccp };
+    let lccp = GeometricConfig { vccs: vccs(), lccp: LccpConfig::default(), color: None };
+    let lcccp = GeometricConfig { color: Some(ColorCriterion::default()), ..lccp };
     let (lccp_took, ours) = cheapest(REPEATS, || SegmentedCloud::new(&scene.points, &lccp));
-    let (lcccp_took, coloured) = cheapest(REPEATS, || SegmentedCloud::new(&scene.points, &lcccp));
+    let (lcccp_took, colored) = cheapest(REPEATS, || SegmentedCloud::new(&scene.points, &lcccp));
     let [lccp_ms, lcccp_ms] = [lccp_took, lcccp_took].map(|took| took.cpu_s * 1e3);
-    let (segments, coloured_segments) = (known(ours.of_point()), known(coloured.of_point()));
-    let (score, coloured_score) =
-        (compare_partitions(&segments, &scene.truth), compare_partitions(&coloured_segments, &scene.truth));
+    let (segments, colored_segments) = (known(ours.of_point()), known(colored.of_point()));
+    let (score, colored_score) =
+        (compare_partitions(&segments, &scene.truth), compare_partitions(&colored_segments, &scene.truth));
     eprintln!("{} ({}x{}, {} points)", scene.name, scene.width, scene.height, score.points);
     row("ours, LCCP", lccp_ms, &score);
-    row("ours, LCCCP", lcccp_ms, &coloured_score);
+    row("ours, LCCCP", lcccp_ms, &colored_score);
     let mut report = json!({
         "ours_lccp": figures(lccp_ms, &score),
-        "ours_lcccp": figures(lcccp_ms, &coloured_score),
+        "ours_lcccp": figures(lcccp_ms, &colored_score),
         "supervoxels": ours.supervoxels.patches.len(),
     });
     let Some(program) = pcl else { return report };
@@ -164,14 +164,14 @@ fn run_pcl(program: &Path, scene: &Scene) -> Rival {
     let folder = tempfile::tempdir().expect("a folder");
     let (cloud, labels) = (folder.path().join("cloud"), folder.path().join("labels"));
     let mut bytes: Vec<u8> = [scene.width, scene.height].iter().flat_map(|n| n.to_le_bytes()).collect();
-    for (p, [r, g, b]) in scene.points.positions.iter().zip(&scene.points.colours) {
+    for (p, [r, g, b]) in scene.points.positions.iter().zip(&scene.points.colors) {
         p.iter().for_each(|c| bytes.extend(c.to_le_bytes()));
         bytes.extend([*b, *g, *r, 0]);
     }
     std::fs::write(&cloud, bytes).expect("writes the cloud");
     let (v, l) = (vccs(), LccpConfig::default());
     let tolerance = l.concavity_tolerance.to_degrees();
-    let settings = [v.voxel, v.seed, v.colour, v.spatial, v.normal, tolerance].map(|x| x.to_string());
+    let settings = [v.voxel, v.seed, v.color, v.spatial, v.normal, tolerance].map(|x| x.to_string());
     let output = Command::new(program)
         .args([&cloud, &labels])
         .args(settings)

@@ -19,7 +19,7 @@ use semascan_model::Taxonomy;
 use semascan_perception::segment::Segmenter;
 use semascan_perception::segment::network::engine::{self, Engine, EngineChoice, OnnxRuntime, Tensor};
 use semascan_perception::segment::network::{
-    Manifest, Model, NetworkConfig, NetworkSegmenter, Provider, Region, extended, select,
+    Manifest, NetworkConfig, NetworkModel, NetworkSegmenter, Provider, Region, extended, select,
 };
 use semascan_simulation::{VirtualCell, VirtualCellSpec};
 use serde_json::{Value, json};
@@ -93,7 +93,7 @@ fn ensemble(engine: &dyn Engine, folder: &Path, region: Region) -> Value {
     let spec = VirtualCellSpec::parse("virtual:starter-motor?seed=7&views=1&size=640x480").expect("a valid source");
     let mut cell = VirtualCell::open(&spec).expect("opens");
     let view = cell.next_view().expect("a view").expect("renders");
-    let model = Model::load(folder, engine, rayon::current_num_threads()).expect("loads");
+    let model = NetworkModel::load(folder, engine, rayon::current_num_threads()).expect("loads");
     let taxonomy = extended(&cell.info().taxonomy, &[model.manifest()]);
     let info = SourceInfo { taxonomy, ..cell.info().clone() };
     let config = NetworkConfig { region, ..NetworkConfig::default() };

@@ -17,7 +17,7 @@ use semascan_inspection::source::Source;
 use semascan_model::{PointFlags, SemanticCloud};
 use semascan_perception::fuse::{LabelledView, MapConfig, SemanticMap, voxel_for};
 use semascan_perception::organized::OrganizedCloud;
-use semascan_perception::register::{IcpConfig, SourcePoints, align, twist};
+use semascan_perception::register::{IcpConfig, SourcePoints, align, se3};
 use semascan_perception::segment::{RecordedSegmenter, Segmenter};
 use semascan_perception::view::{View, covariance_of_prior};
 use semascan_simulation::{VirtualCell, VirtualCellSpec};
@@ -135,7 +135,7 @@ fn trial(
     map.mark_outliers(&Default::default());
     let truth = true_pose(view);
     let off = Vector6::new(0.010, -0.012, 0.008, 1.7e-3, -1.7e-3, 1.8e-3);
-    let prior = truth * twist::motion(&off);
+    let prior = truth * se3::exp(&off);
     let covariance = covariance_of_prior(0.0078, 1.35e-3);
     let labels = view.labels.as_ref().expect("labels").components.clone();
     // Only the object is registered, on both sides: what is masked out costs nothing.

@@ -1,7 +1,7 @@
 //! Keeps the instances of successive views apart and together: the way of `association` through an inspection.
 //!
 //! Instances that a network finds are numbered by view. Before a view is fused they get the model's numbers; what the
-//! test refuses is told as an event and fused without an instance.
+//! test refuses is reported as an event and fused without an instance.
 
 use super::association::{
     Association, GravityCentre, Misidentification, ObjectCloud, Overlap, by_gravity_centre, by_overlap,
@@ -10,6 +10,7 @@ use super::map::SemanticMap;
 use crate::organized::OrganizedCloud;
 use crate::segment::Segmentation;
 use nalgebra::{Isometry3, Point3};
+use semascan_geometry::vote::most_frequent_of_each;
 use std::collections::BTreeMap;
 
 /// How objects of a view are found among those of the model.
@@ -59,8 +60,7 @@ impl Associator {
             }
         };
         segmentation.instances = found.renumber(&segmentation.instances);
-        let after = |n: &u16| n.saturating_add(1);
-        self.next = found.begun.iter().map(after).max().unwrap_or(self.next).max(self.next);
+        self.next = found.begun.iter().map(|n| n.saturating_add(1)).max().unwrap_or(self.next).max(self.next);
         found.misidentified
     }
 
@@ -98,17 +98,15 @@ fn objects_of_map(map: &SemanticMap) -> Vec<ObjectCloud> {
 /// Points by instance, each with the class that most of its points have.
 fn gather(points: impl Iterator<Item = (u16, u16, [f32; 3])>) -> Vec<ObjectCloud> {
     let mut objects: BTreeMap<u16, ObjectCloud> = BTreeMap::new();
-    let mut classes: BTreeMap<u16, BTreeMap<u16, u32>> = BTreeMap::new();
-    for (instance, class, point) in points {
-        *classes.entry(instance).or_default().entry(class).or_default() += 1;
+    let labels = points.map(|(instance, class, point)| {
         objects.entry(instance).or_default().points.push(point);
+        (instance, class)
+    });
+    for (instance, class) in most_frequent_of_each(labels) {
+        let object = objects.entry(instance).or_default();
+        (object.instance, object.class) = (instance, class);
     }
-    let best = |instance: u16| {
-        let counts = classes.get(&instance).into_iter().flatten();
-        counts.max_by(|a, b| a.1.cmp(b.1).then(b.0.cmp(a.0))).map_or(0, |(class, _)| *class)
-    };
-    let object = |(instance, object)| ObjectCloud { instance, class: best(instance), ..object };
-    objects.into_iter().map(object).collect()
+    objects.into_values().collect()
 }
 
 #[cfg(test)]

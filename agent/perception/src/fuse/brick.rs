@@ -1,6 +1,8 @@
 //! A brick: 8^3 voxels, of which the few that a surface passes through are stored.
 
 use super::keys::BRICK_VOXELS;
+use semascan_geometry::vector::unit;
+use semascan_geometry::vote::{largest, majority_vote};
 use semascan_model::{PointFlags, SemanticPoint};
 
 const EMPTY: u16 = u16::MAX;
@@ -15,7 +17,7 @@ pub(super) struct Voxel {
     pub(super) color: [f32; 3],
     pub(super) sigma: f32,
     pub(super) defect_sigma: f32,
-    /// Lead of `instance` over all others (Boyer-Moore majority vote): one counter in place of a histogram.
+    /// Lead of `instance` over all others ([`majority_vote`]): one counter in place of a histogram.
     pub(super) instance_lead: f32,
     pub(super) instance: u16,
     pub(super) views: u16,
@@ -84,9 +86,8 @@ impl Brick {
     }
 
     /// Occupied voxels in address order: (local index, slot).
-    pub(super) fn occupied(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
-        let taken = |(local, &slot): (usize, &u16)| (slot != EMPTY).then_some((local, usize::from(slot)));
-        self.slots.iter().enumerate().filter_map(taken)
+    pub(super) fn occupied(&self) -> impl Iterator<Item = (u16, usize)> + '_ {
+        (0..).zip(self.slots.iter()).filter_map(|(local, &slot)| (slot != EMPTY).then_some((local, usize::from(slot))))
     }
 }
 
@@ -102,22 +103,13 @@ impl Voxel {
 
     /// Mean normal; zero where unknown.
     pub(super) fn unit_normal(&self) -> [f32; 3] {
-        let length = self.normal.iter().map(|n| n * n).sum::<f32>().sqrt();
-        if length > 1e-6 { self.normal.map(|n| n / length) } else { [0.0; 3] }
+        unit(self.normal, 1e-6).unwrap_or_default()
     }
 
     /// Casts a vote for `instance`; 0 is no instance and no vote.
     pub(super) fn vote(&mut self, instance: u16, weight: f32) {
-        if instance == 0 || weight <= 0.0 {
-            return;
-        }
-        if self.instance == instance {
-            self.instance_lead += weight;
-        } else if self.instance_lead >= weight {
-            self.instance_lead -= weight;
-        } else {
-            self.instance = instance;
-            self.instance_lead = weight - self.instance_lead;
+        if instance != 0 && weight > 0.0 {
+            majority_vote(&mut self.instance, &mut self.instance_lead, instance, weight);
         }
     }
 
@@ -149,8 +141,8 @@ pub(super) fn best_share(evidence: &[f32]) -> (u16, f32) {
     if total <= 0.0 {
         return (0, 0.0);
     }
-    let best = evidence.iter().enumerate().fold((0, f32::MIN), |b, (c, &e)| if e > b.1 { (c, e) } else { b });
-    (best.0 as u16, best.1 / total)
+    let best = largest(evidence, f32::MIN);
+    (best as u16, evidence[best] / total)
 }
 
 #[cfg(test)]

@@ -42,7 +42,7 @@ pub enum FuseError {
     Keep {
         /// The view.
         view: u32,
-        /// The operating system's word.
+        /// The underlying I/O error.
         source: std::io::Error,
     },
 }

@@ -1,7 +1,8 @@
 //! Views kept for rebuilds: packed without loss, in memory up to a limit, on disk past it.
 
+use super::error::FuseError;
+use super::labelled_view::LabelledView;
 use super::view_codec::{PackedView, pack};
-use super::{FuseError, LabelledView};
 use nalgebra::Isometry3;
 use std::fs::File;
 use std::io::{Error, ErrorKind, Read, Seek, SeekFrom, Write};
@@ -109,8 +110,8 @@ impl KeptViews {
 
     fn unpack(&self, kept: &Kept) -> std::io::Result<LabelledView> {
         let Some((offset, len)) = kept.spilled else { return kept.view.unpack(&kept.view.bytes) };
-        let missing = || Error::new(ErrorKind::NotFound, "the file of kept views is gone");
-        let mut file = self.spill.as_ref().ok_or_else(missing)?;
+        let mut file =
+            self.spill.as_ref().ok_or_else(|| Error::new(ErrorKind::NotFound, "the file of kept views is gone"))?;
         file.seek(SeekFrom::Start(offset))?;
         let mut bytes = vec![0; len];
         file.read_exact(&mut bytes)?;

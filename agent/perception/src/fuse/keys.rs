@@ -1,5 +1,6 @@
 //! Integer addresses: voxel -> brick (8^3 voxels) -> chunk (32^3 voxels, the unit of the stream).
 
+use semascan_geometry::grid::coarser;
 use semascan_protocol::chunk::CHUNK_EDGE;
 
 /// Voxels along an edge of a brick.
@@ -10,6 +11,18 @@ pub(super) const BRICK_VOXELS: usize = 512;
 
 /// Largest absolute brick coordinate: 18 bits an axis fit a sortable `u64`.
 const BRICK_LIMIT: i32 = 1 << 17;
+
+/// Index in its brick of a voxel, of which only the place in the brick counts.
+#[inline]
+pub(super) fn local_index(voxel: [i32; 3]) -> u16 {
+    ((voxel[0] & 7) << 6 | (voxel[1] & 7) << 3 | (voxel[2] & 7)) as u16
+}
+
+/// Place in its brick of the voxel at index `local`, 0 to 7 along each axis.
+#[inline]
+pub(super) fn within_brick(local: u16) -> [u16; 3] {
+    [local >> 6 & 7, local >> 3 & 7, local & 7]
+}
 
 /// Brick coordinates.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -34,15 +47,21 @@ pub(super) fn brick_of(packed: u64) -> BrickKey {
 }
 
 impl BrickKey {
+    /// The brick that holds a voxel.
+    #[inline]
+    pub(super) fn containing(voxel: [i32; 3]) -> Self {
+        Self(coarser(voxel, BRICK_EDGE))
+    }
+
     /// Address of the voxel at index `local`.
-    pub(super) fn voxel(self, local: usize) -> [i32; 3] {
-        let within = [local >> 6 & 7, local >> 3 & 7, local & 7];
-        std::array::from_fn(|i| self.0[i] * BRICK_EDGE + within[i] as i32)
+    pub(super) fn voxel(self, local: u16) -> [i32; 3] {
+        let within = within_brick(local);
+        std::array::from_fn(|i| self.0[i] * BRICK_EDGE + i32::from(within[i]))
     }
 
     /// The chunk that holds this brick.
     pub(super) fn chunk(self) -> [i32; 3] {
-        self.0.map(|b| b.div_euclid(CHUNK_EDGE / BRICK_EDGE))
+        coarser(self.0, CHUNK_EDGE / BRICK_EDGE)
     }
 }
 
@@ -51,21 +70,13 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    fn containing(voxel: [i32; 3]) -> BrickKey {
-        BrickKey(voxel.map(|c| c.div_euclid(BRICK_EDGE)))
-    }
-
-    fn local_index(voxel: [i32; 3]) -> usize {
-        voxel.iter().fold(0, |local, c| local << 3 | c.rem_euclid(BRICK_EDGE) as usize)
-    }
-
     proptest! {
         #[test]
         fn packing_keeps_the_address_and_its_order(
             a in prop::array::uniform3(-1_000_000..1_000_000_i32),
             b in prop::array::uniform3(-1_000_000..1_000_000_i32),
         ) {
-            let (first, second) = (containing(a), containing(b));
+            let (first, second) = (BrickKey::containing(a), BrickKey::containing(b));
             let packed = |k: BrickKey| pack_brick(k.0).expect("in range");
             prop_assert_eq!(brick_of(packed(first)), first);
             prop_assert_eq!(first.voxel(local_index(a)), a);

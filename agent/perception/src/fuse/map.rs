@@ -5,11 +5,13 @@
 //! the inverse variance of the depth.
 
 use super::brick::Brick;
+use super::error::FuseError;
+use super::kept_views::KeptViews;
 use super::keys::{BrickKey, brick_of};
+use super::labelled_view::LabelledView;
 use super::map_config::MapConfig;
 use super::merge::{Change, Scratch, merge_brick};
 use super::runs::{Placer, Run, sorted_runs};
-use super::{FuseError, KeptViews, LabelledView};
 use crate::register::OrientedPoints;
 use nalgebra::Isometry3;
 use rayon::prelude::*;
@@ -192,8 +194,8 @@ impl SemanticMap {
         let changes: Vec<([i32; 3], Change)> = jobs
             .into_par_iter()
             .map_init(Scratch::default, |scratch, (brick, key, run)| {
-                let merge = |brick| merge_brick(config, view, placer, scratch, (key, brick, run));
-                (key.chunk(), brick.map(merge).unwrap_or_default())
+                let change = brick.map(|brick| merge_brick(config, view, placer, scratch, (key, brick, run)));
+                (key.chunk(), change.unwrap_or_default())
             })
             .collect();
 

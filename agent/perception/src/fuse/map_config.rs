@@ -1,6 +1,7 @@
-//! Settings of the map.
+//! Settings of the map, and the voxel that suits a view.
 
-use crate::segment::network::{DEFECT_THRESHOLD, THRESHOLD};
+use crate::organized::OrganizedCloud;
+use crate::segment::{COMPONENT_SIGMA_LIMIT, DEFECT_SIGMA_LIMIT};
 use nalgebra::Point3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -13,7 +14,7 @@ pub enum Uncertain {
     #[default]
     Geometry,
     /// They are dropped as P0 drops them: they move no voxel, and one that nothing else has seen is marked
-    /// [`UNCERTAIN`](semascan_model::PointFlags::UNCERTAIN), so that completeness can still be told.
+    /// [`UNCERTAIN`](semascan_model::PointFlags::UNCERTAIN), so that completeness can still be measured.
     Drop,
 }
 
@@ -30,7 +31,7 @@ pub struct UncertaintyRule {
 
 impl Default for UncertaintyRule {
     fn default() -> Self {
-        Self { threshold: THRESHOLD, defect_threshold: DEFECT_THRESHOLD, uncertain: Uncertain::Geometry }
+        Self { threshold: COMPONENT_SIGMA_LIMIT, defect_threshold: DEFECT_SIGMA_LIMIT, uncertain: Uncertain::Geometry }
     }
 }
 
@@ -66,4 +67,13 @@ impl MapConfig {
             keep_in_memory: 256 << 20,
         }
     }
+}
+
+/// Smallest voxel that is chosen by itself, metres.
+pub const SMALLEST_VOXEL: f64 = 0.5e-3;
+
+/// Voxel edge for views like this one: twice the median pixel footprint, at least [`SMALLEST_VOXEL`]. `None` without depth.
+pub fn voxel_for(cloud: &OrganizedCloud) -> Option<f64> {
+    let depth = cloud.median_depth()?;
+    Some((2.0 * cloud.intrinsics.footprint(depth)).max(SMALLEST_VOXEL))
 }

@@ -3,11 +3,12 @@
 //! Everything that the view has to say of a voxel is summed first, then added at once: evidence of one view is capped,
 //! because neighbouring pixels of one picture are not independent witnesses, and a view counts once.
 
-use super::LabelledView;
 use super::brick::{Brick, best_share};
-use super::keys::{BRICK_VOXELS, BrickKey};
+use super::keys::{BRICK_VOXELS, BrickKey, local_index};
+use super::labelled_view::LabelledView;
 use super::map_config::{MapConfig, Uncertain};
 use super::runs::{Placer, Ray, Run};
+use semascan_geometry::vote::majority_vote;
 use semascan_model::PointFlags;
 
 const UNSEEN: u16 = u16::MAX;
@@ -83,6 +84,7 @@ pub(super) fn merge_brick(
     let mut change = Change { made: made as u32, relabelled: 0 };
     for (fresh, said) in scratch.fresh.iter().zip(scratch.evidence.chunks_exact(classes)) {
         let (voxel, evidence, is_new) = brick.entry(fresh.local, classes);
+        // Geometry, colour and uncertainty: running weighted sums.
         let [weight, ox, oy, oz, nx, ny, nz, r, g, b, sigma, defect_sigma] = fresh.sums;
         voxel.weight += weight;
         for (sums, said) in
@@ -96,16 +98,18 @@ pub(super) fn merge_brick(
         voxel.defect_sigma += defect_sigma;
         voxel.views = voxel.views.saturating_add(1);
         voxel.vote(fresh.instance, fresh.instance_lead);
+        // Labels: Dirichlet evidence (P0 Eqs. 2 and 3), no more of one view than the cap.
         let (components, defects) = evidence.split_at_mut(config.components);
         let (said_components, said_defects) = said.split_at(config.components);
         add_capped(components, said_components, config.evidence_cap);
         add_capped(defects, said_defects, config.evidence_cap);
         let best = (best_share(components).0, best_share(defects).0);
+        // Flags: a new voxel starts with what its first view says; later views can only clear it.
         if is_new {
             let mut flags = if fresh.solid { 0 } else { PointFlags::EDGE };
             flags |= if fresh.certain { 0 } else { PointFlags::UNCERTAIN };
             if let Some((low, high)) = config.volume {
-                let p = voxel.position(key.voxel(fresh.local.into()), config.voxel);
+                let p = voxel.position(key.voxel(fresh.local), config.voxel);
                 let inside = (0..3).all(|a| f64::from(p[a]) >= low[a] && f64::from(p[a]) <= high[a]);
                 flags |= if inside { 0 } else { PointFlags::BACKGROUND };
             }
@@ -137,10 +141,11 @@ impl Scratch {
                 if z <= 0.0 {
                     continue;
                 }
+                // Which voxel the pixel falls into, and where in it.
                 let ray = placer.ray(first + step, row);
                 let Some((voxel, offset)) = placer.place(ray, z) else { continue };
-                let local = (voxel[0] & 7) << 6 | (voxel[1] & 7) << 3 | (voxel[2] & 7);
-                let slot = self.slot(local as u16, classes);
+                let slot = self.slot(local_index(voxel), classes);
+                // What it weighs there.
                 let n = view.cloud.normals[i];
                 let flying = view.cloud.flying[i];
                 let weights = Weights::of(ray, n, view.cloud.sigma[i], flying);
@@ -148,6 +153,7 @@ impl Scratch {
                 let dropped = drops && sigma > rule.threshold;
                 let (w, label) =
                     if dropped { (FLYING * weights.geometry, 0.0) } else { (weights.geometry, weights.label) };
+                // Geometry and colour, in one array of sums.
                 let [nx, ny, nz] = placer.turned(n);
                 let [ox, oy, oz] = offset;
                 let rgb = view.rgb.as_raw().get(i * 3..i * 3 + 3).unwrap_or(&[0; 3]);
@@ -160,15 +166,11 @@ impl Scratch {
                     *sum += w * said;
                 }
                 let instance = segmentation.instances[i];
-                if instance == fresh.instance {
-                    fresh.instance_lead += label;
-                } else if instance != 0 && fresh.instance_lead >= label {
-                    fresh.instance_lead -= label;
-                } else if instance != 0 {
-                    fresh.instance = instance;
-                    fresh.instance_lead = label - fresh.instance_lead;
+                // Pixels without an instance keep a voxel without one, and do not vote against any.
+                if instance != 0 || fresh.instance == 0 {
+                    majority_vote(&mut fresh.instance, &mut fresh.instance_lead, instance, label);
                 }
-                // Evidence fades out towards the threshold, where it ends.
+                // Labels. Evidence fades out towards the threshold, where it ends.
                 let certain = |sigma: f32, threshold: f32| label * (1.0 - (sigma / threshold).powi(2)).max(0.0);
                 let evidence = &mut self.evidence[slot * classes..(slot + 1) * classes];
                 let (components, defects) = evidence.split_at_mut(config.components);

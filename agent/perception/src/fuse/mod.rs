@@ -3,6 +3,41 @@
 //! [`SemanticMap`] is a voxel hash of bricks. A voxel keeps the weighted mean position, normal and colour, a Dirichlet
 //! histogram over component classes and one over defect classes, uncertainties, and who saw it. Views are kept
 //! ([`KeptViews`]) because an averaging map cannot subtract: better poses mean a new map ([`SemanticMap::rebuild`]).
+//!
+//! ```
+//! use image::RgbImage;
+//! use nalgebra::Isometry3;
+//! use semascan_perception::fuse::{LabelledView, MapConfig, SemanticMap};
+//! use semascan_perception::organized::OrganizedCloud;
+//! use semascan_perception::segment::{ClassField, Segmentation};
+//! use semascan_perception::view::{DepthImage, Intrinsics};
+//!
+//! // A wall half a metre in front of the camera, all of it of component class 2; row-major, one value a pixel.
+//! let camera = Intrinsics { width: 64, height: 48, fx: 80.0, fy: 80.0, cx: 31.5, cy: 23.5 };
+//! let pixels = 64 * 48;
+//! let depth = DepthImage { width: 64, height: 48, metres: vec![0.5; pixels] };
+//! let view = LabelledView {
+//!     index: 0,
+//!     cloud: OrganizedCloud::new(camera, &depth, None),
+//!     rgb: RgbImage::new(64, 48),
+//!     segmentation: Segmentation {
+//!         components: ClassField::Hard(vec![2; pixels]),
+//!         defects: ClassField::Hard(vec![0; pixels]),
+//!         instances: vec![0; pixels],
+//!         network: None,
+//!     },
+//!     table_from_camera: Isometry3::identity(),
+//! };
+//!
+//! // Voxels of 5 mm, three component classes (none included), one defect class (none).
+//! let mut map = SemanticMap::new(MapConfig::new(0.005, 3, 1))?;
+//! map.integrate(&view)?;
+//! let cloud = map.cloud();
+//! assert_eq!(cloud.len(), map.len());
+//! assert!(cloud.positions.iter().all(|p| (p[2] - 0.5).abs() < 1e-3), "metres, table frame");
+//! assert!(cloud.labels.iter().all(|label| *label == 2));
+//! # Ok::<(), semascan_perception::fuse::FuseError>(())
+//! ```
 
 mod association;
 mod associator;
@@ -11,14 +46,14 @@ mod error;
 mod filters;
 mod kept_views;
 mod keys;
+mod labelled_view;
 mod map;
 mod map_config;
 mod merge;
-mod model_view;
 mod runs;
+mod splat_renderer;
 #[cfg(test)]
 mod tests;
-mod view_cloud;
 mod view_codec;
 
 pub use association::{
@@ -28,35 +63,6 @@ pub use associator::{AssociationTest, Associator};
 pub use error::FuseError;
 pub use filters::OutlierFilter;
 pub use kept_views::KeptViews;
+pub use labelled_view::LabelledView;
 pub use map::{Integration, SemanticMap, TouchedChunk};
-pub use map_config::{MapConfig, Uncertain, UncertaintyRule};
-
-use crate::organized::OrganizedCloud;
-use crate::segment::Segmentation;
-use image::RgbImage;
-use nalgebra::Isometry3;
-use std::sync::Arc;
-
-/// Everything fusion needs of one view.
-#[derive(Clone, Debug)]
-pub struct LabelledView {
-    /// Position in the capture order.
-    pub index: u32,
-    /// Points and normals in the camera frame.
-    pub cloud: OrganizedCloud,
-    /// Colour.
-    pub rgb: Arc<RgbImage>,
-    /// Class membership of every pixel.
-    pub segmentation: Segmentation,
-    /// Camera pose.
-    pub table_from_camera: Isometry3<f64>,
-}
-
-/// Smallest voxel that is chosen by itself, metres.
-pub const SMALLEST_VOXEL: f64 = 0.5e-3;
-
-/// Voxel edge for views like this one: twice the median pixel footprint, at least [`SMALLEST_VOXEL`]. `None` without depth.
-pub fn voxel_for(cloud: &OrganizedCloud) -> Option<f64> {
-    let depth = cloud.median_depth()?;
-    Some((2.0 * cloud.intrinsics.footprint(depth)).max(SMALLEST_VOXEL))
-}
+pub use map_config::{MapConfig, SMALLEST_VOXEL, Uncertain, UncertaintyRule, voxel_for};

@@ -14,7 +14,7 @@ const REACH: i32 = 3;
 const LEAST_TOLERANCE: f32 = 1e-3;
 /// Tolerance in medians of the picture's own prediction errors.
 const MEDIANS: f32 = 6.0;
-/// Largest tolerance: noisier pictures have no edges that could be told from noise.
+/// Largest tolerance: noisier pictures have no edges that can be distinguished from noise.
 const LARGEST_TOLERANCE: f32 = 0.015;
 /// Fewest sides that must foretell a pixel, out of at least `TESTABLE`.
 const AGREEING: u32 = 2;

@@ -21,7 +21,7 @@ pub struct OrganizedCloud {
     pub normals: Vec<[f32; 3]>,
     /// Pixels that hang between two surfaces or stray from theirs; they have depth but no normal.
     pub flying: Vec<bool>,
-    /// Depth in metres with less noise where the surface is flat as far as noise lets one tell; elsewhere `depth`.
+    /// Depth in metres with less noise where the surface is flat as far as noise shows; elsewhere `depth`.
     pub smooth: Vec<f32>,
     /// Standard deviation of `smooth` as the picture itself shows it, metres; infinite where unknown.
     pub sigma: Vec<f32>,
@@ -29,6 +29,21 @@ pub struct OrganizedCloud {
 
 impl OrganizedCloud {
     /// Points and normals of a depth image; pixels where `ignore` (row-major, same size) is true are left out.
+    ///
+    /// ```
+    /// use semascan_perception::organized::OrganizedCloud;
+    /// use semascan_perception::view::{DepthImage, Intrinsics};
+    ///
+    /// // A wall half a metre in front of a camera of 64 x 48 pixels: one value in metres a pixel, row-major.
+    /// let camera = Intrinsics { width: 64, height: 48, fx: 80.0, fy: 80.0, cx: 31.5, cy: 23.5 };
+    /// let depth = DepthImage { width: 64, height: 48, metres: vec![0.5; 64 * 48] };
+    /// let cloud = OrganizedCloud::new(camera, &depth, None);
+    ///
+    /// let middle = 24 * 64 + 32;
+    /// let point = cloud.point(middle).expect("measured");
+    /// assert!((point.z - 0.5).abs() < 1e-9, "metres, camera frame");
+    /// assert!(cloud.normals[middle][2] < -0.999, "towards the camera");
+    /// ```
     pub fn new(intrinsics: Intrinsics, depth: &DepthImage, ignore: Option<&[bool]>) -> Self {
         Self::with_normals_of(intrinsics, depth, ignore, None)
     }

@@ -5,9 +5,11 @@
 //! [Rusinkiewicz 2019]: exact for pairs on a common circle, so coarse pairs still pull right. Residuals are f32, sums
 //! f64 and centred on the object: a rotation about a camera half a metre away would drown.
 
-use super::{ModelView, SourcePoints};
+use super::model_view::ModelView;
+use super::source_points::SourcePoints;
 use nalgebra::{Isometry3, Matrix6, Point3, Vector6};
 use rayon::prelude::*;
+use semascan_geometry::vector::{cross, dot, sub};
 
 /// Points of one task: fixed, so that sums do not depend on the number of threads.
 const BLOCK: usize = 4096;
@@ -157,12 +159,12 @@ impl<'a> Pairing<'a> {
             if q[2] <= 0.0 {
                 continue;
             }
-            let d: [f32; 3] = std::array::from_fn(|a| p[a] - q[a]);
-            if d[0] * d[0] + d[1] * d[1] + d[2] * d[2] > reach {
+            let d = sub(p, q);
+            if dot(d, d) > reach {
                 continue;
             }
             let (np, nq) = (self.turn(source.normals[i]), self.target.normals[at]);
-            if np[0] * nq[0] + np[1] * nq[1] + np[2] * nq[2] < self.gate.cosine {
+            if dot(np, nq) < self.gate.cosine {
                 continue;
             }
             if self.gate.same_label {
@@ -172,7 +174,7 @@ impl<'a> Pairing<'a> {
                 }
             }
             let n: [f32; 3] = std::array::from_fn(|a| 0.5 * (np[a] + nq[a]));
-            let r = n[0] * d[0] + n[1] * d[1] + n[2] * d[2];
+            let r = dot(n, d);
             sums.pairs += 1;
             sums.histogram[((r.abs() * bin) as usize).min(BINS - 1)] += 1;
             let x = r / tukey;
@@ -182,7 +184,8 @@ impl<'a> Pairing<'a> {
             let w = (1.0 - x * x) * (1.0 - x * x);
             // Both sides turn half of the way about the centre: the arm is that of the pair's middle.
             let m: [f32; 3] = std::array::from_fn(|a| 0.5 * (p[a] + q[a]) - self.centre[a]);
-            let j = [m[1] * n[2] - m[2] * n[1], m[2] * n[0] - m[0] * n[2], m[0] * n[1] - m[1] * n[0], n[0], n[1], n[2]];
+            let turn = cross(m, n);
+            let j = [turn[0], turn[1], turn[2], n[0], n[1], n[2]];
             sums.push(&j, w, r, outside);
             run.push(f64::from(r));
         }

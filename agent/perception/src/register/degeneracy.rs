@@ -1,13 +1,13 @@
-//! What the data can and cannot tell about a pose: a cylinder slides along and spins about its axis unseen.
+//! Which directions of a pose the data constrain: a cylinder slides along and spins about its axis unseen.
 //!
 //! The normal equations are brought to one unit (rotations times the object's radius, per unit of weight), so that an
-//! eigenvalue is the mean square share of a motion that the residuals see: 1/3 is a well-held sphere's translation, 0 a
-//! motion that nothing sees. What lies below the threshold is noise in the normals and is frozen: the data neither move
-//! the pose along it nor claim to know it (after [Zhang 2016]).
+//! eigenvalue is the mean square share of a motion that the residuals see: 1/3 is a sphere's translation where
+//! all of it is seen, 0 a motion that nothing sees. What lies below the threshold is noise in the normals and is frozen: the data neither
+//! move the pose along it nor claim to know it (after [Zhang 2016]).
 
 use nalgebra::{Matrix6, SymmetricEigen, Vector6};
 
-/// A direction that the data do not hold.
+/// A direction that the data leave unconstrained.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FrozenDirection {
     /// Twist about the object's centre: rotation in radians times the object's radius, translation; unit length.
@@ -16,29 +16,35 @@ pub struct FrozenDirection {
     pub eigenvalue: f64,
 }
 
-/// How well the data hold each direction.
+/// How well the data constrain each direction.
 #[derive(Clone, Debug, PartialEq, Default)]
 pub struct Degeneracy {
     /// Eigenvalues in ascending order, dimensionless, 0 to 1.
     pub eigenvalues: [f64; 6],
-    /// The directions that are not held.
+    /// The directions that are unconstrained.
     pub frozen: Vec<FrozenDirection>,
 }
 
-/// Normal equations with the directions taken out that the data do not hold.
+/// Normal equations without the directions that the data leave unconstrained.
 #[derive(Clone, Debug)]
-pub(super) struct Held {
-    /// The hessian on the held directions.
+pub(super) struct ObservableEquations {
+    /// The hessian on the directions that are left.
     pub(super) hessian: Matrix6<f64>,
-    /// The gradient on the held directions.
+    /// The gradient on the directions that are left.
     pub(super) gradient: Vector6<f64>,
     /// What was found.
     pub(super) degeneracy: Degeneracy,
 }
 
-/// Takes out of `hessian` and `gradient` (over a twist about the object's centre, summed to `weight`) every direction
+/// Projects out of `hessian` and `gradient` (over a twist about the object's centre, summed to `weight`) every direction
 /// whose eigenvalue is below `weakest`; `radius` is the object's, metres.
-pub(super) fn hold(hessian: &Matrix6<f64>, gradient: &Vector6<f64>, weight: f64, radius: f64, weakest: f64) -> Held {
+pub(super) fn project_out_degenerate(
+    hessian: &Matrix6<f64>,
+    gradient: &Vector6<f64>,
+    weight: f64,
+    radius: f64,
+    weakest: f64,
+) -> ObservableEquations {
     let arm = radius.max(1e-6);
     let unit = Matrix6::from_diagonal(&Vector6::new(1.0 / arm, 1.0 / arm, 1.0 / arm, 1.0, 1.0, 1.0));
     let metric = Matrix6::from_diagonal(&Vector6::new(arm, arm, arm, 1.0, 1.0, 1.0));
@@ -60,7 +66,7 @@ pub(super) fn hold(hessian: &Matrix6<f64>, gradient: &Vector6<f64>, weight: f64,
             degeneracy.frozen.push(FrozenDirection { twist, eigenvalue: value });
         }
     }
-    Held {
+    ObservableEquations {
         hessian: metric * kept * scaled * kept * metric * weight,
         gradient: metric * kept * unit * gradient,
         degeneracy,
@@ -89,18 +95,18 @@ mod tests {
             (n * 0.03 + Vector3::z() * z, n)
         };
         let points: Vec<_> = (0..500).map(on_cylinder).collect();
-        let held = hold(&equations(&points), &Vector6::repeat(1.0), 500.0, 0.06, 2e-3);
-        assert_eq!(held.degeneracy.frozen.len(), 2);
-        for frozen in &held.degeneracy.frozen {
+        let observable = project_out_degenerate(&equations(&points), &Vector6::repeat(1.0), 500.0, 0.06, 2e-3);
+        assert_eq!(observable.degeneracy.frozen.len(), 2);
+        for frozen in &observable.degeneracy.frozen {
             let along_z = frozen.twist[2].abs().max(frozen.twist[5].abs());
             assert!(along_z > 0.7, "{frozen:?}");
         }
-        assert!(held.gradient[2].abs() < 1e-9 && held.gradient[5].abs() < 1e-9);
-        assert!(held.degeneracy.eigenvalues[2] > 0.01);
+        assert!(observable.gradient[2].abs() < 1e-9 && observable.gradient[5].abs() < 1e-9);
+        assert!(observable.degeneracy.eigenvalues[2] > 0.01);
     }
 
     #[test]
-    fn a_box_holds_all() {
+    fn a_box_constrains_all() {
         let mut points = Vec::new();
         for i in 0..7 {
             for j in 0..7 {
@@ -111,8 +117,8 @@ mod tests {
             }
         }
         let h = equations(&points);
-        let held = hold(&h, &Vector6::repeat(1.0), points.len() as f64, 0.05, 2e-3);
-        assert!(held.degeneracy.frozen.is_empty(), "{:?}", held.degeneracy);
-        assert!((held.hessian - h).norm() < 1e-9 * h.norm());
+        let observable = project_out_degenerate(&h, &Vector6::repeat(1.0), points.len() as f64, 0.05, 2e-3);
+        assert!(observable.degeneracy.frozen.is_empty(), "{:?}", observable.degeneracy);
+        assert!((observable.hessian - h).norm() < 1e-9 * h.norm());
     }
 }

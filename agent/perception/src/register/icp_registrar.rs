@@ -1,27 +1,16 @@
 //! Registration of a whole inspection: each view against the model so far, all of them again at the end.
 
 use super::global::GlobalConfig;
-use super::joint_refinement::{JointConfig, refine};
+use super::joint_refinement::{JointConfig, JointRefinement, RefinedView, refine};
 use super::kinematics::{Prior, prior};
-use super::lost_prior::{Proposal, Relocalised, camera_as_frame, find};
-use super::projective_icp::{Aligned, align};
-use super::twist::adjoint;
-use super::{
-    Arrival, IcpConfig, JointRefinement, Method, ModelView, NotAligned, RefinedView, RegisterError, Registrar,
-    Registration, SourcePoints,
-};
+use super::model_view::ModelView;
+use super::projective_icp::{Aligned, IcpConfig, NotAligned, align};
+use super::registration::{Method, RegisterError, Registrar, Registration, RegistrationInput, Relocalization};
+use super::relocalization::{Proposal, camera_as_frame, find};
+use super::se3::adjoint;
+use super::selection::Selection;
+use super::source_points::SourcePoints;
 use nalgebra::{Isometry3, Matrix6};
-
-/// Which pixels take part in the registration.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Selection {
-    /// All: right where everything in the picture stands still.
-    Everything,
-    /// Those with a component label (P1's segment ICP); all, where a view has hardly any.
-    Object,
-    /// Those of one component class.
-    Class(u16),
-}
 
 /// Points that take part in an alignment: more do not make it better.
 const POINTS: usize = 80_000;
@@ -64,7 +53,7 @@ struct Known {
     how: How,
 }
 
-/// How a prior was come by.
+/// How a prior was estimated.
 enum How {
     /// From the kinematics.
     Kinematic,
@@ -91,8 +80,8 @@ impl IcpRegistrar {
     }
 
     /// The selection that suits the view: all of it, where it has hardly any labels.
-    fn selection_for(&self, arrival: &Arrival<'_>) -> Selection {
-        let labelled = || (0..arrival.cloud.depth.len()).filter(|&i| takes_part(Selection::Object, arrival, i));
+    fn selection_for(&self, input: &RegistrationInput<'_>) -> Selection {
+        let labelled = || (0..input.cloud.depth.len()).filter(|&i| Selection::Object.includes(input, i));
         let few = self.selection == Selection::Object && labelled().take(FEWEST).count() < FEWEST;
         if few { Selection::Everything } else { self.selection }
     }
@@ -100,21 +89,21 @@ impl IcpRegistrar {
     /// What is known of the view's pose before it is aligned.
     fn known(
         &self,
-        arrival: &Arrival<'_>,
+        input: &RegistrationInput<'_>,
         source: &SourcePoints,
         selection: Selection,
     ) -> Result<Known, RegisterError> {
-        match prior(arrival.view) {
+        match prior(input.view) {
             Ok(prior) if !self.camera_is_frame => {
                 let spread = prior.covariance + self.model_covariance(&prior.table_from_camera);
                 Ok(Known { prior, spread, how: How::Kinematic })
             }
             Ok(_) | Err(RegisterError::NoEvidence) => {
-                let Some(model) = arrival.model else {
+                let Some(model) = input.model else {
                     let prior = camera_as_frame();
                     return Ok(Known { prior, spread: prior.covariance, how: How::First });
                 };
-                let (mut prior, found) = find(source, arrival, model, selection, &self.global)?;
+                let (mut prior, found) = find(source, input, model, selection, &self.global)?;
                 // It was found in the model, wherever that stands.
                 let spread = prior.covariance;
                 prior.covariance += self.model_covariance(&prior.table_from_camera);
@@ -125,43 +114,26 @@ impl IcpRegistrar {
     }
 }
 
-impl Selection {
-    /// Whether points of `class` take part.
-    pub(super) fn wants(self, class: u16) -> bool {
-        match self {
-            Self::Everything => true,
-            Self::Object => class != 0,
-            Self::Class(wanted) => class == wanted,
-        }
-    }
-}
-
-/// Whether pixel `i` (row-major) of a view takes part in its registration.
-fn takes_part(selection: Selection, arrival: &Arrival<'_>, i: usize) -> bool {
-    arrival.cloud.depth[i] > 0.0
-        && (selection == Selection::Everything || selection.wants(arrival.segmentation.components.best(i)))
-}
-
 impl Registrar for IcpRegistrar {
-    fn register(&mut self, arrival: &Arrival<'_>) -> Result<Registration, RegisterError> {
-        let selection = self.selection_for(arrival);
-        let wanted: Vec<bool> = (0..arrival.cloud.depth.len()).map(|i| takes_part(selection, arrival, i)).collect();
-        let label = |i: usize| arrival.segmentation.components.best(i);
+    fn register(&mut self, input: &RegistrationInput<'_>) -> Result<Registration, RegisterError> {
+        let selection = self.selection_for(input);
+        let wanted: Vec<bool> = (0..input.cloud.depth.len()).map(|i| selection.includes(input, i)).collect();
+        let label = |i: usize| input.segmentation.components.best(i);
         let stride = |most: usize| {
             let count = wanted.iter().filter(|w| **w).count();
             (count as f64 / most as f64).sqrt().ceil().max(1.0) as usize
         };
-        let source = SourcePoints::select(arrival.cloud, stride(POINTS), label, |i| wanted[i]);
-        let Known { prior, spread, how } = self.known(arrival, &source, selection)?;
-        let camera = &arrival.view.intrinsics;
+        let source = SourcePoints::select(input.cloud, stride(POINTS), label, |i| wanted[i]);
+        let Known { prior, spread, how } = self.known(input, &source, selection)?;
+        let camera = &input.view.intrinsics;
         let start = &prior.table_from_camera;
-        let aligned = arrival.model.map(|model| align(&source, camera, model, start, &spread, &self.config));
+        let aligned = input.model.map(|model| align(&source, camera, model, start, &spread, &self.config));
         let registration = concluded(&prior, how, aligned)?;
-        let coarse = (arrival.cloud.intrinsics.width as usize).div_ceil(KEPT_COLUMNS);
+        let coarse = (input.cloud.intrinsics.width as usize).div_ceil(KEPT_COLUMNS);
         let pose = registration.table_from_camera;
         self.pending = Some(Pending {
             view: RefinedView {
-                surface: ModelView::of(arrival.cloud, pose, coarse, label, |i| wanted[i]),
+                surface: ModelView::of(input.cloud, pose, coarse, label, |i| wanted[i]),
                 points: source.thinned(source.len().div_ceil(KEPT_POINTS)),
                 prior: prior.table_from_camera,
                 covariance: prior.covariance,
@@ -198,18 +170,18 @@ fn concluded(
         })
     });
     let kinematic = matches!(how, How::Kinematic).then_some(prior.table_from_camera);
-    let relocalised = |Proposal { found, seed, seen, confirmed }, icp| {
+    let relocalized = |Proposal { found, seed, seen, confirmed }, icp| {
         let contradicted = seen.contradiction();
-        Method::Relocalised(Box::new(Relocalised { found, seed, confirmed, contradicted, icp }))
+        Method::Relocalized(Box::new(Relocalization { found, seed, confirmed, contradicted, icp }))
     };
     let method = match (how, icp) {
         (How::Kinematic, None) => Method::Kinematic,
         (How::Kinematic, Some(Ok(report))) => Method::Icp(Box::new(report)),
         (How::Kinematic, Some(Err(reason))) => Method::KeptPrior(reason),
         (How::First, _) => Method::CameraIsFrame,
-        (How::Found(found), Some(Ok(report))) => relocalised(found, Some(report)),
+        (How::Found(found), Some(Ok(report))) => relocalized(found, Some(report)),
         // A pose that cannot be made better is as good as one that was.
-        (How::Found(found), None | Some(Err(NotAligned::Worse { .. }))) => relocalised(found, None),
+        (How::Found(found), None | Some(Err(NotAligned::Worse { .. }))) => relocalized(found, None),
         (How::Found(_), Some(Err(reason))) => return Err(RegisterError::NotConfirmed(reason)),
     };
     Ok(Registration { table_from_camera, prior: kinematic, covariance, method })

@@ -6,9 +6,10 @@
 //! a sensor's ripple, which differs from view to view, averages out.
 
 use super::correspondences::{Gate, Linearised, linearise};
-use super::degeneracy::hold;
-use super::twist::{about, difference, halves, motion, turned};
-use super::{ModelView, SourcePoints};
+use super::degeneracy::project_out_degenerate;
+use super::model_view::ModelView;
+use super::se3::{about, exp, halves, log, turned};
+use super::source_points::SourcePoints;
 use nalgebra::{DMatrix, DVector, Isometry3, Matrix6, Point3};
 use rayon::prelude::*;
 
@@ -111,23 +112,24 @@ pub(super) fn refine(views: &[RefinedView], config: &JointConfig) -> Option<Join
 
 /// Ordered pairs of views that see common ground, each view with those it shares most with.
 fn overlapping(views: &[RefinedView], poses: &[Isometry3<f64>]) -> Vec<Edge> {
-    let partners = |source: usize| {
-        let points = views[source].points.thinned(views[source].points.len().div_ceil(PROBES));
-        let Some(centre) = points.centroid() else { return Vec::new() };
-        let reach = (0.02 * centre.z) as f32;
-        let gate = Gate { distance: reach, cosine: 0.5, tukey: reach, same_label: false };
-        let share = |target: usize| {
-            let at =
-                linearise(&points, &views[target].surface, &(poses[target].inverse() * poses[source]), &centre, &gate);
-            f64::from(at.pairs) / points.len() as f64
-        };
-        let mut found: Vec<(f64, usize)> =
-            (0..views.len()).filter(|&t| t != source).map(|t| (share(t), t)).filter(|f| f.0 >= LEAST_OVERLAP).collect();
-        found.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-        found.truncate(MOST_PARTNERS);
-        found.into_iter().map(|(_, target)| Edge { source, target }).collect::<Vec<_>>()
+    (0..views.len()).into_par_iter().flat_map_iter(|source| partners(views, poses, source)).collect()
+}
+
+/// The edges from one view to those that it shares most surface with.
+fn partners(views: &[RefinedView], poses: &[Isometry3<f64>], source: usize) -> Vec<Edge> {
+    let points = views[source].points.thinned(views[source].points.len().div_ceil(PROBES));
+    let Some(centre) = points.centroid() else { return Vec::new() };
+    let reach = (0.02 * centre.z) as f32;
+    let gate = Gate { distance: reach, cosine: 0.5, tukey: reach, same_label: false };
+    let share = |target: usize| {
+        let at = linearise(&points, &views[target].surface, &(poses[target].inverse() * poses[source]), &centre, &gate);
+        f64::from(at.pairs) / points.len() as f64
     };
-    (0..views.len()).into_par_iter().flat_map_iter(partners).collect()
+    let mut found: Vec<(f64, usize)> =
+        (0..views.len()).filter(|&t| t != source).map(|t| (share(t), t)).filter(|f| f.0 >= LEAST_OVERLAP).collect();
+    found.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+    found.truncate(MOST_PARTNERS);
+    found.into_iter().map(|(_, target)| Edge { source, target }).collect()
 }
 
 /// Median of positive values; 0 without any.
@@ -180,15 +182,17 @@ impl Problem<'_> {
             .zip(&*sigmas)
             .map(|(edge, sigma)| self.linearise(edge, poses, reach, TUKEY * sigma.max(SIGMA_FLOOR)))
             .collect();
+        // One block of six unknowns a view: a twist of its camera. First the priors, which tie each view to its kinematics.
         let n = 6 * self.views.len();
         let (mut hessian, mut gradient) = (DMatrix::<f64>::zeros(n, n), DVector::<f64>::zeros(n));
         for (i, pose) in poses.iter().enumerate() {
-            let from_prior = difference(&self.views[i].prior, pose);
+            let from_prior = log(&self.views[i].prior, pose);
             let mut block = hessian.view_mut((6 * i, 6 * i), (6, 6));
             block += self.stiffness[i];
             let mut rows = gradient.rows_mut(6 * i, 6);
             rows += self.stiffness[i] * from_prior;
         }
+        // Then the edges, each of which ties two views to each other.
         for ((edge, at), sigma) in self.edges.iter().zip(&linearised).zip(sigmas.iter_mut()) {
             if at.pairs < FEWEST_PAIRS {
                 continue;
@@ -196,28 +200,30 @@ impl Problem<'_> {
             *sigma = at.sigma;
             let (i, j) = (edge.source, edge.target);
             let (centre, radius) = &self.centred[i];
-            let held = hold(&at.hessian, &at.gradient, at.weight, *radius, self.config.weakest);
+            let observable = project_out_degenerate(&at.hessian, &at.gradient, at.weight, *radius, self.config.weakest);
             // Each pair of views is usually linearised twice, once from either side.
             let certainty = 0.5 / (at.sigma.max(SIGMA_FLOOR).powi(2) * at.correlation);
+            // How a twist of either camera moves the source's points relative to the target, about their centre.
             let turn = (poses[j].inverse() * poses[i]).rotation.to_rotation_matrix();
             let by_source = turned(turn.matrix()) * about(centre);
             let by_target = -about(&at.centre);
             let sides = [(i, by_source), (j, by_target)];
             for (a, jacobian_a) in &sides {
-                let weighted = jacobian_a.transpose() * held.hessian * certainty;
+                let weighted = jacobian_a.transpose() * observable.hessian * certainty;
                 for (b, jacobian_b) in &sides {
                     let mut block = hessian.view_mut((6 * a, 6 * b), (6, 6));
                     block += weighted * jacobian_b;
                 }
                 let mut rows = gradient.rows_mut(6 * a, 6);
-                rows += jacobian_a.transpose() * held.gradient * certainty;
+                rows += jacobian_a.transpose() * observable.gradient * certainty;
             }
         }
+        // All cameras move at once; what counts is how far that carries the object.
         let step = hessian.cholesky()?.solve(&-gradient);
         let mut most = 0.0_f64;
         for (i, pose) in poses.iter_mut().enumerate() {
             let twist = step.fixed_rows::<6>(6 * i).into_owned();
-            *pose *= motion(&twist);
+            *pose *= exp(&twist);
             let (w, v) = halves(&(about(&self.centred[i].0) * twist));
             most = most.max(v.norm() + w.norm() * self.centred[i].1);
         }

@@ -1,7 +1,7 @@
 //! The points of a view that take part in its registration: those of the object, thinned (segment ICP,
 //! [Eye-in-hand 2020], section 3.2).
 
-use super::ModelView;
+use super::model_view::ModelView;
 use crate::organized::OrganizedCloud;
 use crate::view::Intrinsics;
 use nalgebra::{Isometry3, Point3};
@@ -94,8 +94,9 @@ impl SourcePoints {
 
     /// Root mean square distance from `centre`, metres.
     pub fn radius(&self, centre: &Point3<f64>) -> f64 {
-        let square = |p: &[f32; 3]| (0..3).map(|i| (f64::from(p[i]) - centre[i]).powi(2)).sum::<f64>();
-        (self.points.iter().map(square).sum::<f64>() / self.points.len().max(1) as f64).sqrt()
+        let squares: f64 =
+            self.points.iter().map(|p| (0..3).map(|i| (f64::from(p[i]) - centre[i]).powi(2)).sum::<f64>()).sum();
+        (squares / self.points.len().max(1) as f64).sqrt()
     }
 }
 

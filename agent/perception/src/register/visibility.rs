@@ -1,13 +1,15 @@
-//! Whether a view looks as the model says it must from a pose: what overlap alone cannot tell.
+//! Whether a view looks as the model says it must from a pose: what overlap alone cannot decide.
 //!
 //! A round part lies on itself in many poses. But a camera sees through no surface: where the model stands before what
 //! was measured, the pose is wrong, and where the two lie together they must be of one component. Surface that was
 //! measured before the model's is no contradiction, for the model is not complete.
 
-use super::{Arrival, ModelView};
+use super::model_view::ModelView;
+use super::registration::RegistrationInput;
 use nalgebra::Point3;
+use semascan_geometry::vector::{dot, length};
 
-/// Cosine of incidence from which on a surface is too slanted for its depth to be told.
+/// Cosine of incidence from which on a surface is too slanted for its depth to be judged.
 const GRAZING: f32 = 0.2;
 /// Where a pixel of the model is looked up in the view, in halves of its width: its middle and its border, for the
 /// model's outline is not known any better.
@@ -28,30 +30,34 @@ pub(super) struct Visibility {
 }
 
 impl Visibility {
-    /// Compares `arrival` with the pixels of `model` whose class `wanted` agrees to. Depths up to `tolerance` metres apart
+    /// Compares `input` with the pixels of `model` whose class `wanted` agrees to. Depths up to `tolerance` metres apart
     /// are the same.
-    pub(super) fn of(arrival: &Arrival<'_>, model: &ModelView, wanted: &dyn Fn(u16) -> bool, tolerance: f32) -> Self {
+    pub(super) fn of(
+        input: &RegistrationInput<'_>,
+        model: &ModelView,
+        wanted: &dyn Fn(u16) -> bool,
+        tolerance: f32,
+    ) -> Self {
         let mut out = Self::default();
-        let camera = &arrival.cloud.intrinsics;
+        let camera = &input.cloud.intrinsics;
         let reach = 0.5 * camera.fx / model.intrinsics.fx;
         for ((point, normal), label) in model.points.iter().zip(&model.normals).zip(&model.labels) {
             if *point == [0.0; 3] || !wanted(*label) {
                 continue;
             }
             let Some((u, v)) = camera.project(&Point3::from(*point).cast()) else { continue };
-            let length = point.iter().map(|c| c * c).sum::<f32>().sqrt();
-            let cosine = -point.iter().zip(normal).map(|(p, n)| p * n).sum::<f32>() / length;
+            let cosine = -dot(*point, *normal) / length(*point);
             let tolerance = tolerance / cosine.max(GRAZING);
             let (mut nearest, mut inside, mut same) = (f32::INFINITY, false, false);
             for (du, dv) in PATCH {
                 let Some(i) = camera.pixel(u + du * reach, v + dv * reach) else { continue };
                 inside = true;
-                let z = arrival.cloud.depth[i];
+                let z = input.cloud.depth[i];
                 if z <= 0.0 {
                     continue;
                 }
                 nearest = nearest.min(z);
-                same |= (z - point[2]).abs() <= tolerance && arrival.segmentation.components.best(i) == *label;
+                same |= (z - point[2]).abs() <= tolerance && input.segmentation.components.best(i) == *label;
             }
             if !inside {
                 continue;
@@ -108,7 +114,7 @@ mod tests {
             network: None,
         };
         let cloud = OrganizedCloud::new(CAMERA, &depth, None);
-        let arrival = Arrival { view: &view, cloud: &cloud, segmentation: &segmentation, model: None };
+        let input = RegistrationInput { view: &view, cloud: &cloud, segmentation: &segmentation, model: None };
         // What the model shows along each pixel's ray, all of class 1.
         let count = |depths: [f64; 4]| {
             let at = |(u, z): (usize, f64)| CAMERA.unproject(u as f64, 0.0, z).cast().into();
@@ -120,7 +126,7 @@ mod tests {
                 labels: vec![1; 4],
                 instances: vec![0; 4],
             };
-            Visibility::of(&arrival, &model, &|class| class == 1, 0.01)
+            Visibility::of(&input, &model, &|class| class == 1, 0.01)
         };
         let close = count([1.005, 0.995, 1.0, 0.9]);
         assert_eq!(close, Visibility { confirmed: 1, contradicted: 2, hidden: 0, unmeasured: 1 });

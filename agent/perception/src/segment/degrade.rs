@@ -6,7 +6,7 @@
 //! a frayed rim inside an object, whose pixels become none or another class; some fall beside the object and add what
 //! is not there.
 
-use super::{SegmentError, Segmentation, Segmenter};
+use super::segmentation::{SegmentError, Segmentation, Segmenter};
 use crate::view::View;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
@@ -82,8 +82,9 @@ impl Degradation {
             out.components.copy_from(i, &segmentation.components, from);
             out.instances[i] = segmentation.instances[from];
             // The same displacement frays the rims of holes and flips.
-            let inside = |b: &&Blob| (x + dx - b.at[0]).powi(2) + (y + dy - b.at[1]).powi(2) < b.radius * b.radius;
-            if let Some(blob) = blobs.iter().find(inside) {
+            if let Some(blob) =
+                blobs.iter().find(|b| (x + dx - b.at[0]).powi(2) + (y + dy - b.at[1]).powi(2) < b.radius * b.radius)
+            {
                 let class = blob.to.unwrap_or_else(|| self.next_class(out.components.best(i)));
                 out.components.set(i, class);
                 out.instances[i] = if class == 0 { 0 } else { out.instances[i].max(1) };

@@ -1,6 +1,7 @@
 //! Labels that came with the view: recorded masks or simulated truth; or none at all.
 
-use super::{ClassField, SegmentError, Segmentation, Segmenter};
+use super::class_field::ClassField;
+use super::segmentation::{SegmentError, Segmentation, Segmenter};
 use crate::view::View;
 
 /// Passes a view's recorded labels on.

@@ -93,8 +93,14 @@ fn hidden_vertices(components: &[Component], i: usize) -> Vec<bool> {
             (&c.solid, low, high)
         })
         .collect();
-    let inside = |p: &Vec3| {
-        others.iter().any(|(solid, low, high)| p.cmpge(*low).all() && p.cmple(*high).all() && solid.distance(*p) < -DIP)
-    };
-    components[i].mesh.positions.iter().map(inside).collect()
+    components[i]
+        .mesh
+        .positions
+        .iter()
+        .map(|p| {
+            others
+                .iter()
+                .any(|(solid, low, high)| p.cmpge(*low).all() && p.cmple(*high).all() && solid.distance(*p) < -DIP)
+        })
+        .collect()
 }

@@ -135,11 +135,11 @@ fn depth_units(metres: f32) -> u16 {
     if (0.0..=f64::from(u16::MAX)).contains(&units) { units as u16 } else { 0 }
 }
 
-fn write_png(path: &Path, bytes: &[u8], (w, h): (u32, u32), colour: ExtendedColorType) -> Result<(), SourceError> {
+fn write_png(path: &Path, bytes: &[u8], (w, h): (u32, u32), color: ExtendedColorType) -> Result<(), SourceError> {
     let io = |source| SourceError::Io { path: path.to_owned(), source };
     let mut file = BufWriter::new(fs::File::create(path).map_err(io)?);
     PngEncoder::new_with_quality(&mut file, CompressionType::Fast, FilterType::Adaptive)
-        .write_image(bytes, w, h, colour)
+        .write_image(bytes, w, h, color)
         .map_err(|e| io(std::io::Error::other(e)))?;
     file.flush().map_err(io)
 }

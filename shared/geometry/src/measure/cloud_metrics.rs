@@ -3,7 +3,7 @@
 //! All of them follow from the distances of A's points to B and of B's points to A, in metres. They are computed as
 //! [Remanufacturing paper], Table 1, and [Eye-in-hand 2020], Tables 3 to 5, compute theirs.
 
-use super::NearestPoints;
+use super::nearest_points::NearestPoints;
 use serde::{Deserialize, Serialize};
 
 /// [Eye-in-hand 2020] calls the share of points within this distance "3D IoU".

@@ -4,7 +4,7 @@
 //! exact for closed surfaces whose triangles turn the same way. Beside an open border the sign is that of the side seen
 //! from there.
 
-use super::surface::{Feature, Nearest};
+use super::surface_index::{Feature, Nearest};
 use glam::Vec3;
 use std::collections::HashMap;
 
@@ -51,18 +51,24 @@ impl PseudoNormals {
             }
             faces.push(face);
         }
-        let gather = |(t, face): (&[u32; 3], Vec3)| {
-            if !usable(t) {
-                return Normals::default();
-            }
-            let ids = t.map(|i| welded[i as usize]);
-            Normals {
-                face,
-                edges: [0, 1, 2].map(|k| edge_sums.get(&key(ids[k], ids[(k + 1) % 3])).copied().unwrap_or(face)),
-                corners: ids.map(|i| corner_sums[i as usize]),
-            }
-        };
-        Self { normals: triangles.iter().zip(faces).map(gather).collect() }
+        Self {
+            normals: triangles
+                .iter()
+                .zip(faces)
+                .map(|(t, face)| {
+                    if !usable(t) {
+                        return Normals::default();
+                    }
+                    let ids = t.map(|i| welded[i as usize]);
+                    Normals {
+                        face,
+                        edges: [0, 1, 2]
+                            .map(|k| edge_sums.get(&key(ids[k], ids[(k + 1) % 3])).copied().unwrap_or(face)),
+                        corners: ids.map(|i| corner_sums[i as usize]),
+                    }
+                })
+                .collect(),
+        }
     }
 
     /// The outward normal at the point that `nearest` found; zero where there is none. Not of unit length.

@@ -5,6 +5,7 @@
 
 use super::threads::map;
 use super::tile::{FOREIGN, TileMesh};
+use crate::vector::{cross, dot, sub};
 use semascan_model::{SemanticCloud, SemanticMesh};
 use std::collections::BTreeMap;
 
@@ -52,22 +53,15 @@ fn resolve(
 
 /// Two triangles of a quad.
 fn split([a, b, c, d]: [u32; 4], p: [[f32; 3]; 4]) -> [[u32; 3]; 2] {
+    let p = p.map(|corner| corner.map(f64::from));
     let normal = cross(sub(p[2], p[0]), sub(p[3], p[1]));
     let area = |i: usize, j: usize, k: usize| {
         let n = cross(sub(p[j], p[i]), sub(p[k], p[i]));
-        n[0] * normal[0] + n[1] * normal[1] + n[2] * normal[2]
+        dot(n, normal)
     };
     if area(0, 1, 2).min(area(0, 2, 3)) >= area(1, 2, 3).min(area(1, 3, 0)) {
         [[a, b, c], [a, c, d]]
     } else {
         [[b, c, d], [b, d, a]]
     }
-}
-
-fn sub(a: [f32; 3], b: [f32; 3]) -> [f64; 3] {
-    [0, 1, 2].map(|k| f64::from(a[k]) - f64::from(b[k]))
-}
-
-fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }

@@ -1,5 +1,6 @@
 //! One point in place of two.
 
+use crate::vector::unit;
 use semascan_model::SemanticPoint;
 
 /// A point at `position` with the values of `a` and `b` mixed, `share` (0..1) of `b`. What cannot be mixed comes from the
@@ -9,10 +10,9 @@ pub(super) fn blend(a: &SemanticPoint, b: &SemanticPoint, share: f64, position: 
     let mix = |x: f32, y: f32| x + t * (y - x);
     let nearer = if t <= 0.5 { a } else { b };
     let normal: [f32; 3] = std::array::from_fn(|k| mix(a.normal[k], b.normal[k]));
-    let length = normal.iter().map(|c| c * c).sum::<f32>().sqrt();
     SemanticPoint {
         position: position.map(|c| c as f32),
-        normal: if length > 1e-3 { normal.map(|c| c / length) } else { nearer.normal },
+        normal: unit(normal, 1e-3).unwrap_or(nearer.normal),
         color: std::array::from_fn(|k| mix(a.color[k].into(), b.color[k].into()).round().clamp(0.0, 255.0) as u8),
         confidence: mix(a.confidence, b.confidence),
         defect_confidence: if a.defect == b.defect {

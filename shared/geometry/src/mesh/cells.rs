@@ -4,10 +4,11 @@
 //! drift inwards at the edge of a cloud: [Adamson 2004]), and the field rises in the direction of the points' normals,
 //! which between two parallel layers it does not.
 
-use super::field::{Field, bits, dot};
+use super::field::{Field, bits};
 use super::node::Node;
-use super::tile::{CELLS, HALO, NODES, TILE_EDGE, coordinates, node_index};
 use super::topology::{EDGE_CORNERS, Loops, crossed, loops, others, whole_loops};
+use super::working_grid::{CELLS, HALO, NODES, TILE_EDGE, coordinates, node_index};
+use crate::vector::dot;
 
 /// How far, in cells, the middle of the points may lie from a cell before it is outside of what was observed.
 const DRIFT: f32 = 0.75;
@@ -129,11 +130,12 @@ impl Cells {
 
     /// Faces in `doubled` whose other cell is doubled there as well.
     fn candidates(&self, node: usize, doubled: u8) -> u8 {
-        let is = |face: &usize| {
-            let other = beyond(node, *face).filter(|_| doubled >> face & 1 == 1).and_then(|n| self.at(n));
-            other.is_some_and(|cell| whole_loops(cell.mask).doubled >> (face ^ 1) & 1 == 1)
-        };
-        (0..6).filter(is).fold(0, |set, face| set | 1 << face)
+        (0..6)
+            .filter(|face| {
+                let other = beyond(node, *face).filter(|_| doubled >> face & 1 == 1).and_then(|n| self.at(n));
+                other.is_some_and(|cell| whole_loops(cell.mask).doubled >> (face ^ 1) & 1 == 1)
+            })
+            .fold(0, |set, face| set | 1 << face)
     }
 }
 

@@ -5,7 +5,7 @@
 //! and in WebAssembly, in the same order and with the same bits.
 
 use super::node::Sums;
-use super::tile::NODES;
+use super::working_grid::NODES;
 use glam::Vec4;
 
 /// Numbers that a row has before and after those of the tile's nodes: a cube at the edge is added as a whole.

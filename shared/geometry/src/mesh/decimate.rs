@@ -6,8 +6,10 @@
 
 use super::blend::blend;
 use super::collapse_queue::Queue;
-use super::quadric::{Quadric, cross, dot, sub, unit};
-use super::{MeshError, Progress};
+use super::options::MeshError;
+use super::progress::Progress;
+use super::quadric::Quadric;
+use crate::vector::{cross, direction, dot, squared_distance, sub, unit};
 use semascan_model::SemanticMesh;
 use std::collections::BTreeMap;
 
@@ -61,8 +63,8 @@ impl Decimation {
     fn new(mesh: &SemanticMesh) -> Self {
         let n = mesh.len();
         let positions: Vec<[f64; 3]> = mesh.vertices.positions.iter().map(|p| p.map(f64::from)).collect();
-        let usable = |t: &&[u32; 3]| t.iter().all(|&v| (v as usize) < n);
-        let triangles: Vec<[u32; 3]> = mesh.triangles.iter().filter(usable).copied().collect();
+        let triangles: Vec<[u32; 3]> =
+            mesh.triangles.iter().filter(|t| t.iter().all(|&v| (v as usize) < n)).copied().collect();
         let mut fans = vec![Vec::new(); n];
         let mut quadrics = vec![Quadric::default(); n];
         let mut edges: BTreeMap<[u32; 2], (u32, Option<u32>)> = BTreeMap::new();
@@ -95,8 +97,8 @@ impl Decimation {
             }
             let (pa, pb) = (positions[a as usize], positions[b as usize]);
             let along = sub(pb, pa);
-            let across = normal_of(first.map(|v| positions[v as usize])).and_then(|(n, _)| unit(cross(along, n)));
-            if let Some((across, _)) = across.filter(|_| outline) {
+            let across = normal_of(first.map(|v| positions[v as usize])).and_then(|(n, _)| unit(cross(along, n), 0.0));
+            if let Some(across) = across.filter(|_| outline) {
                 let plane = Quadric::plane(across, pa, OUTLINE * dot(along, along));
                 quadrics[a as usize].add(&plane);
                 quadrics[b as usize].add(&plane);
@@ -135,19 +137,13 @@ impl Decimation {
         let (p, t) = match rank(i).cmp(&rank(j)) {
             std::cmp::Ordering::Greater => (pa, 0.0),
             std::cmp::Ordering::Less => (pb, 1.0),
-            std::cmp::Ordering::Equal => {
-                let near = |p: &[f64; 3]| {
-                    let off = sub(*p, at(0.5));
-                    dot(off, off) <= length
-                };
-                match q.least().filter(near) {
-                    Some(p) => (p, if length > 0.0 { dot(sub(p, pa), along) / length } else { 0.0 }),
-                    None => [0.5, 0.0, 1.0]
-                        .map(|t| (at(t), t))
-                        .into_iter()
-                        .min_by(|x, y| q.error(x.0).total_cmp(&q.error(y.0)))?,
-                }
-            }
+            std::cmp::Ordering::Equal => match q.least().filter(|p| squared_distance(*p, at(0.5)) <= length) {
+                Some(p) => (p, if length > 0.0 { dot(sub(p, pa), along) / length } else { 0.0 }),
+                None => [0.5, 0.0, 1.0]
+                    .map(|t| (at(t), t))
+                    .into_iter()
+                    .min_by(|x, y| q.error(x.0).total_cmp(&q.error(y.0)))?,
+            },
         };
         // A trace of the edge's length: in a plane all errors are zero, and short edges should go first.
         Some((p, t, q.error(p) + 1e-9 * length * length))
@@ -227,5 +223,5 @@ impl Decimation {
 
 /// Unit normal of a triangle and twice its area; `None` if it is degenerate.
 fn normal_of([a, b, c]: [[f64; 3]; 3]) -> Option<([f64; 3], f64)> {
-    unit(cross(sub(b, a), sub(c, a)))
+    direction(cross(sub(b, a), sub(c, a)), 0.0)
 }

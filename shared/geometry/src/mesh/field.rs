@@ -15,7 +15,8 @@
 use super::columns::{Columns, Share};
 use super::node::{Node, Sums};
 use super::points::Placed;
-use super::tile::{Local, NODES};
+use super::working_grid::{Local, NODES};
+use crate::vector::dot;
 use glam::{BVec4A, Mat4, Vec4};
 
 /// A node whose points disagree: it goes by those that agree with the nearest.
@@ -273,8 +274,4 @@ pub(super) fn bits(mut word: u64, mut f: impl FnMut(usize)) {
         f(word.trailing_zeros() as usize);
         word &= word - 1;
     }
-}
-
-pub(super) fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }

@@ -5,6 +5,8 @@
 //! mark of the unobserved: whoever judges the surface can still tell it from what was measured.
 
 use super::adjacency::open_edges;
+use crate::vector::{squared_distance, unit};
+use crate::vote::most_frequent;
 use semascan_model::{PointFlags, SemanticMesh, SemanticPoint};
 use std::collections::BTreeMap;
 
@@ -20,7 +22,8 @@ pub fn fill_holes(mesh: &mut SemanticMesh, longest: f32) -> usize {
     for start in starts {
         let Some(rim) = take_loop(&mut next, start) else { continue };
         let at = |v: u32| mesh.vertices.positions[v as usize];
-        let length: f32 = (0..rim.len()).map(|i| distance(at(rim[i]), at(rim[(i + 1) % rim.len()]))).sum();
+        let length: f32 =
+            (0..rim.len()).map(|i| squared_distance(at(rim[i]), at(rim[(i + 1) % rim.len()])).sqrt()).sum();
         if rim.len() < 3 || length > longest {
             continue;
         }
@@ -53,22 +56,19 @@ fn take_loop(next: &mut BTreeMap<u32, Option<u32>>, start: u32) -> Option<Vec<u3
 fn middle(mesh: &SemanticMesh, rim: &[u32]) -> SemanticPoint {
     let share = 1.0 / rim.len() as f32;
     let (mut position, mut normal, mut color) = ([0.0_f32; 3], [0.0_f32; 3], [0.0_f32; 3]);
-    let mut labels: BTreeMap<u16, u32> = BTreeMap::new();
-    for p in rim.iter().filter_map(|&v| mesh.vertices.get(v as usize)) {
+    let on_rim = || rim.iter().filter_map(|&v| mesh.vertices.get(v as usize));
+    for p in on_rim() {
         for a in 0..3 {
             position[a] += share * p.position[a];
             normal[a] += p.normal[a];
             color[a] += share * f32::from(p.color[a]);
         }
-        *labels.entry(p.label).or_default() += 1;
     }
-    let length = normal.iter().map(|c| c * c).sum::<f32>().sqrt();
-    let label = labels.into_iter().max_by_key(|(label, n)| (*n, u16::MAX - label)).map_or(0, |(label, _)| label);
     SemanticPoint {
         position,
-        normal: if length > 1e-6 { normal.map(|c| c / length) } else { [0.0; 3] },
+        normal: unit(normal, 1e-6).unwrap_or_default(),
         color: color.map(|c| c.round() as u8),
-        label,
+        label: most_frequent(on_rim().map(|p| p.label)).unwrap_or(0),
         confidence: 0.0,
         defect: 0,
         defect_confidence: 0.0,
@@ -78,8 +78,4 @@ fn middle(mesh: &SemanticMesh, rim: &[u32]) -> SemanticPoint {
         views: 0,
         flags: PointFlags(PointFlags::UNLABELLED),
     }
-}
-
-fn distance(a: [f32; 3], b: [f32; 3]) -> f32 {
-    (0..3).map(|k| (a[k] - b[k]).powi(2)).sum::<f32>().sqrt()
 }

@@ -2,10 +2,13 @@
 
 use super::assemble::assemble;
 use super::field::Kernel;
+use super::options::{MeshError, MeshOptions};
 use super::points::{Points, cut};
+use super::progress::Progress;
 use super::threads::map_with;
-use super::tile::{HALO, TILE_EDGE, TileMesh, Workspace, mesh_tile};
-use super::{MeshError, MeshOptions, Progress};
+use super::tile::{TileMesh, Workspace, mesh_tile};
+use super::working_grid::{HALO, TILE_EDGE};
+use crate::grid::coarser;
 use semascan_model::{SemanticCloud, SemanticMesh};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -80,10 +83,11 @@ impl Mesher {
         let touched: Vec<_> = before.iter().chain(self.chunks.get(&id)).map(|p| (p.bounds, p.is_empty())).collect();
         let reach = self.radius().ceil() as i32 + HALO + 1;
         for ([low, high], _) in touched.into_iter().filter(|(_, empty)| !empty) {
-            let tile = |c: i32| c.div_euclid(TILE_EDGE);
-            for x in tile(low[0] - reach)..=tile(high[0] + reach) {
-                for y in tile(low[1] - reach)..=tile(high[1] + reach) {
-                    for z in tile(low[2] - reach)..=tile(high[2] + reach) {
+            let first = coarser(low.map(|c| c - reach), TILE_EDGE);
+            let last = coarser(high.map(|c| c + reach), TILE_EDGE);
+            for x in first[0]..=last[0] {
+                for y in first[1]..=last[1] {
+                    for z in first[2]..=last[2] {
                         self.pending.insert([x, y, z]);
                     }
                 }
@@ -149,11 +153,14 @@ impl Mesher {
         let high = first.map(|c| (f64::from(c + TILE_EDGE + reach) * ratio + slack).floor() as i32);
         let rows = (low[0]..=high[0]).flat_map(|x| (low[1]..=high[1]).map(move |y| (x, y)));
         let found = rows.flat_map(|(x, y)| self.chunks.range([x, y, low[2]]..=[x, y, high[2]]));
-        let touches = |points: &&Points| {
-            (0..3)
-                .all(|a| points.bounds[1][a] >= first[a] - reach && points.bounds[0][a] < first[a] + TILE_EDGE + reach)
-        };
-        found.map(|(_, points)| points).filter(touches).collect()
+        found
+            .map(|(_, points)| points)
+            .filter(|points| {
+                (0..3).all(|a| {
+                    points.bounds[1][a] >= first[a] - reach && points.bounds[0][a] < first[a] + TILE_EDGE + reach
+                })
+            })
+            .collect()
     }
 
     /// The mesh of all tiles computed so far, before smoothing, filling and simplification.

@@ -21,6 +21,7 @@ mod field;
 mod holes;
 mod mesher;
 mod node;
+mod options;
 mod points;
 mod progress;
 mod quadric;
@@ -30,75 +31,48 @@ mod threads;
 mod tile;
 mod topology;
 mod vertices;
+mod working_grid;
 
 pub use decimate::decimate;
 pub use holes::fill_holes;
 pub use mesher::Mesher;
+pub use options::{MeshError, MeshOptions};
 pub use progress::Progress;
 pub use simplify::simplify_points;
 pub use smooth::smooth;
 
-use semascan_model::{PointFlags, SemanticCloud, SemanticMesh};
-
-/// Settings of the mesher.
-#[derive(Clone, Debug, PartialEq)]
-pub struct MeshOptions {
-    /// Edge of a grid cell in voxels, 0.25 to 8.
-    pub pitch: f32,
-    /// Radius of the kernel in voxels: 1.5 to 4 grid cells.
-    pub radius: f32,
-    /// Least cosine between the normals of points that belong to one sheet, -1 to 1.
-    pub normal_gate: f32,
-    /// Marks (bits of [`PointFlags`]), any of which leaves a point out.
-    pub skip_flags: u16,
-}
-
-impl Default for MeshOptions {
-    fn default() -> Self {
-        Self { pitch: 1.0, radius: 2.0, normal_gate: 0.5, skip_flags: PointFlags::LEFT_OUT }
-    }
-}
-
-impl MeshOptions {
-    fn check(&self) -> Result<(), MeshError> {
-        let within = |field, value: f32, low: f32, high: f32| {
-            // Not a number fails this as well.
-            if (low..=high).contains(&value) { Ok(()) } else { Err(MeshError::Options { field, value, low, high }) }
-        };
-        within("pitch", self.pitch, 0.25, 8.0)?;
-        within("radius", self.radius, 1.5 * self.pitch, 4.0 * self.pitch)?;
-        within("normal_gate", self.normal_gate, -1.0, 1.0)
-    }
-}
-
-/// Why there is no mesh.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum MeshError {
-    /// The voxel edge is not a length.
-    #[error("a voxel edge of {voxel} m is not a length")]
-    Voxel {
-        /// What was given.
-        voxel: f32,
-    },
-    /// A setting is out of range.
-    #[error("{field} is {value}: it must be from {low} to {high}")]
-    Options {
-        /// Name of the setting.
-        field: &'static str,
-        /// Its value.
-        value: f32,
-        /// Least value.
-        low: f32,
-        /// Greatest value.
-        high: f32,
-    },
-    /// The progress listener ended the work.
-    #[error("meshing was cancelled")]
-    Cancelled,
-}
+use semascan_model::{SemanticCloud, SemanticMesh};
 
 /// Meshes a whole cloud whose points are means over voxels of edge `voxel` (metres). Without oriented points the mesh is
 /// empty.
+///
+/// ```
+/// use semascan_geometry::mesh::{MeshOptions, mesh_cloud};
+/// use semascan_model::{PointFlags, SemanticCloud, SemanticPoint};
+///
+/// // A square of 50 mm that faces +z, a point every millimetre, of component class 1.
+/// let point = |i: usize| SemanticPoint {
+///     position: [(i % 50) as f32 * 1e-3, (i / 50) as f32 * 1e-3, 0.0],
+///     normal: [0.0, 0.0, 1.0],
+///     color: [128; 3],
+///     label: 1,
+///     confidence: 1.0,
+///     defect: 0,
+///     defect_confidence: 1.0,
+///     sigma: 0.0,
+///     defect_sigma: 0.0,
+///     instance: 0,
+///     views: 1,
+///     flags: PointFlags::default(),
+/// };
+/// let cloud: SemanticCloud = (0..2500).map(point).collect();
+///
+/// // `&()` reports progress to nobody.
+/// let mesh = mesh_cloud(&cloud, 1e-3, &MeshOptions::default(), &())?;
+/// assert!((mesh.area() - 0.05 * 0.05).abs() < 3e-4, "square metres");
+/// assert!(mesh.vertices.labels.iter().all(|label| *label == 1));
+/// # Ok::<(), semascan_geometry::mesh::MeshError>(())
+/// ```
 ///
 /// # Errors
 /// [`MeshError`] if a setting is out of range or `progress` ends the work.

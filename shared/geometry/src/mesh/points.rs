@@ -1,6 +1,8 @@
 //! The points of one chunk of the map as the mesher wants them: placed in the grid and in an order of their own, so that
 //! every sum over them is the same whichever way they came.
 
+use crate::grid::cell;
+use crate::vector::dot;
 use semascan_model::{SemanticCloud, SemanticPoint};
 use std::cmp::Ordering;
 use std::collections::BTreeMap;
@@ -61,11 +63,11 @@ pub(super) fn cut(cloud: &SemanticCloud, edge: f64, skip_flags: u16) -> Vec<([i3
     // Neighbours in a cloud mostly are neighbours in space: runs of points go to their chunk at once.
     let mut run: ([i32; 3], Vec<u32>) = Default::default();
     for (i, (position, flags)) in cloud.positions.iter().zip(&cloud.flags).enumerate() {
-        let scaled = position.map(|c| (f64::from(c) / edge).floor());
-        if flags.has(skip_flags) || !scaled.iter().all(|c| c.abs() < CELL_LIMIT) {
+        let id = cell(*position, edge);
+        if flags.has(skip_flags) || !id.iter().all(|c| c.abs() < CELL_LIMIT) {
             continue;
         }
-        let id = scaled.map(|c| c as i32);
+        let id = id.map(|c| c as i32);
         if id != run.0 {
             chunks.entry(run.0).or_default().append(&mut run.1);
             run.0 = id;
@@ -78,16 +80,14 @@ pub(super) fn cut(cloud: &SemanticCloud, edge: f64, skip_flags: u16) -> Vec<([i3
 
 fn place(p: &SemanticPoint, pitch: f64) -> Option<Placed> {
     let mut placed = Placed { cell: [0; 3], within: [0.0; 3], normal: [0.0; 3], weight: 1.0 };
-    for axis in 0..3 {
-        let scaled = f64::from(p.position[axis]) / pitch;
-        let lowest = scaled.floor();
+    for (axis, lowest) in cell(p.position, pitch).into_iter().enumerate() {
         if !lowest.is_finite() || lowest.abs() > CELL_LIMIT {
             return None;
         }
         placed.cell[axis] = lowest as i32;
-        placed.within[axis] = (scaled - lowest) as f32;
+        placed.within[axis] = (f64::from(p.position[axis]) / pitch - lowest) as f32;
     }
-    let squared: f32 = p.normal.iter().map(|c| c * c).sum();
+    let squared = dot(p.normal, p.normal);
     if squared.is_finite() && squared > 1e-6 {
         let length = squared.sqrt();
         placed.normal = p.normal.map(|c| c / length);

@@ -1,5 +1,7 @@
 //! Quadric errors: the sum of squared distances from planes as a symmetric 4 x 4 matrix [Garland 1997].
 
+use crate::vector::dot;
+
 /// A quadric: `error(x) = x'Ax + 2 b'x + c`, square metres times the planes' weights.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Quadric {
@@ -61,24 +63,6 @@ impl Quadric {
         ];
         Some(inverse.map(|row| -dot(row, self.b) / determinant))
     }
-}
-
-pub(super) fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-pub(super) fn sub(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
-}
-
-pub(super) fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-}
-
-/// A unit vector and the length it had; `None` for nothing.
-pub(super) fn unit(v: [f64; 3]) -> Option<([f64; 3], f64)> {
-    let length = dot(v, v).sqrt();
-    (length > 0.0).then(|| (v.map(|c| c / length), length))
 }
 
 #[cfg(test)]

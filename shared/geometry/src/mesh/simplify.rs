@@ -6,8 +6,11 @@
 
 use super::blend::blend;
 use super::collapse_queue::Queue;
-use super::quadric::{Quadric, cross, dot, sub, unit};
-use super::{MeshError, Progress};
+use super::options::MeshError;
+use super::progress::Progress;
+use super::quadric::Quadric;
+use crate::grid::cell;
+use crate::vector::{cross, dot, squared_distance, sub, unit};
 use semascan_model::SemanticCloud;
 
 /// Neighbours of a point that count, at most.
@@ -86,11 +89,7 @@ impl Simplification {
         let along = sub(pb, pa);
         let length = dot(along, along).max(f64::MIN_POSITIVE);
         let middle = std::array::from_fn(|k| pa[k] + 0.5 * along[k]);
-        let near = |p: &[f64; 3]| {
-            let off = sub(*p, middle);
-            dot(off, off) <= length
-        };
-        let p = q.least().filter(near).unwrap_or(middle);
+        let p = q.least().filter(|p| squared_distance(*p, middle) <= length).unwrap_or(middle);
         (p, dot(sub(p, pa), along) / length, q.error(p))
     }
 
@@ -129,7 +128,7 @@ fn quadric(cloud: &SemanticCloud, i: usize, neighbours: &[u32]) -> Quadric {
     let mut q = Quadric::point(p, STAY);
     for &j in neighbours {
         let edge = sub(cloud.positions[j as usize].map(f64::from), p);
-        if let Some((normal, _)) = unit(cross(edge, cross(edge, n))) {
+        if let Some(normal) = unit(cross(edge, cross(edge, n)), 0.0) {
             q.add(&Quadric::plane(normal, p, share));
         } else {
             q.add(&Quadric::point(p, share));
@@ -140,7 +139,7 @@ fn quadric(cloud: &SemanticCloud, i: usize, neighbours: &[u32]) -> Quadric {
 
 /// The nearest points of each point within `reach`, by index.
 fn neighbours(cloud: &SemanticCloud, reach: f64) -> Vec<Vec<u32>> {
-    let cell_of = |p: [f32; 3]| p.map(|c| (f64::from(c) / reach).floor().clamp(-1e9, 1e9) as i32);
+    let cell_of = |p: [f32; 3]| cell(p, reach).map(|c| c.clamp(-1e9, 1e9) as i32);
     let mut cells: Vec<([i32; 3], u32)> =
         cloud.positions.iter().enumerate().map(|(i, p)| (cell_of(*p), i as u32)).collect();
     cells.sort_unstable();
@@ -151,8 +150,7 @@ fn neighbours(cloud: &SemanticCloud, reach: f64) -> Vec<Vec<u32>> {
         for (dx, dy) in (-1..=1).flat_map(|dx| (-1..=1).map(move |dy| (dx, dy))) {
             let start = cells.partition_point(|(c, _)| *c < [x + dx, y + dy, z - 1]);
             for (_, j) in cells[start..].iter().take_while(|(c, _)| *c <= [x + dx, y + dy, z + 1]) {
-                let off = sub(cloud.positions[*j as usize].map(f64::from), p.map(f64::from));
-                let squared = dot(off, off);
+                let squared = squared_distance(cloud.positions[*j as usize].map(f64::from), p.map(f64::from));
                 if *j != own && squared <= reach * reach {
                     found.push((squared, *j));
                 }

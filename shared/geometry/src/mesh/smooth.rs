@@ -4,8 +4,8 @@
 //! neither the rim of what was observed nor a component's outline is drawn in.
 
 use super::adjacency::{neighbours, open_edges};
-use super::field::dot;
 use super::threads::map;
+use crate::vector::dot;
 use semascan_model::SemanticMesh;
 
 /// Step inwards.

@@ -6,20 +6,11 @@
 
 use super::cells::{Cell, Cells, corner_step, step};
 use super::field::{Field, Kernel};
-use super::points::{Placed, Points};
+use super::points::Points;
 use super::topology::{EDGE_CORNERS, NO_LOOP, others};
 use super::vertices::{Evidence, Vertex, Votes};
+use super::working_grid::{HALO, Local, NODES, TILE_EDGE, coordinates};
 use semascan_model::SemanticCloud;
-
-/// Cells along an edge of a tile.
-pub(super) const TILE_EDGE: i32 = 32;
-/// Cells before and nodes after the tile's own: a quad reaches one cell out, whether a cell has a quad depends on its
-/// neighbours, and how a doubled face is read on theirs.
-pub(super) const HALO: i32 = 3;
-/// Nodes along an edge of the working grid.
-pub(super) const NODES: usize = (TILE_EDGE + 2 * HALO) as usize;
-/// Cells along an edge of the working grid.
-pub(super) const CELLS: usize = NODES - 1;
 
 /// Set in a quad's corner that belongs to another tile.
 pub(super) const FOREIGN: u32 = 1 << 31;
@@ -37,17 +28,6 @@ pub(super) struct TileMesh {
     pub(super) quads: Vec<[u32; 4]>,
 }
 
-/// A point of the tile.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Local {
-    /// Its cell, counted from that of the working grid's first node.
-    pub(super) cell: [i32; 3],
-    pub(super) point: Placed,
-    /// Where the whole point is: which of the tile's chunks, and where in that.
-    pub(super) chunk: u32,
-    pub(super) index: u32,
-}
-
 /// Everything a tile is computed with, kept for the next one.
 #[derive(Debug, Default)]
 pub(super) struct Workspace {
@@ -56,16 +36,6 @@ pub(super) struct Workspace {
     cells: Cells,
     evidence: Evidence,
     votes: Votes,
-}
-
-/// Index in the working grid of a node or of the cell above it.
-pub(super) const fn node_index(at: [i32; 3]) -> usize {
-    (at[0] * (NODES * NODES) as i32 + at[1] * NODES as i32 + at[2]) as usize
-}
-
-/// The node at an index.
-pub(super) const fn coordinates(node: usize) -> [i32; 3] {
-    [(node / (NODES * NODES)) as i32, (node / NODES % NODES) as i32, (node % NODES) as i32]
 }
 
 /// Name of a vertex in its tile: cell in grid order, then loop.
@@ -149,15 +119,14 @@ fn add_quads(mesh: &mut TileMesh, cells: &Cells, cell: &Cell) {
         let [b, c] = others(axis);
         // Around the edge, and the corner of each cell at which the edge starts.
         let around = [(0, 0), (1, 0), (1, 1), (0, 1)];
-        let corner = |(back_b, back_c): (usize, usize)| {
+        let corners = around.map(|(back_b, back_c)| {
             let node = cell.node - back_b * step(b) - back_c * step(c);
             let there = cells.at(node)?;
             let e = edge + back_b + 2 * back_c;
             debug_assert_eq!(node + corner_step(EDGE_CORNERS[e][0]), cell.node);
             let number = there.loops.of_edge[e];
             (number != NO_LOOP).then(|| reference(there, number))
-        };
-        let corners = around.map(corner);
+        });
         let [Some(v0), Some(v1), Some(v2), Some(v3)] = corners else { continue };
         // Seen against the axis, (0, 0), (1, 0), (1, 1), (0, 1) steps backwards turn as the axes b and c do; b x c = axis
         // but for the middle axis.

@@ -1,11 +1,12 @@
 //! Where a vertex lies and what it says: position from the field, everything else from the evidence around it.
 
 use super::cells::corner_step;
-use super::field::{Kernel, dot};
+use super::field::Kernel;
 use super::node::Node;
 use super::points::Points;
-use super::tile::{Local, NODES, coordinates, node_index};
 use super::topology::EDGE_CORNERS;
+use super::working_grid::{Local, NODES, coordinates, node_index};
+use crate::vector::{dot, unit};
 use semascan_model::{PointFlags, SemanticPoint};
 
 /// How far a vertex stays from the sides of its cell, in cells: so no two vertices of a quad meet and no triangle is
@@ -133,8 +134,7 @@ fn place(corners: &[Node; 8], edges: u16, alone: bool) -> ([f32; 3], [f32; 3]) {
         count += 1.0;
     }
     let mut at = sum.map(|s| s / count.max(1.0));
-    let length = dot(mean, mean).sqrt();
-    let normal = if length > 1e-3 { mean.map(|m| m / length) } else { [0.0, 0.0, 1.0] };
+    let normal = unit(mean, 1e-3).unwrap_or([0.0, 0.0, 1.0]);
     if alone {
         // The mean of crossings lies inside a curved surface: one Newton step puts it back.
         let (value, gradient) = trilinear(corners, at);
@@ -202,13 +202,17 @@ impl Votes {
         let share = 1.0 / self.weight.max(f32::MIN_POSITIVE);
         let (label, confidence) = self.components.best(|(label, _)| label);
         // Of the class that won, the instance with most evidence.
-        let of_label = |&(key, e): &((u16, u16), f32)| (key.0 == label && e > 0.0).then_some((key.1, e));
-        let instance = self.components.0.iter().filter_map(of_label).fold((0, 0.0), heavier).0;
+        let instance = self
+            .components
+            .0
+            .iter()
+            .filter_map(|&(key, e)| (key.0 == label && e > 0.0).then_some((key.1, e)))
+            .fold((0, 0.0), heavier)
+            .0;
         let (defect, defect_confidence) = self.defects.best(|defect| defect);
-        let length = dot(self.normal, self.normal).sqrt();
         SemanticPoint {
             position,
-            normal: if length > 1e-3 * self.weight { self.normal.map(|c| c / length) } else { along },
+            normal: unit(self.normal, 1e-3 * self.weight).unwrap_or(along),
             color: self.color.map(|c| (c * share).round().clamp(0.0, 255.0) as u8),
             label,
             confidence: (confidence * share).min(1.0),

@@ -1,10 +1,10 @@
 //! The mesher on surfaces that are known, in pieces, and on clouds that are no surfaces.
 
+mod evidence;
 mod hostile;
 mod incremental;
 mod refine;
 mod shapes;
-mod surface;
 
 use semascan_geometry::mesh::{MeshOptions, mesh_cloud};
 use semascan_model::{SemanticCloud, SemanticMesh};

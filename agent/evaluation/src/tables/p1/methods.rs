@@ -6,8 +6,8 @@ use super::stitching::Stitched;
 use semascan_perception::fuse::{FuseError, LabelledView, MapConfig, SemanticMap, voxel_for};
 use semascan_perception::organized::OrganizedCloud;
 use semascan_perception::register::{
-    Arrival, IcpConfig, IcpRegistrar, KinematicRegistrar, Method as PoseMethod, ModelSurface, RegisterError, Registrar,
-    Selection,
+    IcpConfig, IcpRegistrar, KinematicRegistrar, Method as PoseMethod, ModelSurface, RegisterError, Registrar,
+    RegistrationInput, Selection,
 };
 use semascan_perception::segment::geometric::PatchMethod;
 use semascan_perception::segment::geometric::fusion_segmentation::FusionConfig;
@@ -125,7 +125,8 @@ pub(super) fn reconstruct(
         let view = &capture.view;
         let cloud = OrganizedCloud::new(view.intrinsics, &view.depth, None);
         let model = map.as_ref().map(|m| m as &dyn ModelSurface);
-        let registration = registrar.register(&Arrival { view, cloud: &cloud, segmentation: &segmentation, model })?;
+        let registration =
+            registrar.register(&RegistrationInput { view, cloud: &cloud, segmentation: &segmentation, model })?;
         registrar.accepted();
         out.aligned += u32::from(matches!(registration.method, PoseMethod::Icp(_)));
         let pose = registration.table_from_camera;

@@ -2,7 +2,7 @@
 //! gravity-centre test takes them for the same object, with voxel filtering.
 
 use semascan_perception::fuse::{GravityCentre, ObjectCloud, by_gravity_centre};
-use semascan_perception::segment::geometric::{ColouredPoints, VoxelGrid};
+use semascan_perception::segment::geometric::{ColoredPoints, VoxelGrid};
 
 /// Voxel of the filter, metres.
 const VOXEL: f32 = 1e-3;
@@ -37,7 +37,7 @@ impl Stitched {
 
 /// One point, the mean, a voxel.
 fn filtered(positions: Vec<[f32; 3]>) -> Vec<[f32; 3]> {
-    VoxelGrid::new(&ColouredPoints { positions, colours: Vec::new() }, VOXEL).positions
+    VoxelGrid::new(&ColoredPoints { positions, colors: Vec::new() }, VOXEL).positions
 }
 
 #[cfg(test)]

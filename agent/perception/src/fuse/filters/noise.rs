@@ -4,7 +4,7 @@
 //! known by its small weight next to heavy ones and by lying off their surface by no more than its own noise explains. A
 //! second surface that was measured well is neither.
 
-use super::OutlierFilter;
+use super::outlier_filter::OutlierFilter;
 use super::surroundings::{Cells, Place, Surroundings};
 use glam::{BVec4A, Vec4};
 
@@ -36,7 +36,7 @@ impl Suspicion {
     /// Which of `cells`, of weights `weights`, speak of the surface.
     #[inline(always)]
     pub(super) fn asks(&self, cells: &Cells, weights: Vec4) -> BVec4A {
-        cells.are & weights.cmpge(Vec4::splat(self.heavy)) & cells.squares.cmplt(Vec4::splat(NEAR * NEAR))
+        cells.mask & weights.cmpge(Vec4::splat(self.heavy)) & cells.squares.cmplt(Vec4::splat(NEAR * NEAR))
     }
 
     /// Whether the voxel at `place` doubles the surface that its heavy neighbours make; `asked` of them speak of it.

@@ -7,9 +7,11 @@
 //! the cells of a column run along the normals of the surface; so they do.
 
 use crate::fuse::brick::Voxel;
-use crate::fuse::keys::{BRICK_EDGE, BrickKey};
+use crate::fuse::keys::{BRICK_EDGE, BrickKey, within_brick};
 use crate::fuse::map::SemanticMap;
 use glam::{BVec4A, Vec4};
+use semascan_geometry::grid::coarser;
+use semascan_geometry::vote::largest;
 
 /// Entries of lists that are worked on together.
 const LANES: usize = 4;
@@ -25,7 +27,7 @@ const SAMPLED: usize = 8;
 
 /// The block that a brick belongs to.
 pub(super) fn block_of(brick: BrickKey) -> [i32; 3] {
-    brick.0.map(|c| c.div_euclid(BLOCK))
+    coarser(brick.0, BLOCK)
 }
 
 /// Cells begin `radius` cells before the block's lowest.
@@ -61,9 +63,9 @@ pub(super) struct Place {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Cells {
     /// Where the first of them is in the lists.
-    from: usize,
+    start: usize,
     /// Which of them are occupied by a neighbour.
-    pub(super) are: BVec4A,
+    pub(super) mask: BVec4A,
     /// From their points to the voxel's.
     step: [Vec4; 3],
     pub(super) squares: Vec4,
@@ -105,7 +107,7 @@ impl Surroundings {
                 *sum += along.abs();
             }
         }
-        let column = (0..3).fold(0, |best, axis| if facing[axis] > facing[best] { axis } else { best });
+        let column = largest(&facing, f32::MIN);
         self.axes = [(column + 1) % 3, (column + 2) % 3, column];
 
         self.before.fill(0);
@@ -140,7 +142,7 @@ impl Surroundings {
     /// Number and coordinates of the cell of a voxel of the brick that begins at cell `first`, if not outside.
     #[inline(always)]
     fn cell_of(&self, first: [i32; 3], local: u16) -> Option<(usize, [i32; 3])> {
-        let [x, y, z] = [local >> 6 & 7, local >> 3 & 7, local & 7];
+        let [x, y, z] = within_brick(local);
         let cell = [first[0] + i32::from(x), first[1] + i32::from(y), first[2] + i32::from(z)];
         let inside = |c: i32| c >= 0 && c < self.side;
         let [slow, middle, fast] = self.axes;
@@ -174,16 +176,16 @@ impl Surroundings {
         let (mut low, mut high) =
             (place.cell - radius * (slab + column + 1), place.cell + radius * (column + 1) + 1 - radius * slab);
         for _ in 0..2 * radius + 1 {
-            let (mut from, end) = (usize::from(self.before[low]), usize::from(self.before[high]));
-            while from < end {
-                let dx = x - Vec4::from_slice(&self.points[0][from..]);
-                let dy = y - Vec4::from_slice(&self.points[1][from..]);
-                let dz = z - Vec4::from_slice(&self.points[2][from..]);
-                let within = (Vec4::from_slice(&self.heights[from..]) - own).abs().cmple(reach);
-                let listed = Vec4::splat((end - from) as f32).cmpgt(Vec4::new(0.0, 1.0, 2.0, 3.0));
+            let (mut start, end) = (usize::from(self.before[low]), usize::from(self.before[high]));
+            while start < end {
+                let dx = x - Vec4::from_slice(&self.points[0][start..]);
+                let dy = y - Vec4::from_slice(&self.points[1][start..]);
+                let dz = z - Vec4::from_slice(&self.points[2][start..]);
+                let within = (Vec4::from_slice(&self.heights[start..]) - own).abs().cmple(reach);
+                let listed = Vec4::splat((end - start) as f32).cmpgt(Vec4::new(0.0, 1.0, 2.0, 3.0));
                 let squares = dx * dx + dy * dy + dz * dz;
-                see(self, Cells { from, are: within & listed, step: [dx, dy, dz], squares });
-                from += LANES;
+                see(self, Cells { start, mask: within & listed, step: [dx, dy, dz], squares });
+                start += LANES;
             }
             (low, high) = (low + slab, high + slab);
         }
@@ -192,7 +194,7 @@ impl Surroundings {
 
     #[inline(always)]
     pub(super) fn weights(&self, cells: &Cells) -> Vec4 {
-        Vec4::from_slice(&self.weights[cells.from..])
+        Vec4::from_slice(&self.weights[cells.start..])
     }
 
     /// How far the voxel is off the planes through `cells`, voxels.
@@ -212,7 +214,7 @@ impl Surroundings {
     #[inline(always)]
     fn normals(&self, cells: &Cells) -> [Vec4; 3] {
         let [xs, ys, zs] = &self.normals;
-        let from = cells.from;
-        [Vec4::from_slice(&xs[from..]), Vec4::from_slice(&ys[from..]), Vec4::from_slice(&zs[from..])]
+        let start = cells.start;
+        [Vec4::from_slice(&xs[start..]), Vec4::from_slice(&ys[start..]), Vec4::from_slice(&zs[start..])]
     }
 }

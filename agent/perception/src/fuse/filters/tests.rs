@@ -1,7 +1,7 @@
 //! The filters against a walk over all neighbours.
 
 use super::super::brick::Brick;
-use super::super::keys::{BRICK_EDGE, BrickKey};
+use super::super::keys::{BrickKey, local_index};
 use super::super::{MapConfig, SemanticMap};
 use super::*;
 use rand::{RngExt, SeedableRng};
@@ -29,8 +29,7 @@ fn strewn() -> (SemanticMap, HashMap<[i32; 3], [f32; 3]>) {
 
 /// Brick of a voxel, and its place in it.
 fn address(voxel: [i32; 3]) -> (BrickKey, u16) {
-    let local = voxel.iter().fold(0, |local, c| local << 3 | c.rem_euclid(BRICK_EDGE) as u16);
-    (BrickKey(voxel.map(|c| c.div_euclid(BRICK_EDGE))), local)
+    (BrickKey::containing(voxel), local_index(voxel))
 }
 
 fn put(map: &mut SemanticMap, voxel: [i32; 3], content: Voxel) {
@@ -52,7 +51,7 @@ fn neighbours_are_those_of_a_walk_over_all_voxels() {
         for (key, brick) in map.keys.iter().zip(&map.bricks) {
             around.read(&map, block_of(*key));
             for voxel in &brick.voxels {
-                let own = key.voxel(voxel.local.into());
+                let own = key.voxel(voxel.local);
                 let mut near: Vec<f32> = points
                     .iter()
                     .filter(|(v, _)| **v != own && (0..3).all(|a| v[a].abs_diff(own[a]) <= radius as u32))

@@ -1,12 +1,21 @@
 //! The plane through a window: its sums, and the fit.
 
-use super::{Grid, SAME_SURFACE};
 use crate::view::Intrinsics;
 
 /// Fewest points for a fit.
 const MIN_POINTS: f32 = 8.0;
 /// Points nearer to a line than this share of their spread leave the plane open.
 const FLATTEST: f32 = 0.05;
+
+/// Neighbours whose inverse depth differs by more than this share belong to another surface.
+pub(super) const SAME_SURFACE: f32 = 0.015;
+
+/// Depth in metres on the grid of a camera; 0 or less where there is none.
+#[derive(Clone, Copy)]
+pub(in crate::organized) struct Grid<'a> {
+    pub(in crate::organized) k: &'a Intrinsics,
+    pub(in crate::organized) depth: &'a [f32],
+}
 
 /// Sums over a window of `(du, dv, w)`, `w` the inverse depth less a reference.
 #[derive(Clone, Copy, Default)]

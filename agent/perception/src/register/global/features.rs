@@ -3,7 +3,7 @@
 //! Where the normals of a cloud have no sign, the angles are folded so that the sign does not matter; both clouds have
 //! to be described the same way.
 
-use crate::register::SurfelCloud;
+use crate::register::surfels::SurfelCloud;
 use nalgebra::Vector3;
 use rayon::prelude::*;
 

@@ -2,11 +2,11 @@
 
 use super::*;
 use crate::register::gicp::tests::bracket;
-use nalgebra::Vector3;
+use nalgebra::{Point3, Vector3};
 
 fn moved(points: &[[f32; 3]], by: &Isometry3<f64>) -> Vec<[f32; 3]> {
     let place = |p: &[f32; 3]| {
-        let q = by * point(*p);
+        let q = by * Point3::from(vector(*p));
         [q.x as f32, q.y as f32, q.z as f32]
     };
     points.iter().map(place).collect()

@@ -1,15 +1,14 @@
 //! What a proposed motion is worth: the share of the smaller cloud that lies on the other after GICP, and how firmly that
-//! holds it.
+//! constrains it.
 
 use super::consistency::Hypothesis;
-use super::point;
 use crate::register::gicp::{self, GicpConfig, GicpFit};
-use crate::register::surfels::SurfelCloud;
+use crate::register::surfels::{SurfelCloud, vector};
 use nalgebra::{Isometry3, Matrix6, Point3, Vector3, Vector6};
 use semascan_geometry::measure::Guess;
 
-/// A direction whose share of the information is below this is open.
-const OPEN: f64 = 0.01;
+/// A direction whose share of the information is below this is unconstrained.
+const UNCONSTRAINED: f64 = 0.01;
 /// Cosine above which normals agree.
 const AGREE: f64 = 0.8;
 
@@ -17,7 +16,8 @@ const AGREE: f64 = 0.8;
 #[derive(Clone, Debug)]
 pub(super) struct Judged {
     pub(super) overlap: f64,
-    pub(super) open: usize,
+    /// Directions of the motion that the common surface leaves unconstrained.
+    pub(super) unconstrained: usize,
     pub(super) support: usize,
     pub(super) fit: GicpFit,
 }
@@ -30,7 +30,7 @@ pub(super) fn judge(source: &SurfelCloud, target: &SurfelCloud, hypothesis: &Hyp
     let all = source.points.len().min(target.points.len());
     Some(Judged {
         overlap: (common.len() as f64 / all as f64).min(1.0),
-        open: held(&common).into_iter().filter(|v| *v < OPEN).count(),
+        unconstrained: information_shares(&common).into_iter().filter(|v| *v < UNCONSTRAINED).count(),
         support: hypothesis.support,
         fit,
     })
@@ -40,20 +40,24 @@ pub(super) fn judge(source: &SurfelCloud, target: &SurfelCloud, hypothesis: &Hyp
 fn common(source: &SurfelCloud, target: &SurfelCloud, pose: &Isometry3<f64>) -> Vec<(Point3<f64>, Vector3<f64>)> {
     let oriented = source.oriented && target.oriented;
     let mut guess = Guess::NONE;
-    let on = |(p, n): (&[f32; 3], &[f32; 3])| {
-        let (p, n) = (point(*p), point(*n).coords);
-        let q = pose * p;
-        let query = [q.x as f32, q.y as f32, q.z as f32];
-        let found = target.index.nearest_from(query, 1.5 * source.voxel as f32, &mut guess)?;
-        let agree = (pose.rotation * n).dot(&point(target.normals[found.index as usize]).coords);
-        ((if oriented { agree } else { agree.abs() }) > AGREE).then_some((p, n))
-    };
-    source.points.iter().zip(&source.normals).filter_map(on).collect()
+    source
+        .points
+        .iter()
+        .zip(&source.normals)
+        .filter_map(|(p, n)| {
+            let (p, n) = (Point3::from(vector(*p)), vector(*n));
+            let q = pose * p;
+            let query = [q.x as f32, q.y as f32, q.z as f32];
+            let found = target.index.nearest_from(query, 1.5 * source.voxel as f32, &mut guess)?;
+            let agree = (pose.rotation * n).dot(&vector(target.normals[found.index as usize]));
+            ((if oriented { agree } else { agree.abs() }) > AGREE).then_some((p, n))
+        })
+        .collect()
 }
 
-/// How firmly points with normals hold each of the six directions of a motion: eigenvalues of the point-to-plane
+/// How firmly points with normals constrain each of the six directions of a motion: eigenvalues of the point-to-plane
 /// information matrix about their centroid, a turn counting as it moves the points on average; ascending, sum about one.
-fn held(points: &[(Point3<f64>, Vector3<f64>)]) -> [f64; 6] {
+fn information_shares(points: &[(Point3<f64>, Vector3<f64>)]) -> [f64; 6] {
     let n = points.len().max(1) as f64;
     let centre = points.iter().map(|p| p.0.coords).sum::<Vector3<f64>>() / n;
     let radius = (points.iter().map(|p| (p.0.coords - centre).norm_squared()).sum::<f64>() / n).sqrt();

@@ -3,7 +3,7 @@
 use super::*;
 use crate::organized::OrganizedCloud;
 use crate::register::OrientedPoints;
-use crate::register::twist::motion;
+use crate::register::se3::exp;
 use crate::view::DepthImage;
 use nalgebra::{Vector3, Vector6};
 use rand::{RngExt, SeedableRng};
@@ -97,7 +97,7 @@ fn register(solid: &Solid, twist: &Vector6<f64>, noise: f64) -> (Result<Aligned,
     let (first, second) = (pose(0.0), pose(20_f64.to_radians()));
     let model = OneView(ModelView::of(&solid.cloud(&first, noise, 1), first, 1, |_| 0, |_| true));
     let source = SourcePoints::select(&solid.cloud(&second, noise, 2), 1, |_| 0, |_| true);
-    let prior = second * motion(twist);
+    let prior = second * exp(twist);
     let spread = covariance(0.01, 0.002);
     (align(&source, &CAMERA, &model, &prior, &spread, &IcpConfig::default()), second)
 }
@@ -130,7 +130,7 @@ fn a_cylinder_keeps_its_prior_along_and_about_its_axis() {
         let twist = Vector6::new(draw(0.01), draw(0.01), draw(0.01), draw(2e-3), draw(2e-3), draw(2e-3));
         let solid = Solid(cylinder);
         let (result, truth) = register(&solid, &twist, 5e-5);
-        let prior = truth * motion(&twist);
+        let prior = truth * exp(&twist);
         let Ok(aligned) = result else { continue };
         assert_eq!(aligned.report.degeneracy.frozen.len(), 2, "{:?}", aligned.report.degeneracy);
         // What the data hold gets better; along and about the axis only the prior speaks (a tilt that the data show

@@ -12,7 +12,8 @@
 //! Segments are the connected components of what is left; small ones join their largest neighbour. As in the authors'
 //! code, the flags that k counts include sanity and smoothness.
 
-use super::vccs::{Patch, Supervoxels, VccsConfig, dot};
+use super::vccs::{Patch, Supervoxels, VccsConfig};
+use semascan_geometry::vector::{cross, dot, length};
 
 /// How supervoxels are joined.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -61,8 +62,7 @@ fn convex(a: &Patch, b: &Patch, vccs: &VccsConfig, config: &LccpConfig) -> bool 
     }
     let (n1, n2) = (a.normal, b.normal);
     let d = [0, 1, 2].map(|k| a.position[k] - b.position[k]);
-    let s = [n1[1] * n2[2] - n1[2] * n2[1], n1[2] * n2[0] - n1[0] * n2[2], n1[0] * n2[1] - n1[1] * n2[0]];
-    let length = |v: [f32; 3]| dot(v, v).sqrt();
+    let s = cross(n1, n2);
     let beta = dot(n1, n2).clamp(-1.0, 1.0).acos();
     if let Some(slack) = config.smoothness {
         let step = dot(d, n1).abs().min(dot(d, n2).abs());
@@ -187,7 +187,7 @@ mod tests {
 
     fn patch(position: [f32; 3], normal: [f32; 3]) -> Patch {
         let n = dot(normal, normal).sqrt();
-        Patch { position, normal: normal.map(|c| c / n), colour: [0.0; 3], voxels: 1 }
+        Patch { position, normal: normal.map(|c| c / n), color: [0.0; 3], voxels: 1 }
     }
 
     fn is_convex(a: &Patch, b: &Patch) -> bool {

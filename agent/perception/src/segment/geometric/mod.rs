@@ -13,67 +13,17 @@ mod noise_filters;
 mod normals;
 mod points;
 mod seed_cells;
+mod segmented_cloud;
 mod segmenter;
 pub mod slic;
 pub mod vccs;
 mod voxel_grid;
 
 pub use noise_filters::NoiseFilter;
-pub use points::ColouredPoints;
+pub use points::ColoredPoints;
+pub use segmented_cloud::{GeometricConfig, SegmentedCloud};
 pub use segmenter::{GeometricSegmenter, PatchMethod};
 pub use voxel_grid::{NONE, VoxelGrid};
-
-use lcccp::{ColourCriterion, lcccp};
-use lccp::{LccpConfig, Segments, lccp};
-use vccs::{Supervoxels, VccsConfig};
-
-/// How a cloud is cut into segments.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct GeometricConfig {
-    /// Supervoxels.
-    pub vccs: VccsConfig,
-    /// Convexity.
-    pub lccp: LccpConfig,
-    /// Colour; `None` is LCCP.
-    pub colour: Option<ColourCriterion>,
-}
-
-impl GeometricConfig {
-    /// P1's LCCCP for a voxel edge in metres. Colour guides the supervoxels too: one that straddles a colour border has a
-    /// mean colour that belongs to neither side.
-    pub fn new(voxel: f32) -> Self {
-        let vccs = VccsConfig { colour: 1.0, ..VccsConfig::new(voxel) };
-        let lccp = LccpConfig { small: 2, ..LccpConfig::default() };
-        Self { vccs, lccp, colour: Some(ColourCriterion::default()) }
-    }
-}
-
-/// A cloud cut into segments of supervoxels.
-#[derive(Clone, Debug, Default)]
-pub struct SegmentedCloud {
-    /// The supervoxels.
-    pub supervoxels: Supervoxels,
-    /// Which of them belong together.
-    pub segments: Segments,
-}
-
-impl SegmentedCloud {
-    /// Cuts `points`.
-    pub fn new(points: &ColouredPoints, config: &GeometricConfig) -> Self {
-        let supervoxels = Supervoxels::grow(points, &config.vccs);
-        let segments = match &config.colour {
-            Some(colour) => lcccp(&supervoxels, &config.vccs, &config.lccp, colour),
-            None => lccp(&supervoxels, &config.vccs, &config.lccp),
-        };
-        Self { supervoxels, segments }
-    }
-
-    /// Segment of each point; [`NONE`] for points without one.
-    pub fn of_point(&self) -> Vec<u32> {
-        let of_patch = &self.segments.of_patch;
-        self.supervoxels.of_point.iter().map(|&p| of_patch.get(p as usize).copied().unwrap_or(NONE)).collect()
-    }
-}
 
 #[cfg(test)]
 mod tests;

@@ -1,8 +1,9 @@
 //! Marks the depth pixels that belong to no surface, before they bend supervoxels: [Eye-in-hand 2020], section 4.2,
 //! names distorted points at the rims of round objects as the limit of its method.
 //!
-//! Two filters on the pixel grid: flying pixels, which hang between two surfaces at a depth step, and speckles, islands
-//! of a few pixels. They mark; the caller decides what becomes of a marked pixel.
+//! Two filters on the pixel grid: pixels with few neighbours at their depth, as they hang between two surfaces at a depth
+//! step, and speckles, islands of a few pixels. They mark; the caller decides what becomes of a marked pixel. (The map's
+//! own test for flying pixels, by lines of inverse depth, is in `organized::edges`.)
 
 use super::flood::grow;
 
@@ -31,7 +32,6 @@ impl NoiseFilter {
             return noisy;
         }
         let height = depth.len() / width;
-        let same = |a: f32, b: f32| b > 0.0 && (a - b).abs() <= self.same_surface * a.min(b);
         for y in 0..height {
             for x in 0..width {
                 let z = depth[y * width + x];
@@ -40,7 +40,7 @@ impl NoiseFilter {
                     let near =
                         rows.flat_map(|v| (x.saturating_sub(1)..=(x + 1).min(width - 1)).map(move |u| v * width + u));
                     // The pixel itself is on its surface.
-                    let count = near.filter(|&j| same(z, depth[j])).count() as u32;
+                    let count = near.filter(|&j| depth[j] > 0.0 && self.is_same_surface(z, depth[j])).count() as u32;
                     noisy[y * width + x] = count < self.fewest_neighbours + 1;
                 }
             }
@@ -49,9 +49,13 @@ impl NoiseFilter {
         noisy
     }
 
+    /// Whether neighbouring pixels of depths `a` and `b` may stand on one surface.
+    fn is_same_surface(&self, a: f32, b: f32) -> bool {
+        (a - b).abs() <= self.same_surface * a.min(b)
+    }
+
     /// Marks 4-connected islands of unmarked pixels that are too small.
     fn mark_islands(&self, depth: &[f32], width: usize, height: usize, noisy: &mut [bool]) {
-        let same = |a: f32, b: f32| (a - b).abs() <= self.same_surface * a.min(b);
         let mut seen: Vec<bool> = depth.iter().zip(noisy.iter()).map(|(z, &n)| n || z.is_nan() || *z <= 0.0).collect();
         let mut island = Vec::new();
         for start in 0..width * height {
@@ -60,7 +64,7 @@ impl NoiseFilter {
             }
             seen[start] = true;
             grow(start, (width, height), &mut island, |i, j| {
-                let joins = !seen[j] && same(depth[i], depth[j]);
+                let joins = !seen[j] && self.is_same_surface(depth[i], depth[j]);
                 seen[j] |= joins;
                 joins
             });

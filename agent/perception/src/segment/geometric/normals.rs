@@ -4,6 +4,7 @@
 //! every voxel its two rings. A voxel counts as often as there are ways to it, which weights the middle, as PCL does.
 
 use super::voxel_grid::VoxelGrid;
+use semascan_geometry::vector::{cross, dot};
 
 /// Zeroth to second moments of a set of points: count, sums, and sums of products xx, xy, xz, yy, yz, zz.
 #[derive(Clone, Copy, Debug, Default)]
@@ -38,20 +39,21 @@ pub(super) fn voxel_normals(grid: &VoxelGrid) -> Vec<[f32; 3]> {
         sum
     };
     let first: Vec<Moments> = (0..own.len()).map(|i| ring(&own, i)).collect();
-    let fit = |i: usize| {
-        let mut all = ring(&first, i);
-        all.add(&first[i]);
-        all.add(&own[i]);
-        let Some(n) = flattest(all.covariance()) else { return [0.0; 3] };
-        let p = grid.positions[i];
-        let away = n[0] * f64::from(p[0]) + n[1] * f64::from(p[1]) + n[2] * f64::from(p[2]) > 0.0;
-        n.map(|c| if away { -c } else { c } as f32)
-    };
-    (0..own.len()).map(fit).collect()
+    (0..own.len())
+        .map(|i| {
+            let mut all = ring(&first, i);
+            all.add(&first[i]);
+            all.add(&own[i]);
+            let Some(n) = flattest(all.covariance()) else { return [0.0; 3] };
+            let p = grid.positions[i];
+            let away = dot(n, p.map(f64::from)) > 0.0;
+            n.map(|c| if away { -c } else { c } as f32)
+        })
+        .collect()
 }
 
 /// Unit eigenvector of the smallest eigenvalue of a symmetric matrix (xx, xy, xz, yy, yz, zz); `None` where the two
-/// smallest cannot be told apart. Closed form after O. K. Smith (1961).
+/// smallest cannot be distinguished. Closed form after O. K. Smith (1961).
 fn flattest([xx, xy, xz, yy, yz, zz]: [f64; 6]) -> Option<[f64; 3]> {
     let scale = [xx, xy, xz, yy, yz, zz].iter().fold(0.0_f64, |m, c| m.max(c.abs()));
     if !(scale.is_finite() && scale > 1e-20) {
@@ -68,20 +70,16 @@ fn flattest([xx, xy, xz, yy, yz, zz]: [f64; 6]) -> Option<[f64; 3]> {
     // The rows span a plane; the longest of their cross products is the most exact normal of it.
     let crosses = [cross(rows[0], rows[1]), cross(rows[0], rows[2]), cross(rows[1], rows[2])];
     let best = crosses.into_iter().fold(([0.0; 3], 0.0), |best, c| {
-        let length = c[0] * c[0] + c[1] * c[1] + c[2] * c[2];
+        let length = dot(c, c);
         if length > best.1 { (c, length) } else { best }
     });
     // On a line both smaller eigenvalues are nought: any cross product is what rounding left.
     (best.1 > 1e-12).then(|| best.0.map(|x| x / best.1.sqrt()))
 }
 
-fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-}
-
 #[cfg(test)]
 mod tests {
-    use super::super::points::ColouredPoints;
+    use super::super::points::ColoredPoints;
     use super::*;
     use nalgebra::{Matrix3, SymmetricEigen, Vector3};
     use proptest::prelude::*;
@@ -113,7 +111,7 @@ mod tests {
             let p = Vector3::new(0.0, 0.0, 0.6) + (s * f64::from(i % 40) + t * f64::from(i / 40)) * 0.002;
             [p.x as f32, p.y as f32, p.z as f32]
         });
-        let points = ColouredPoints { positions: positions.collect(), colours: Vec::new() };
+        let points = ColoredPoints { positions: positions.collect(), colors: Vec::new() };
         let grid = VoxelGrid::new(&points, 0.006);
         for n in voxel_normals(&grid) {
             let n = Vector3::new(n[0], n[1], n[2]).cast::<f64>();
@@ -125,7 +123,7 @@ mod tests {
     fn a_line_or_a_point_has_none() {
         for step in [0.0, 0.004_f32] {
             let positions = (0..50).map(|i| [0.1 + i as f32 * step, 0.2, 0.5]).collect();
-            let grid = VoxelGrid::new(&ColouredPoints { positions, colours: Vec::new() }, 0.005);
+            let grid = VoxelGrid::new(&ColoredPoints { positions, colors: Vec::new() }, 0.005);
             assert!(!grid.is_empty());
             assert!(voxel_normals(&grid).iter().all(|n| *n == [0.0; 3]));
         }

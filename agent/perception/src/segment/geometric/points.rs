@@ -6,17 +6,17 @@ use image::RgbImage;
 
 /// Points with colours, in the order of their source: one a pixel, row-major, or one a line of a file.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct ColouredPoints {
+pub struct ColoredPoints {
     /// Metres, camera frame (the sensor stands at the origin); a coordinate that is not finite marks a missing point.
     pub positions: Vec<[f32; 3]>,
     /// sRGB, one a point; points past its end are black.
-    pub colours: Vec<[u8; 3]>,
+    pub colors: Vec<[u8; 3]>,
 }
 
 /// What stands for a pixel without depth.
 pub(super) const MISSING: [f32; 3] = [f32::NAN; 3];
 
-impl ColouredPoints {
+impl ColoredPoints {
     /// The pixels of a view. Where picture and cloud differ in size, pixels without a colour are black.
     pub fn of_view(cloud: &OrganizedCloud, rgb: &RgbImage) -> Self {
         Self::of_depth(&cloud.intrinsics, &cloud.depth, rgb)
@@ -32,8 +32,8 @@ impl ColouredPoints {
             positions
                 .extend(row.iter().zip(&across).map(|(&z, x)| if z > 0.0 { [x * z, down * z, z] } else { MISSING }));
         }
-        let (colours, _) = rgb.as_raw().as_chunks::<3>();
-        Self { positions, colours: colours.to_vec() }
+        let (colors, _) = rgb.as_raw().as_chunks::<3>();
+        Self { positions, colors: colors.to_vec() }
     }
 
     /// Number of points, missing ones included.
@@ -47,8 +47,8 @@ impl ColouredPoints {
     }
 
     /// Colour of point `i`.
-    pub(super) fn colour(&self, i: usize) -> [u8; 3] {
-        self.colours.get(i).copied().unwrap_or_default()
+    pub(super) fn color(&self, i: usize) -> [u8; 3] {
+        self.colors.get(i).copied().unwrap_or_default()
     }
 }
 
@@ -63,7 +63,7 @@ mod tests {
         let metres = vec![1.0, 0.0, 2.0, 1.0, 1.0, 0.5];
         let cloud = OrganizedCloud::new(k, &DepthImage { width: 3, height: 2, metres }, None);
         let rgb = RgbImage::from_fn(3, 2, |u, v| image::Rgb([u as u8, v as u8, 9]));
-        let points = ColouredPoints::of_view(&cloud, &rgb);
+        let points = ColoredPoints::of_view(&cloud, &rgb);
         assert_eq!(points.len(), 6);
         for i in 0..6 {
             match cloud.point(i) {
@@ -71,7 +71,7 @@ mod tests {
                 None => assert!(points.positions[i][0].is_nan()),
             }
         }
-        assert_eq!(points.colour(5), [2, 1, 9]);
-        assert_eq!(points.colour(6), [0; 3]);
+        assert_eq!(points.color(5), [2, 1, 9]);
+        assert_eq!(points.color(6), [0; 3]);
     }
 }

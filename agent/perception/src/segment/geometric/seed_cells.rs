@@ -3,8 +3,9 @@
 //! The grid of cells is anchored at the first voxel, which stands in the middle of its own cell. Cells are taken in
 //! Morton order; each gives the voxel nearest to its middle, unless that voxel stands nearly alone.
 
-use super::vccs::squared;
-use super::voxel_grid::{BITS, morton, pack, sort_by_key, unpack};
+use super::voxel_grid::{BITS, pack, sort_by_key, unpack};
+use semascan_geometry::grid::morton;
+use semascan_geometry::vector::squared_distance;
 
 /// Voxels by seed cell.
 #[derive(Debug)]
@@ -24,8 +25,8 @@ impl SeedCells {
         let anchor = positions.first().copied().unwrap_or_default();
         let mut cells = Self { anchor, edge, keys: Vec::new(), first: Vec::new(), voxels: Vec::new() };
         if edge.is_finite() && edge > 0.0 {
-            let place = |(i, &p): (usize, &[f32; 3])| Some((pack(cells.cell(p))?, i as u32));
-            let mut sorted: Vec<(u64, u32)> = positions.iter().enumerate().filter_map(place).collect();
+            let mut sorted: Vec<(u64, u32)> =
+                positions.iter().enumerate().filter_map(|(i, &p)| Some((pack(cells.cell(p))?, i as u32))).collect();
             sort_by_key(&mut sorted);
             for (key, voxel) in sorted {
                 if cells.keys.last() != Some(&key) {
@@ -71,26 +72,30 @@ impl SeedCells {
         let mut order: Vec<(u64, u32)> =
             self.keys.iter().enumerate().map(|(i, &k)| (morton(unpack(k)), i as u32)).collect();
         sort_by_key(&mut order);
-        let seed = |&(_, i): &(u64, u32)| {
-            let c = unpack(self.keys[i as usize]);
-            let zero = unpack(pack([0.5; 3])?);
-            let middle = [0, 1, 2].map(|a| self.anchor[a] + (f64::from(c[a]) - f64::from(zero[a])) as f32 * self.edge);
-            let own = nearest_of(positions, middle, self.voxels_of(i as usize).iter().copied())?;
-            // What is nearer than the cell's faces cannot be beaten by another cell.
-            let voxel = if own.0 < 0.25 * self.edge * self.edge { own.1 } else { self.nearest(positions, middle)? };
-            let at = positions[voxel as usize];
-            let corner = |r: f32| pack(self.cell(at.map(|x| x + r))).map(unpack);
-            let near = self.within(corner(-radius)?, corner(radius)?);
-            let near = near.filter(|&v| squared(positions[v as usize], at) <= radius * radius).count();
-            (near as f32 > fewest).then_some(voxel)
-        };
-        order.iter().filter_map(seed).collect()
+        order
+            .iter()
+            .filter_map(|&(_, i)| {
+                let c = unpack(self.keys[i as usize]);
+                let zero = unpack(pack([0.5; 3])?);
+                let middle =
+                    [0, 1, 2].map(|a| self.anchor[a] + (f64::from(c[a]) - f64::from(zero[a])) as f32 * self.edge);
+                let own = nearest_of(positions, middle, self.voxels_of(i as usize).iter().copied())?;
+                // What is nearer than the cell's faces cannot be beaten by another cell.
+                let voxel = if own.0 < 0.25 * self.edge * self.edge { own.1 } else { self.nearest(positions, middle)? };
+                let at = positions[voxel as usize];
+                let corner = |r: f32| pack(self.cell(at.map(|x| x + r))).map(unpack);
+                let near = self.within(corner(-radius)?, corner(radius)?);
+                let near = near.filter(|&v| squared_distance(positions[v as usize], at) <= radius * radius).count();
+                (near as f32 > fewest).then_some(voxel)
+            })
+            .collect()
     }
 }
 
 fn nearest_of(positions: &[[f32; 3]], p: [f32; 3], voxels: impl Iterator<Item = u32>) -> Option<(f32, u32)> {
-    let to = |v: u32| (squared(positions[v as usize], p), v);
-    voxels.map(to).min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)))
+    voxels
+        .map(|v| (squared_distance(positions[v as usize], p), v))
+        .min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)))
 }
 
 #[cfg(test)]
@@ -118,7 +123,7 @@ mod tests {
                 let middle = [0, 1, 2].map(|a| positions[0][a] + c[a] as f32 * edge);
                 let (_, voxel) = nearest_of(&positions, middle, 0..positions.len() as u32).expect("voxels");
                 let at = positions[voxel as usize];
-                let near = positions.iter().filter(|&&q| squared(q, at) <= 0.25 * edge * edge).count();
+                let near = positions.iter().filter(|&&q| squared_distance(q, at) <= 0.25 * edge * edge).count();
                 if near > 2 {
                     expected.push(voxel);
                 }

@@ -2,10 +2,13 @@
 //! around any network.
 
 use super::fusion_segmentation::{FusionConfig, PatchImage, fuse};
-use super::lcccp::ColourCriterion;
+use super::lcccp::ColorCriterion;
+use super::noise_filters::NoiseFilter;
+use super::points::ColoredPoints;
+use super::segmented_cloud::{GeometricConfig, SegmentedCloud};
 use super::slic::{SlicConfig, slic};
-use super::{ColouredPoints, GeometricConfig, NONE, NoiseFilter, SegmentedCloud};
-use crate::segment::{SegmentError, Segmentation, Segmenter};
+use super::voxel_grid::NONE;
+use crate::segment::segmentation::{SegmentError, Segmentation, Segmenter};
 use crate::view::View;
 
 /// Where patches come from.
@@ -16,7 +19,7 @@ pub enum PatchMethod {
         /// Voxel edge in median pixel footprints of the view; supervoxels are four voxels wide.
         voxel_in_pixels: f32,
         /// The colour criterion.
-        colour: ColourCriterion,
+        color: ColorCriterion,
     },
     /// P1's alternative: superpixels of the picture.
     Slic(SlicConfig),
@@ -25,7 +28,7 @@ pub enum PatchMethod {
 impl PatchMethod {
     /// LCCCP as it is tuned for views of parts: shading does not part surfaces.
     pub const LCCCP: Self =
-        Self::Lcccp { voxel_in_pixels: 2.5, colour: ColourCriterion { gamma: 20.0, illumination_robust: true } };
+        Self::Lcccp { voxel_in_pixels: 2.5, color: ColorCriterion { gamma: 20.0, illumination_robust: true } };
     /// SLIC with its usual compactness.
     pub const SLIC: Self = Self::Slic(SlicConfig { step: 12, compactness: 10.0, iterations: 10 });
 }
@@ -55,7 +58,7 @@ impl<S: Segmenter> GeometricSegmenter<S> {
     /// Fits `segmentation` of `view` to the geometry.
     pub fn fit(&self, view: &View, segmentation: &Segmentation) -> Segmentation {
         match self.method {
-            PatchMethod::Lcccp { voxel_in_pixels, colour } => {
+            PatchMethod::Lcccp { voxel_in_pixels, color } => {
                 let mut depth = view.depth.metres.clone();
                 if let Some(noise) = &self.noise {
                     let noisy = noise.mark(&depth, view.depth.width as usize);
@@ -63,8 +66,8 @@ impl<S: Segmenter> GeometricSegmenter<S> {
                 }
                 let Some(median) = median(&depth) else { return segmentation.clone() };
                 let voxel = voxel_in_pixels * view.intrinsics.footprint(median.into()) as f32;
-                let points = ColouredPoints::of_depth(&view.intrinsics, &depth, &view.rgb);
-                let config = GeometricConfig { colour: Some(colour), ..GeometricConfig::new(voxel) };
+                let points = ColoredPoints::of_depth(&view.intrinsics, &depth, &view.rgb);
+                let config = GeometricConfig { color: Some(color), ..GeometricConfig::new(voxel) };
                 let cut = SegmentedCloud::new(&points, &config);
                 let (mut patches, mut fine) = (cut.of_point(), cut.supervoxels.of_point);
                 let superpixels = slic(&view.rgb, &UNMEASURED);

@@ -7,6 +7,7 @@
 use super::flood::grow;
 use super::voxel_grid::NONE;
 use image::RgbImage;
+use semascan_geometry::vector::squared_distance;
 
 /// How superpixels are made.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -52,7 +53,8 @@ pub fn slic(image: &RgbImage, config: &SlicConfig) -> Vec<u32> {
 fn grid_centres(lab: &[[f32; 3]], width: usize, height: usize, step: usize) -> Vec<Centre> {
     let gradient = |x: usize, y: usize| {
         let at = |x: usize, y: usize| lab[y.min(height - 1) * width + x.min(width - 1)];
-        squared(at(x + 1, y), at(x.saturating_sub(1), y)) + squared(at(x, y + 1), at(x, y.saturating_sub(1)))
+        squared_distance(at(x + 1, y), at(x.saturating_sub(1), y))
+            + squared_distance(at(x, y + 1), at(x, y.saturating_sub(1)))
     };
     let mut centres = Vec::new();
     for y in (step / 2..height.max(step / 2 + 1)).step_by(step) {
@@ -91,7 +93,7 @@ fn assign(
             let dy = (y as f32 - centre.at[1]).powi(2);
             for x in from(centre.at[0])..to(centre.at[0], width) {
                 let i = y * width + x;
-                let d = squared(lab[i], centre.lab) + weight * ((x as f32 - centre.at[0]).powi(2) + dy);
+                let d = squared_distance(lab[i], centre.lab) + weight * ((x as f32 - centre.at[0]).powi(2) + dy);
                 if d < nearest[i] {
                     nearest[i] = d;
                     labels[i] = k as u32;
@@ -160,19 +162,16 @@ fn to_lab(image: &RgbImage) -> Vec<[f32; 3]> {
         })
         .collect();
     let f = |t: f32| if t > 0.008_856 { t.cbrt() } else { 7.787 * t + 16.0 / 116.0 };
-    let lab = |p: &image::Rgb<u8>| {
-        let [r, g, b] = p.0.map(|v| linear[usize::from(v)]);
-        let x = f((0.412_456 * r + 0.357_576 * g + 0.180_437 * b) / 0.950_47);
-        let y = f(0.212_673 * r + 0.715_152 * g + 0.072_175 * b);
-        let z = f((0.019_334 * r + 0.119_192 * g + 0.950_304 * b) / 1.088_83);
-        [116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)]
-    };
-    image.pixels().map(lab).collect()
-}
-
-fn squared(a: [f32; 3], b: [f32; 3]) -> f32 {
-    let d = [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
-    d[0] * d[0] + d[1] * d[1] + d[2] * d[2]
+    image
+        .pixels()
+        .map(|p| {
+            let [r, g, b] = p.0.map(|v| linear[usize::from(v)]);
+            let x = f((0.412_456 * r + 0.357_576 * g + 0.180_437 * b) / 0.950_47);
+            let y = f(0.212_673 * r + 0.715_152 * g + 0.072_175 * b);
+            let z = f((0.019_334 * r + 0.119_192 * g + 0.950_304 * b) / 1.088_83);
+            [116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)]
+        })
+        .collect()
 }
 
 #[cfg(test)]
@@ -181,7 +180,7 @@ mod tests {
     use proptest::prelude::*;
 
     #[test]
-    fn superpixels_keep_to_colour_borders() {
+    fn superpixels_keep_to_color_borders() {
         // A slanted border between two colours, with noise.
         let border = |x: u32, y: u32| x * 3 > 120 + y;
         let image = RgbImage::from_fn(120, 90, |x, y| {
@@ -200,10 +199,10 @@ mod tests {
     }
 
     #[test]
-    fn colours_become_lab() {
+    fn colors_become_lab() {
         let image = RgbImage::from_fn(2, 1, |x, _| image::Rgb(if x == 0 { [255; 3] } else { [255, 0, 0] }));
         let lab = to_lab(&image);
-        let close = |a: [f32; 3], b: [f32; 3]| assert!(squared(a, b).sqrt() < 0.1, "{a:?} {b:?}");
+        let close = |a: [f32; 3], b: [f32; 3]| assert!(squared_distance(a, b).sqrt() < 0.1, "{a:?} {b:?}");
         close(lab[0], [100.0, 0.0, 0.0]);
         close(lab[1], [53.24, 80.09, 67.20]);
     }

@@ -4,9 +4,9 @@ use super::*;
 use proptest::prelude::*;
 
 /// A table with two boxes of the given colours on it, one pushed against the other, as pixels of a camera above.
-fn boxes(colours: [[u8; 3]; 2]) -> (ColouredPoints, Vec<u32>) {
+fn boxes(colors: [[u8; 3]; 2]) -> (ColoredPoints, Vec<u32>) {
     let (width, height, f) = (320, 240, 520.0_f32);
-    let (mut points, mut truth) = (ColouredPoints::default(), Vec::new());
+    let (mut points, mut truth) = (ColoredPoints::default(), Vec::new());
     // The camera stands 0.5 m above the table and looks 40 degrees off the vertical.
     let (sin, cos) = 40_f32.to_radians().sin_cos();
     for v in 0..height {
@@ -29,7 +29,7 @@ fn boxes(colours: [[u8; 3]; 2]) -> (ColouredPoints, Vec<u32>) {
                 }
             }
             points.positions.push(ray.map(|c| c * hit.0));
-            points.colours.push(if hit.1 == 0 { [90, 90, 90] } else { colours[hit.1 as usize - 1] });
+            points.colors.push(if hit.1 == 0 { [90, 90, 90] } else { colors[hit.1 as usize - 1] });
             truth.push(hit.1);
         }
     }
@@ -47,24 +47,24 @@ fn held(of_point: &[u32], truth: &[u32], thing: u32) -> (u32, f64) {
 }
 
 #[test]
-fn convexity_parts_boxes_from_the_table_and_colour_parts_them_from_each_other() {
+fn convexity_parts_boxes_from_the_table_and_color_parts_them_from_each_other() {
     let (points, truth) = boxes([[200, 30, 30], [30, 30, 200]]);
     let config = GeometricConfig::new(0.004);
-    let by_colour = SegmentedCloud::new(&points, &config).of_point();
-    let found = [0, 1, 2].map(|thing| held(&by_colour, &truth, thing));
+    let by_color = SegmentedCloud::new(&points, &config).of_point();
+    let found = [0, 1, 2].map(|thing| held(&by_color, &truth, thing));
     for (thing, (_, share)) in found.iter().enumerate() {
         // A box may fall into its faces: at a sharp ridge few patches have a common neighbour.
         assert!(*share > 0.6, "thing {thing}: {share:.2}");
     }
     assert!(found[0].0 != found[1].0 && found[1].0 != found[2].0 && found[0].0 != found[2].0);
     let mut majority = std::collections::BTreeMap::new();
-    for (s, t) in by_colour.iter().zip(&truth) {
+    for (s, t) in by_color.iter().zip(&truth) {
         majority.entry(*s).or_insert([0_u32; 3])[*t as usize] += 1;
     }
     let pure: u32 = majority.values().filter_map(|counts| counts.iter().max()).sum();
     assert!(f64::from(pure) > 0.995 * truth.len() as f64, "{pure} of {} points", truth.len());
     // Without colour the flush boxes are one convex body.
-    let by_shape = SegmentedCloud::new(&points, &GeometricConfig { colour: None, ..config }).of_point();
+    let by_shape = SegmentedCloud::new(&points, &GeometricConfig { color: None, ..config }).of_point();
     let [table, left, right] = [0, 1, 2].map(|thing| held(&by_shape, &truth, thing).0);
     assert!(table != left && left == right);
 }
@@ -83,7 +83,7 @@ fn clouds_without_a_surface_have_few_or_no_segments() {
     let config = GeometricConfig::new(0.005);
     let cut = |positions: Vec<[f32; 3]>| {
         let n = positions.len();
-        let cut = SegmentedCloud::new(&ColouredPoints { positions, colours: Vec::new() }, &config);
+        let cut = SegmentedCloud::new(&ColoredPoints { positions, colors: Vec::new() }, &config);
         assert_eq!(cut.of_point().len(), n);
         cut.segments.count
     };
@@ -109,7 +109,7 @@ proptest! {
     ) {
         let mut positions: Vec<[f32; 3]> = bits.iter().map(|p| p.map(f32::from_bits)).collect();
         positions.extend(near);
-        let points = ColouredPoints { colours: vec![[7; 3]; positions.len() / 2], positions };
+        let points = ColoredPoints { colors: vec![[7; 3]; positions.len() / 2], positions };
         let mut config = GeometricConfig::new(0.01);
         config.lccp.small = small;
         config.lccp.smoothness = Some(0.1);

@@ -47,7 +47,7 @@ pub(super) enum Drawn {
         /// Rotation times scale: (cosine, sine) times the zoom.
         turn: (f32, f32),
     },
-    /// `contrast * colour + brightness + noise`, of 1.
+    /// `contrast * color + brightness + noise`, of 1.
     Light {
         /// Factor.
         contrast: f32,
@@ -104,14 +104,14 @@ impl Drawn {
                 let mut random = Pcg64Mcg::seed_from_u64(seed);
                 let mut changed = Vec::with_capacity(tensor.len());
                 for (channel, values) in channels() {
-                    let (Some(index), Some(scale)) = (colour_index(*channel), &input.colour) else {
+                    let (Some(index), Some(scale)) = (color_index(*channel), &input.color) else {
                         changed.extend_from_slice(values);
                         continue;
                     };
                     let (mean, std) = (scale.mean[index], scale.std[index]);
                     changed.extend(values.iter().map(|value| {
-                        let colour = contrast * (value * std + mean) + brightness + noise * normal(random.next_u64());
-                        (colour.clamp(0.0, 1.0) - mean) / std
+                        let color = contrast * (value * std + mean) + brightness + noise * normal(random.next_u64());
+                        (color.clamp(0.0, 1.0) - mean) / std
                     }));
                 }
                 changed
@@ -138,11 +138,14 @@ impl Drawn {
     pub(super) fn known(&self, size: (usize, usize)) -> Option<Vec<bool>> {
         let Self::Warp { turn } = self else { return None };
         let back = inverse(*turn);
-        let known = |i: usize| {
-            let (u, v) = rotated(((i % size.0) as f32, (i / size.0) as f32), back, size);
-            u >= 0.0 && v >= 0.0 && u <= (size.0 - 1) as f32 && v <= (size.1 - 1) as f32
-        };
-        Some((0..size.0 * size.1).map(known).collect())
+        Some(
+            (0..size.0 * size.1)
+                .map(|i| {
+                    let (u, v) = rotated(((i % size.0) as f32, (i / size.0) as f32), back, size);
+                    u >= 0.0 && v >= 0.0 && u <= (size.0 - 1) as f32 && v <= (size.1 - 1) as f32
+                })
+                .collect(),
+        )
     }
 }
 
@@ -169,15 +172,16 @@ fn rotated((x, y): (f32, f32), (c, s): (f32, f32), size: (usize, usize)) -> (f32
 /// A plane that shows at (x, y) what `plane` shows at `from(x, y)`.
 fn warped(plane: &[f32], size: (usize, usize), from: impl Fn(f32, f32) -> (f32, f32)) -> Vec<f32> {
     let (width, height) = size;
-    let value = |i: usize| {
-        let (u, v) = from((i % width) as f32, (i / width) as f32);
-        bilinear(width, height, u, v, |x, y| plane[y * width + x])
-    };
-    (0..width * height).map(value).collect()
+    (0..width * height)
+        .map(|i| {
+            let (u, v) = from((i % width) as f32, (i / width) as f32);
+            bilinear(width, height, u, v, |x, y| plane[y * width + x])
+        })
+        .collect()
 }
 
 /// Place of a colour channel in red, green, blue.
-fn colour_index(channel: Channel) -> Option<usize> {
+fn color_index(channel: Channel) -> Option<usize> {
     match channel {
         Channel::Red => Some(0),
         Channel::Green => Some(1),
@@ -195,7 +199,7 @@ fn normal(word: u64) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::segment::network::manifest::{ColourScale, DepthScale};
+    use crate::segment::network::manifest::{ColorScale, DepthScale};
 
     const SIZE: (usize, usize) = (80, 60);
 
@@ -206,7 +210,7 @@ mod tests {
             multiple: 1,
             width: None,
             height: None,
-            colour: Some(ColourScale { mean: [0.4; 3], std: [0.2; 3] }),
+            color: Some(ColorScale { mean: [0.4; 3], std: [0.2; 3] }),
             depth: Some(DepthScale { near: 0.2, far: 0.9, missing: 0.0 }),
         }
     }
@@ -266,15 +270,15 @@ mod tests {
     }
 
     #[test]
-    fn light_changes_colours_within_their_range_and_leaves_depth() {
+    fn light_changes_colors_within_their_range_and_leaves_depth() {
         let tensor = tensor();
         let n = SIZE.0 * SIZE.1;
         let drawn = Drawn::Light { contrast: 1.1, brightness: 0.05, noise: 0.02, seed: 5 };
         let changed = drawn.apply(&tensor, &input(), SIZE);
         assert_eq!(changed[n..], tensor[n..]);
-        let colour = |value: f32| value * 0.2 + 0.4;
-        assert!(changed[..n].iter().all(|v| (0.0..=1.0).contains(&(colour(*v)))));
-        let noise: Vec<f32> = (0..n).map(|i| colour(changed[i]) - 1.1 * colour(tensor[i]) - 0.05).collect();
+        let color = |value: f32| value * 0.2 + 0.4;
+        assert!(changed[..n].iter().all(|v| (0.0..=1.0).contains(&(color(*v)))));
+        let noise: Vec<f32> = (0..n).map(|i| color(changed[i]) - 1.1 * color(tensor[i]) - 0.05).collect();
         let mean = noise.iter().sum::<f32>() / n as f32;
         let deviation = (noise.iter().map(|x| (x - mean).powi(2)).sum::<f32>() / n as f32).sqrt();
         assert!(mean.abs() < 1e-3 && (deviation - 0.02).abs() < 1e-3, "{mean} {deviation}");

@@ -4,7 +4,8 @@ use super::augment::Augmentation;
 use super::engine::EngineDescription;
 use super::manifest::{Fusion, Manifest, NetworkFile, Task};
 use super::region::Window;
-use super::uncertainty::{DEFECT_THRESHOLD, Statistic, UncertaintyFigures, UncertaintySettings};
+use super::uncertainty::{Statistic, UncertaintyFigures, UncertaintySettings};
+use crate::segment::sigma_limits::DEFECT_SIGMA_LIMIT;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -40,7 +41,7 @@ impl Default for NetworkConfig {
     fn default() -> Self {
         Self {
             uncertainty: UncertaintySettings::default(),
-            defect_threshold: DEFECT_THRESHOLD,
+            defect_threshold: DEFECT_SIGMA_LIMIT,
             augmentations: vec![Augmentation::Identity, Augmentation::Flip],
             seed: 1,
             region: Region::Volume,

@@ -2,7 +2,7 @@
 
 use super::augment::Drawn;
 use super::engine::{EngineError, Tensor};
-use super::model::Model;
+use super::model::NetworkModel;
 use super::preprocess::Frame;
 use super::uncertainty::Predictions;
 use crate::view::View;
@@ -23,7 +23,12 @@ pub(super) struct Said {
 ///
 /// # Errors
 /// [`EngineError`] if one does not run.
-pub(super) fn ask(model: &mut Model, view: &View, frame: &Frame, augmentations: &[Drawn]) -> Result<Said, EngineError> {
+pub(super) fn ask(
+    model: &mut NetworkModel,
+    view: &View,
+    frame: &Frame,
+    augmentations: &[Drawn],
+) -> Result<Said, EngineError> {
     let input = &model.manifest().input;
     let (width, height) = frame.size;
     let plain = frame.tensor(view, input);
@@ -53,8 +58,9 @@ pub(super) fn ask(model: &mut Model, view: &View, frame: &Frame, augmentations: 
     // The picture as it is shows best what each stream contributes.
     let shares: Vec<&[f32]> = answers.iter().filter_map(|a| a.contribution.as_ref()?.data.get(..size)).collect();
     let contribution = (!shares.is_empty()).then(|| {
-        let mean = |i: usize| shares.iter().map(|s| s[i]).sum::<f32>() / shares.len() as f32;
-        frame.restore(&(0..size).map(mean).collect::<Vec<_>>())
+        frame.restore(
+            &(0..size).map(|i| shares.iter().map(|s| s[i]).sum::<f32>() / shares.len() as f32).collect::<Vec<_>>(),
+        )
     });
     let instances = answers.first().and_then(|a| a.objects.as_ref()).map(|o| frame.restore_labels(&o.instances));
     Ok(Said { predictions, contribution, instances })

@@ -91,8 +91,10 @@ pub fn installed(folders: &[PathBuf]) -> Vec<Installed> {
 
 /// The folder of the model called `name` in `folders`, or of the variant of that name that is kept for comparison.
 pub fn find(folders: &[PathBuf], name: &str) -> Option<PathBuf> {
-    let places = |folder: &PathBuf| [folder.join(name), folder.join(COMPARISON).join(name)];
-    folders.iter().flat_map(places).find(|path| path.join(FILE_NAME).is_file())
+    folders
+        .iter()
+        .flat_map(|folder| [folder.join(name), folder.join(COMPARISON).join(name)])
+        .find(|path| path.join(FILE_NAME).is_file())
 }
 
 /// The models to use: those named in `asked` (a model's folder, a folder of models, or a name), or the best of each task

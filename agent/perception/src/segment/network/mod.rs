@@ -1,11 +1,11 @@
 //! Trained networks: from a view to class probabilities and how sure they are ([Remanufacturing paper], section
 //! "Uncertainty estimation for segmentation results", and [Wang 2023] for two streams).
 //!
-//! A [`Model`] is a [`Manifest`] and the networks it names, run by an [`engine`]. [`NetworkSegmenter`] asks an ensemble of
+//! A [`NetworkModel`] is a [`Manifest`] and the networks it names, run by an [`engine`]. [`NetworkSegmenter`] asks an ensemble of
 //! them about several augmentations of a view's region of interest; the mean is the label, the scatter its uncertainty.
 
 mod augment;
-mod config;
+pub(super) mod config;
 pub mod engine;
 mod ensemble;
 #[cfg(test)]
@@ -25,14 +25,12 @@ pub use config::{ModelReport, NetworkConfig, NetworkReport, Region, ViewDetail};
 pub use engine::{EngineChoice, EngineDescription, EngineError, Provider};
 pub use library::{Installed, SelectError, find, installed, search_path, select};
 pub use manifest::{
-    Activation, Channel, Class, ColourScale, DepthScale, FILE_NAME, Fusion, Input, Manifest, ManifestError,
-    NetworkFile, Output, Task,
+    Activation, Channel, Class, ColorScale, DepthScale, FILE_NAME, Fusion, Input, Manifest, ManifestError, NetworkFile,
+    Output, Task,
 };
-pub use model::{Answer, Model, ModelError};
+pub use model::{Answer, ModelError, NetworkModel};
 pub use objects::{Objects, ShapeError};
 pub use region::{Volume, Window};
 pub use segmenter::{NetworkSegmenter, SetupError};
 pub use taxonomy::extended;
-pub use uncertainty::{
-    DEFECT_THRESHOLD, Estimate, Predictions, Statistic, THRESHOLD, UncertaintyFigures, UncertaintySettings,
-};
+pub use uncertainty::{Estimate, Predictions, Statistic, UncertaintyFigures, UncertaintySettings};

@@ -2,7 +2,7 @@
 //! first view, that names file and field.
 
 use super::engine::{Engine, EngineError, Network, Port, Tensor};
-use super::manifest::{Activation, Manifest, ManifestError, NetworkFile, Task};
+use super::manifest::{Activation, Manifest, ManifestError, Task};
 use super::objects::{Objects, from_detections};
 use rayon::prelude::*;
 use std::fmt;
@@ -25,15 +25,15 @@ const TRIAL: u32 = 64;
 const ROUNDING: f32 = 1e-2;
 
 /// A model that is ready to run.
-pub struct Model {
+pub struct NetworkModel {
     folder: PathBuf,
     manifest: Manifest,
     networks: Vec<Box<dyn Network>>,
 }
 
-impl fmt::Debug for Model {
+impl fmt::Debug for NetworkModel {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Model").field("folder", &self.folder).field("networks", &self.networks.len()).finish()
+        f.debug_struct("NetworkModel").field("folder", &self.folder).field("networks", &self.networks.len()).finish()
     }
 }
 
@@ -48,7 +48,7 @@ pub struct Answer {
     pub objects: Option<Objects>,
 }
 
-impl Model {
+impl NetworkModel {
     /// Loads the model in `folder` with `threads` threads for all its networks together.
     ///
     /// # Errors
@@ -190,24 +190,27 @@ impl Model {
         let output = &manifest.output;
         let wanted: Vec<&str> = output.tensor.iter().chain(&output.contribution).map(String::as_str).collect();
         let classes = manifest.classes.len();
-        let ask = |(network, file): (&mut Box<dyn Network>, &NetworkFile)| {
-            let mut outputs = network.run(pictures, &wanted)?.into_iter();
-            let mut next = |channels: usize| {
-                let wanted = [&pictures.shape[..1], &[channels], &pictures.shape[2..]].concat();
-                let output = outputs.next().unwrap_or_default();
-                if output.shape == wanted && output.data.len() == wanted.iter().product::<usize>() {
-                    return Ok(output);
-                }
-                let reason = format!("gives {:?}, not {wanted:?}", output.shape);
-                Err(EngineError::Run { file: folder.join(&file.file), reason })
-            };
-            let mut probabilities = next(classes)?;
-            activate(&mut probabilities, classes, output.activation);
-            let contribution = if output.contribution.is_some() { Some(next(1)?) } else { None };
-            Ok(Answer { probabilities, contribution, objects: None })
-        };
         // Members are independent of each other, and each has a session of its own.
-        networks.par_iter_mut().zip(&manifest.networks).map(ask).collect()
+        networks
+            .par_iter_mut()
+            .zip(&manifest.networks)
+            .map(|(network, file)| {
+                let mut outputs = network.run(pictures, &wanted)?.into_iter();
+                let mut next = |channels: usize| {
+                    let wanted = [&pictures.shape[..1], &[channels], &pictures.shape[2..]].concat();
+                    let output = outputs.next().unwrap_or_default();
+                    if output.shape == wanted && output.data.len() == wanted.iter().product::<usize>() {
+                        return Ok(output);
+                    }
+                    let reason = format!("gives {:?}, not {wanted:?}", output.shape);
+                    Err(EngineError::Run { file: folder.join(&file.file), reason })
+                };
+                let mut probabilities = next(classes)?;
+                activate(&mut probabilities, classes, output.activation);
+                let contribution = if output.contribution.is_some() { Some(next(1)?) } else { None };
+                Ok(Answer { probabilities, contribution, objects: None })
+            })
+            .collect()
     }
 
     /// What a detector says, picture by picture.

@@ -54,7 +54,7 @@ impl Frame {
         let plane = width * height;
         let mut tensor = vec![0.0; plane * input.channels.len()];
         for (channel, values) in input.channels.iter().zip(tensor.chunks_exact_mut(plane.max(1))) {
-            match (channel, &input.colour, &input.depth) {
+            match (channel, &input.color, &input.depth) {
                 (Channel::Depth, _, Some(scale)) => self.fill(values, |u, v| {
                     let at = |c: f32, end: u32| (c.round().max(0.0) as u32).min(end.saturating_sub(1));
                     match view.depth.at(at(u, view.depth.width), at(v, view.depth.height)) {
@@ -62,8 +62,8 @@ impl Frame {
                         None => scale.missing,
                     }
                 }),
-                (colour, Some(scale), _) => {
-                    let c = match colour {
+                (color, Some(scale), _) => {
+                    let c = match color {
                         Channel::Red => 0,
                         Channel::Green => 1,
                         _ => 2,
@@ -71,8 +71,9 @@ impl Frame {
                     let scaled = |byte: f32| (byte / 255.0 - scale.mean[c]) / scale.std[c];
                     let (columns, rows) = (view.rgb.width() as usize, view.rgb.height() as usize);
                     let bytes = view.rgb.as_raw();
-                    let byte = |u: usize, v: usize| f32::from(bytes[(v * columns + u) * 3 + c]);
-                    self.fill(values, |u, v| scaled(bilinear(columns, rows, u, v, byte)));
+                    self.fill(values, |u, v| {
+                        scaled(bilinear(columns, rows, u, v, |u, v| f32::from(bytes[(v * columns + u) * 3 + c])))
+                    });
                 }
                 // A checked manifest has a scale for each of its channels.
                 _ => {}
@@ -159,7 +160,7 @@ pub(super) fn bilinear(width: usize, height: usize, x: f32, y: f32, at: impl Fn(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::segment::network::manifest::{ColourScale, DepthScale};
+    use crate::segment::network::manifest::{ColorScale, DepthScale};
     use crate::view::{DepthImage, Intrinsics, PoseEvidence};
     use image::{Rgb, RgbImage};
     use std::sync::Arc;
@@ -190,7 +191,7 @@ mod tests {
             multiple,
             width: size.map(|s| s.0),
             height: size.map(|s| s.1),
-            colour: Some(ColourScale { mean: [0.5, 0.0, 0.0], std: [0.25, 1.0, 1.0] }),
+            color: Some(ColorScale { mean: [0.5, 0.0, 0.0], std: [0.25, 1.0, 1.0] }),
             depth: Some(DepthScale { near: 0.2, far: 0.6, missing: -1.0 }),
         }
     }

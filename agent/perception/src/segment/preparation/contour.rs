@@ -80,20 +80,21 @@ fn extent(edges: &GrayImage) -> Option<([i32; 2], [i32; 2])> {
 /// Points at even distances around a rectangle.
 fn rectangle(low: [i32; 2], high: [i32; 2], points: usize) -> Vec<[i32; 2]> {
     let (w, h) = ((high[0] - low[0]) as f32, (high[1] - low[1]) as f32);
-    let at = |k: usize| {
-        let way = k as f32 / points as f32 * 2.0 * (w + h);
-        let (x, y) = if way < w {
-            (way, 0.0)
-        } else if way < w + h {
-            (w, way - w)
-        } else if way < 2.0 * w + h {
-            (2.0 * w + h - way, h)
-        } else {
-            (0.0, 2.0 * (w + h) - way)
-        };
-        [low[0] + x.round() as i32, low[1] + y.round() as i32]
-    };
-    (0..points).map(at).collect()
+    (0..points)
+        .map(|k| {
+            let way = k as f32 / points as f32 * 2.0 * (w + h);
+            let (x, y) = if way < w {
+                (way, 0.0)
+            } else if way < w + h {
+                (w, way - w)
+            } else if way < 2.0 * w + h {
+                (2.0 * w + h - way, h)
+            } else {
+                (0.0, 2.0 * (w + h) - way)
+            };
+            [low[0] + x.round() as i32, low[1] + y.round() as i32]
+        })
+        .collect()
 }
 
 /// Moves each point once; whether any moved.

@@ -11,13 +11,13 @@ pub mod noise;
 pub mod volume;
 mod wavelet;
 
-use super::{SegmentError, Segmentation, Segmenter};
+use super::segmentation::{SegmentError, Segmentation, Segmenter};
 use crate::view::View;
 use contour::Snake;
 use nalgebra::Point3;
 use std::sync::Arc;
 
-/// How the background is told from the part.
+/// How background and part are separated.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Background {
     /// It is kept.

@@ -16,17 +16,20 @@ pub fn background(view: &View, low: &Point3<f64>, high: &Point3<f64>) -> Option<
     let pose = view.pose.table_from_camera()?;
     let slack = Vector3::repeat(SLACK);
     let (low, high) = (low - slack, high + slack);
-    let outside = |i: usize| {
-        let (u, v) = (i % view.depth.width as usize, i / view.depth.width as usize);
-        let z = view.depth.metres.get(i).copied().unwrap_or(0.0);
-        if z > 0.0 {
-            let p = pose * view.intrinsics.unproject(u as f64, v as f64, z.into());
-            !(0..3).all(|a| (low[a]..=high[a]).contains(&p[a]))
-        } else {
-            misses(&pose, &view.intrinsics.unproject(u as f64, v as f64, 1.0), &low, &high)
-        }
-    };
-    Some((0..view.depth.metres.len()).map(outside).collect())
+    Some(
+        (0..view.depth.metres.len())
+            .map(|i| {
+                let (u, v) = (i % view.depth.width as usize, i / view.depth.width as usize);
+                let z = view.depth.metres.get(i).copied().unwrap_or(0.0);
+                if z > 0.0 {
+                    let p = pose * view.intrinsics.unproject(u as f64, v as f64, z.into());
+                    !(0..3).all(|a| (low[a]..=high[a]).contains(&p[a]))
+                } else {
+                    misses(&pose, &view.intrinsics.unproject(u as f64, v as f64, 1.0), &low, &high)
+                }
+            })
+            .collect(),
+    )
 }
 
 /// Whether the ray from the camera through `ahead` (camera frame) misses the box: the slab test.

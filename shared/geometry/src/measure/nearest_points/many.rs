@@ -1,7 +1,8 @@
 //! Queries that come in batches, on all threads, in an order in which each is near the one before it.
 
 use super::super::batch;
-use super::{LEAF, NONE, NearestPoints, Neighbour, spatial_order, squared};
+use super::{LEAF, NONE, NearestPoints, Neighbour, spatial_order};
+use crate::vector::squared_distance;
 
 impl NearestPoints {
     /// The nearest point of each query, in the order of the queries. Of points equally far, any may be given, but always
@@ -65,7 +66,7 @@ impl NearestPoints {
                     }
                     let p = leaf.point(lane);
                     // The neighbours of the last point hold k points: none of the k nearest is farther than these.
-                    let reach = near.iter().map(|(_, slot)| squared(p, self.at(*slot))).fold(0.0, f32::max);
+                    let reach = near.iter().map(|(_, slot)| squared_distance(p, self.at(*slot))).fold(0.0, f32::max);
                     let bound = if near.len() < k { f32::INFINITY } else { reach.next_up() };
                     near.clear();
                     self.search_k(p, k, bound, &mut near);

@@ -4,14 +4,14 @@ use super::*;
 use proptest::prelude::*;
 
 /// A floor of 40 x 40 points 5 mm apart with a wall on one side, seen from the origin.
-fn corner() -> ColouredPoints {
-    let mut points = ColouredPoints::default();
+fn corner() -> ColoredPoints {
+    let mut points = ColoredPoints::default();
     for i in 0..40 {
         for j in 0..40 {
             let (u, v) = (i as f32 * 0.005 - 0.1, j as f32 * 0.005);
             points.positions.push([u, 0.1, 0.4 + v]);
             points.positions.push([u, 0.1 - v, 0.6]);
-            points.colours.extend([[200, 0, 0], [0, 200, 0]]);
+            points.colors.extend([[200, 0, 0], [0, 200, 0]]);
         }
     }
     points
@@ -26,7 +26,8 @@ fn supervoxels_cover_the_surface_and_stop_at_the_crease() {
     for (patch, i) in grown.patches.iter().zip(0..) {
         let members: Vec<usize> = (0..points.len()).filter(|&k| grown.of_point[k] == i).collect();
         assert!(!members.is_empty());
-        let far = members.iter().map(|&k| squared(points.positions[k], patch.position).sqrt()).fold(0.0, f32::max);
+        let far =
+            members.iter().map(|&k| squared_distance(points.positions[k], patch.position).sqrt()).fold(0.0, f32::max);
         assert!(far < 2.0 * 0.03, "a supervoxel reaches {far} m");
     }
     // Nearly all hold one side only.
@@ -42,7 +43,7 @@ fn edges_join_supervoxels_that_touch() {
     let grown = Supervoxels::grow(&corner(), &VccsConfig::new(0.0075));
     assert!(grown.edges.windows(2).all(|e| e[0] < e[1]));
     for [a, b] in &grown.edges {
-        let d = squared(grown.patches[*a as usize].position, grown.patches[*b as usize].position).sqrt();
+        let d = squared_distance(grown.patches[*a as usize].position, grown.patches[*b as usize].position).sqrt();
         assert!(a < b && d < 0.09, "{a} and {b} are {d} m apart");
     }
     let mut joined = vec![false; grown.patches.len()];
@@ -70,7 +71,7 @@ proptest! {
     ) {
         let mut positions: Vec<[f32; 3]> = bits.iter().map(|p| p.map(f32::from_bits)).collect();
         positions.extend(near);
-        let points = ColouredPoints { positions, colours: Vec::new() };
+        let points = ColoredPoints { positions, colors: Vec::new() };
         for config in [VccsConfig::new(0.01), VccsConfig { voxel: lengths[0], seed: lengths[1], ..VccsConfig::new(0.01) }] {
             let grown = Supervoxels::grow(&points, &config);
             prop_assert_eq!(grown.of_point.len(), points.len());

@@ -3,8 +3,8 @@
 use super::*;
 use proptest::prelude::*;
 
-fn points(positions: Vec<[f32; 3]>) -> ColouredPoints {
-    ColouredPoints { colours: vec![[10, 20, 30]; positions.len()], positions }
+fn points(positions: Vec<[f32; 3]>) -> ColoredPoints {
+    ColoredPoints { colors: vec![[10, 20, 30]; positions.len()], positions }
 }
 
 proptest! {
@@ -57,12 +57,12 @@ proptest! {
 fn a_voxel_holds_the_mean_of_its_points() {
     let nan = [f32::NAN; 3];
     let mut cloud = points(vec![[0.001, 0.0, 0.0], nan, [0.003, 0.0, 0.0], [0.002, 0.0, 0.0], [1.0, 0.0, 0.0]]);
-    cloud.colours[2] = [40, 20, 30];
+    cloud.colors[2] = [40, 20, 30];
     let grid = VoxelGrid::new(&cloud, 0.01);
     let v = grid.of_point[0];
     assert_eq!(grid.of_point, [v, NONE, v, v, grid.of_point[4]]);
     assert_eq!(grid.counts[v as usize], 3);
     assert!((grid.positions[v as usize][0] - 0.002).abs() < 1e-7);
-    assert!((grid.colours[v as usize][0] - 20.0).abs() < 1e-4);
+    assert!((grid.colors[v as usize][0] - 20.0).abs() < 1e-4);
     assert!(grid.neighbours(v).is_empty());
 }

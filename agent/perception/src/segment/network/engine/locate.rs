@@ -61,13 +61,14 @@ fn search(configured: Option<&Path>, variable: Option<&Path>, executable: Option
 
 /// The library in `folder`: the one with the highest version where there are several.
 fn in_folder(folder: &Path) -> Option<PathBuf> {
-    let is_library = |path: &PathBuf| {
-        let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        let rest = name.strip_prefix("libonnxruntime.").unwrap_or_default();
-        name == "onnxruntime.dll" || rest.starts_with("so") || rest.ends_with("dylib")
-    };
     let files = std::fs::read_dir(folder).ok()?.filter_map(|entry| Some(entry.ok()?.path()));
-    files.filter(is_library).max_by_key(|path| version(path))
+    files
+        .filter(|path| {
+            let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+            let rest = name.strip_prefix("libonnxruntime.").unwrap_or_default();
+            name == "onnxruntime.dll" || rest.starts_with("so") || rest.ends_with("dylib")
+        })
+        .max_by_key(|path| version(path))
 }
 
 /// The numbers in a file's name, to be compared.

@@ -4,8 +4,8 @@
 //! A process has one ONNX Runtime environment, made from the first library that loads. Threads do not spin while they
 //! wait: spinning nearly doubles the processor time, which the other stages of the pipeline need.
 
+use super::interface::{Engine, EngineDescription, EngineError, Network, Port, Provider, Tensor, one_by_one};
 use super::locate::{Found, candidates};
-use super::{Engine, EngineDescription, EngineError, Network, Port, Provider, Tensor, one_by_one};
 use ort::environment::Environment;
 use ort::ep::{self, ExecutionProvider, ExecutionProviderDispatch};
 use ort::logging::LogLevel;
@@ -72,14 +72,16 @@ impl OnnxRuntime {
 
     /// The providers that the library was built with.
     pub fn providers(&self) -> Vec<Provider> {
-        let is_there = |provider: &Provider| match provider {
-            Provider::Cpu => true,
-            Provider::Cuda => ep::CUDA::is_available().unwrap_or(false),
-            Provider::TensorRt => ep::TensorRT::is_available().unwrap_or(false),
-            Provider::OpenVino => ep::OpenVINO::is_available().unwrap_or(false),
-            Provider::CoreMl => ep::CoreML::is_available().unwrap_or(false),
-        };
-        Provider::ALL.into_iter().filter(is_there).collect()
+        Provider::ALL
+            .into_iter()
+            .filter(|provider| match provider {
+                Provider::Cpu => true,
+                Provider::Cuda => ep::CUDA::is_available().unwrap_or(false),
+                Provider::TensorRt => ep::TensorRT::is_available().unwrap_or(false),
+                Provider::OpenVino => ep::OpenVINO::is_available().unwrap_or(false),
+                Provider::CoreMl => ep::CoreML::is_available().unwrap_or(false),
+            })
+            .collect()
     }
 
     fn dispatch(&self) -> Option<ExecutionProviderDispatch> {
@@ -117,13 +119,17 @@ fn load(candidate: &Found) -> Result<Environment, EngineError> {
     }
     let path = candidate.path.canonicalize().map_err(|e| fail(e.to_string()))?;
     let builder = ort::init_from(path).map_err(|e| fail(e.to_string()))?;
-    let log = |level: LogLevel, _: &str, _: &str, place: &str, message: &str| match level {
+    let builder = builder.with_name("semascan").with_telemetry(false).with_logger(Arc::new(log));
+    builder.build().map_err(|e| fail(e.to_string()))
+}
+
+/// Passes on what ONNX Runtime reports, one level down: its errors also reach the caller.
+fn log(level: LogLevel, _category: &str, _id: &str, place: &str, message: &str) {
+    match level {
         LogLevel::Error | LogLevel::Fatal => tracing::warn!("onnxruntime: {message} ({place})"),
         LogLevel::Warning => tracing::debug!("onnxruntime: {message} ({place})"),
         _ => tracing::trace!("onnxruntime: {message} ({place})"),
-    };
-    let builder = builder.with_name("semascan").with_telemetry(false).with_logger(Arc::new(log));
-    builder.build().map_err(|e| fail(e.to_string()))
+    }
 }
 
 impl Engine for OnnxRuntime {

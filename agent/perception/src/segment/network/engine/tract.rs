@@ -3,7 +3,7 @@
 //! It wants every dimension fixed: a plan is made for each size of picture that comes and the last few are kept. What it
 //! cannot plan (Mask R-CNN, whose sizes depend on what it finds) it refuses by the file's name.
 
-use super::{Engine, EngineDescription, EngineError, Network, Port, Provider, Tensor, one_by_one};
+use super::interface::{Engine, EngineDescription, EngineError, Network, Port, Provider, Tensor, one_by_one};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -12,7 +12,7 @@ use tract_onnx::prelude::{
 };
 use tract_onnx::tract_hir::infer::{Factoid, InferenceFact};
 
-/// Version of the crate, which does not tell it itself.
+/// Version of the crate, which does not report it itself.
 const VERSION: &str = "0.23";
 
 /// Plans that are kept: regions of interest come in a few sizes.
@@ -120,12 +120,14 @@ impl TractNetwork {
         guarded(|| {
             let input = tract_onnx::prelude::Tensor::from_shape(shape, data)?;
             let outputs = plan.run(tvec![input.into()])?;
-            let read = |value: &tract_onnx::prelude::TValue| -> TractResult<Tensor> {
-                let floats = value.cast_to::<f32>()?;
-                let data = floats.try_as_plain_ram()?.as_slice::<f32>()?.to_vec();
-                Ok(Tensor { shape: floats.shape().to_vec(), data })
-            };
-            outputs.iter().map(read).collect()
+            outputs
+                .iter()
+                .map(|value: &tract_onnx::prelude::TValue| -> TractResult<Tensor> {
+                    let floats = value.cast_to::<f32>()?;
+                    let data = floats.try_as_plain_ram()?.as_slice::<f32>()?.to_vec();
+                    Ok(Tensor { shape: floats.shape().to_vec(), data })
+                })
+                .collect()
         })
     }
 }
@@ -152,10 +154,11 @@ impl Network for TractNetwork {
         // One picture after the other, so that one plan serves every size of batch.
         one_by_one(input, |picture| {
             let outputs = self.run_one(&picture.shape, &picture.data).map_err(fail)?;
-            let pick = |(&i, name): (&usize, &&str)| {
-                outputs.get(i).cloned().ok_or_else(|| fail(format!("output {name} did not come")))
-            };
-            indices.iter().zip(wanted).map(pick).collect()
+            indices
+                .iter()
+                .zip(wanted)
+                .map(|(&i, name)| outputs.get(i).cloned().ok_or_else(|| fail(format!("output {name} did not come"))))
+                .collect()
         })
     }
 }

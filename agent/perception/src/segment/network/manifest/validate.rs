@@ -21,8 +21,8 @@ impl Manifest {
         if self.schema != 1 {
             return fault("schema", format!("{} is not known, only 1 is", self.schema));
         }
-        let named = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
-        if self.name.is_empty() || !self.name.chars().all(named) {
+        if self.name.is_empty() || !self.name.chars().all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-')
+        {
             return fault("name", format!("{:?} is not made of lower-case letters, digits and -", self.name));
         }
         if self.version.is_empty() {
@@ -85,7 +85,7 @@ impl Manifest {
                 return fault(format!("classes[{i}].name"), format!("{:?} is there twice", class.name));
             }
             if class.rgb().is_none() {
-                return fault(format!("classes[{i}].colour"), format!("{:?} is not #rrggbb", class.colour));
+                return fault(format!("classes[{i}].colour"), format!("{:?} is not #rrggbb", class.color));
             }
         }
         Ok(())
@@ -122,9 +122,9 @@ impl Input {
                 _ => {}
             }
         }
-        let has_colour = self.channels.iter().any(|c| *c != Channel::Depth);
-        match &self.colour {
-            None if has_colour => return fault("input.colour", "is missing, and there are colour channels"),
+        let has_color = self.channels.iter().any(|c| *c != Channel::Depth);
+        match &self.color {
+            None if has_color => return fault("input.colour", "is missing, and there are colour channels"),
             Some(scale) => {
                 if !scale.mean.iter().all(|m| m.is_finite()) {
                     return fault("input.colour.mean", "is not finite");
@@ -179,7 +179,9 @@ impl Output {
         let set: &[_] = match (used(&by_centres), used(&by_detection)) {
             (true, false) => &by_centres,
             (false, true) => &by_detection,
-            (true, true) => return fault("output.boxes", "stands beside centres: objects come by one or the other"),
+            (true, true) => {
+                return fault("output.boxes", "stands beside centres: objects are found by one or the other");
+            }
             (false, false) => {
                 return fault("output.centres", "is missing, and so is boxes: where do objects come from");
             }

@@ -50,7 +50,7 @@ fn a_manifest_that_does_not_fit_its_network_names_file_and_field_at_load() {
         let name = engine.description().name;
         for (what, network, change, field) in &misfits {
             let folder = model("semantic", &NAMES, std::slice::from_ref(network), change);
-            match Model::load(folder.path(), engine.as_ref(), 1).expect_err(what) {
+            match NetworkModel::load(folder.path(), engine.as_ref(), 1).expect_err(what) {
                 ModelError::Manifest(error) => {
                     assert_eq!(&error.field, field, "{name}, {what}: {error}");
                     assert!(error.to_string().contains("member-0.onnx") && error.path.ends_with("model.toml"));
@@ -65,12 +65,12 @@ fn a_manifest_that_does_not_fit_its_network_names_file_and_field_at_load() {
             .bytes();
         for (what, network) in [("corrupt", b"no network".to_vec()), ("unknown", unknown), ("empty", Vec::new())] {
             let folder = model("semantic", &NAMES, &[network], |_| {});
-            let error = Model::load(folder.path(), engine.as_ref(), 1).expect_err(what).to_string();
+            let error = NetworkModel::load(folder.path(), engine.as_ref(), 1).expect_err(what).to_string();
             assert!(error.contains("member-0.onnx"), "{name}, {what}: {error}");
         }
         let folder = model("semantic", &NAMES, &[classifier(0.0)], |_| {});
         std::fs::remove_file(folder.path().join("member-0.onnx")).expect("was there");
-        let error = Model::load(folder.path(), engine.as_ref(), 1).expect_err("missing").to_string();
+        let error = NetworkModel::load(folder.path(), engine.as_ref(), 1).expect_err("missing").to_string();
         assert!(error.contains("network[0].file") && error.contains("member-0.onnx"), "{error}");
     }
 }
@@ -80,7 +80,7 @@ fn models_that_do_not_go_together_are_refused() {
     let engines = engines();
     let engine = engines[0].as_ref();
     let folder = model("semantic", &NAMES, &[classifier(2.0)], |_| {});
-    let load = || Model::load(folder.path(), engine, 1).expect("fits");
+    let load = || NetworkModel::load(folder.path(), engine, 1).expect("fits");
     let new = |models, taxonomy: &Taxonomy, config| {
         NetworkSegmenter::new(models, engine.description(), taxonomy, None, config).expect_err("refused").to_string()
     };
@@ -96,7 +96,7 @@ fn models_that_do_not_go_together_are_refused() {
     let mut segmenter =
         NetworkSegmenter::new(vec![load()], engine.description(), &taxonomy(), None, NetworkConfig::default())
             .expect("goes together");
-    let mut picture = view(32, 32, colour);
+    let mut picture = view(32, 32, color);
     Arc::make_mut(&mut picture.depth).metres.pop();
     assert!(segmenter.segment(&picture).expect_err("no depth for a pixel").to_string().contains("view 0"));
 }

@@ -101,11 +101,11 @@ fn a_network_of_one_picture_at_a_time_is_asked_about_several() {
         .output("probabilities", &onnx::picture(3))
         .bytes();
     let folder = model("semantic", &NAMES, &[network], |_| {});
-    let picture = view(40, 30, colour);
+    let picture = view(40, 30, color);
     for mut segmenter in segmenters(&[&folder], None, &asked(&[Augmentation::Identity, Augmentation::Flip])) {
         let said = segmenter.segment(&picture).expect("runs");
         let (_, p, sigma) = soft(&said.components);
-        let [none, ..] = closed_form(colour(7, 3), 0.0);
+        let [none, ..] = closed_form(color(7, 3), 0.0);
         assert!((f32::from(p[(3 * 40 + 7) * 4]) - 255.0 * none).abs() <= 0.51);
         assert!(sigma.iter().all(|s| *s == 0), "flipping changes nothing");
     }

@@ -5,13 +5,13 @@ use super::*;
 #[test]
 fn labels_are_those_of_the_closed_form_whatever_runs_the_network() {
     let folder = model("semantic", &NAMES, &[classifier(2.0)], |_| {});
-    let picture = view(50, 40, colour);
+    let picture = view(50, 40, color);
     for mut segmenter in segmenters(&[&folder], None, &asked(&[Augmentation::Identity])) {
         let said = segmenter.segment(&picture).expect("runs");
         let (classes, probabilities, sigma) = soft(&said.components);
         assert_eq!((classes, probabilities.len()), (4, 50 * 40 * 4));
         for i in 0..50 * 40 {
-            let [none, red, green] = closed_form(colour(i % 50, i / 50), 2.0);
+            let [none, red, green] = closed_form(color(i % 50, i / 50), 2.0);
             // Green is class 1 of the inspection, red class 3; nothing says blue.
             for (found, wanted) in probabilities[i as usize * 4..].iter().zip([none, green, 0.0, red]) {
                 assert!((f32::from(*found) - 255.0 * wanted).abs() <= 0.51, "pixel {i}: {found} {wanted}");
@@ -32,7 +32,7 @@ fn engines_agree() {
     let answers: Vec<_> = engines()
         .iter()
         .map(|engine| {
-            let mut model = Model::load(folder.path(), engine.as_ref(), 2).expect("fits");
+            let mut model = NetworkModel::load(folder.path(), engine.as_ref(), 2).expect("fits");
             model.ask(&pictures).expect("runs")
         })
         .collect();
@@ -67,7 +67,7 @@ fn sigma_of_two_members_that_disagree_is_the_one_computed_by_hand() {
 #[test]
 fn the_region_of_interest_says_what_the_whole_picture_says() {
     let folder = model("semantic", &NAMES, &[classifier(2.0), classifier(3.0)], |m| m.input.multiple = 32);
-    let mut picture = view(100, 80, |u, v| colour(u / 2, v / 2));
+    let mut picture = view(100, 80, |u, v| color(u / 2, v / 2));
     picture.pose =
         PoseEvidence::World { table_from_camera: Isometry3::identity(), covariance: covariance_of_prior(0.1, 0.1) };
     // A cube of 0.1 m, 1 m before the camera, right of the middle: columns 60 to 71, rows 35 to 46.
