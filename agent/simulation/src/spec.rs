@@ -11,8 +11,8 @@ use std::path::PathBuf;
 use super::domain::Domain;
 use super::sensor::SensorModel;
 use super::station::ErrorModel;
+use semascan_formats::percent;
 use semascan_inspection::source::AcquireError;
-use semascan_sources::percent;
 
 /// How viewpoints are chosen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
