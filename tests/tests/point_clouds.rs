@@ -1,11 +1,12 @@
 //! Real point clouds: Kinect captures and laser scans in PCD files.
 
 use nalgebra::{Isometry3, Point3, Vector3};
+use semascan_formats::offset::single;
+use semascan_formats::pcd;
 use semascan_geometry::measure::{NearestPoints, percentile};
 use semascan_perception::register::gicp::{self, GicpConfig};
 use semascan_perception::register::global::{CloudInput, GlobalConfig, GlobalError, register_globally};
 use semascan_perception::register::{Facing, SurfelCloud};
-use semascan_sources::pcd;
 use semascan_tests::data;
 
 /// File, points, finite points and their mean, points labelled 1, as Open3D 0.20 reads them.
@@ -21,7 +22,7 @@ const READ_BY_OPEN3D: [(&str, usize, usize, [f64; 3], usize); 4] = [
 fn pcd_files_hold_what_open3d_finds_in_them() {
     let folder = data::folder("point-clouds").expect("real captures");
     for (file, points, finite, mean, table) in READ_BY_OPEN3D {
-        let cloud = pcd::read(&folder.join(file)).expect("reads");
+        let cloud = pcd::read_file(&folder.join(file)).expect("reads");
         assert_eq!(cloud.positions.len(), points, "{file}");
         let usable: Vec<_> = cloud.positions.iter().filter(|p| p.iter().all(|c| c.is_finite())).collect();
         assert_eq!(usable.len(), finite, "{file}");
@@ -29,7 +30,7 @@ fn pcd_files_hold_what_open3d_finds_in_them() {
         assert_eq!(labelled, table, "{file}");
         assert_eq!(cloud.colors.is_some(), table > 0, "{file}");
         for axis in 0..3 {
-            let found = usable.iter().map(|p| f64::from(p[axis])).sum::<f64>() / finite as f64;
+            let found = usable.iter().map(|p| p[axis]).sum::<f64>() / finite as f64;
             assert!((found - mean[axis]).abs() < 1e-5, "{file}: axis {axis}: {found}");
         }
     }
@@ -51,8 +52,9 @@ const MIDDLE: f64 = 2.2;
 #[cfg_attr(not(semascan_data), ignore = "SEMASCAN_DATA is not set")]
 fn five_views_without_poses_register_globally() {
     let folder = data::folder("point-clouds/pairwise").expect("real captures");
-    let views: Vec<Vec<[f32; 3]>> =
-        (1..=5).map(|i| pcd::read(&folder.join(format!("capture000{i}.pcd"))).expect("reads").positions).collect();
+    let views: Vec<Vec<[f32; 3]>> = (1..=5)
+        .map(|i| single(&pcd::read_file(&folder.join(format!("capture000{i}.pcd"))).expect("reads").positions))
+        .collect();
     let fine = |points: &[[f32; 3]], eye| SurfelCloud::new(points, Facing::From(eye), 0.01, 16).expect("a surface");
     for (i, (rotation, translation)) in BY_OPEN3D.into_iter().enumerate() {
         let reference = Isometry3::new(translation.into(), rotation.into());
@@ -99,7 +101,7 @@ fn five_views_without_poses_register_globally() {
 #[cfg_attr(not(semascan_data), ignore = "SEMASCAN_DATA is not set")]
 fn a_room_and_a_table_do_not_match() {
     let folder = data::folder("point-clouds").expect("real captures");
-    let read = |file: &str| pcd::read(&folder.join(file)).expect("reads").positions;
+    let read = |file: &str| single(&pcd::read_file(&folder.join(file)).expect("reads").positions);
     let (room, table) = (read("pairwise/capture0001.pcd"), read("tabletop-labelled/learn0.pcd"));
     let input = |points| CloudInput { points, facing: Facing::From(Point3::origin()) };
     for seed in 0..3 {

@@ -6,15 +6,16 @@
 //! unlabelled do not count.
 
 use semascan_evaluation::{PartitionScore, compare_partitions};
+use semascan_formats::offset::single;
+use semascan_formats::pcd;
 use semascan_perception::segment::geometric::{ColoredPoints, GeometricConfig, NONE, SegmentedCloud};
-use semascan_sources::pcd;
 use semascan_tests::data;
 
 fn score(name: &str, config: &GeometricConfig) -> PartitionScore {
     let folder = data::folder("point-clouds/tabletop-labelled").expect("real captures");
-    let cloud = pcd::read(&folder.join(name)).expect("reads");
+    let cloud = pcd::read_file(&folder.join(name)).expect("reads");
     let colors = cloud.colors.expect("the cloud has colours");
-    let points = ColoredPoints { positions: cloud.positions, colors };
+    let points = ColoredPoints { positions: single(&cloud.positions), colors };
     let labels = cloud.labels.expect("the cloud has labels");
     let truth: Vec<_> = labels.iter().map(|&l| (l != 0).then_some(l)).collect();
     let segments = SegmentedCloud::new(&points, config).of_point();

@@ -59,7 +59,7 @@ pub enum AlignError {
 }
 
 /// Figures of `a`, moved by `b_from_a`, against `b`. `tau` is the distance of precision and recall in metres. `None`
-/// where nothing can be measured, which [`Model::read`] rules out.
+/// where nothing can be measured, which [`Model::read_pair`] rules out.
 pub fn evaluate(a: &Model, b: &Model, b_from_a: &Isometry3<f64>, tau: f64) -> Option<Evaluation> {
     let place = |by: &Isometry3<f64>, points: &[[f32; 3]]| points.iter().map(|p| moved(by, *p)).collect::<Vec<_>>();
     let forth = b.target.nearest(&place(b_from_a, &a.points));

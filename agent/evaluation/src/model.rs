@@ -1,12 +1,11 @@
 //! A model as it lies in a file, cloud or mesh, ready to be compared.
 
 use super::sampling::sample;
+use semascan_formats::offset::{common_offset, relative};
+use semascan_formats::{Geometry, ReadError, read_file};
 use semascan_geometry::measure::{NearestPoints, SurfaceIndex};
-use semascan_inspection::source::SourceError;
 use semascan_model::PointFlags;
 use semascan_perception::register::Facing;
-use semascan_sources::mesh_file::{self, Piece};
-use semascan_sources::pcd;
 use std::path::{Path, PathBuf};
 
 /// What is measured to.
@@ -40,22 +39,42 @@ pub struct Model {
 }
 
 impl Model {
-    /// Reads PLY, PCD, OBJ, STL, glTF or GLB, whose unit is `scale` metres; of a mesh, `samples` seeded points are taken.
+    /// Reads a model and the reference that it is compared with: PLY, PCD, OBJ, STL, glTF or GLB, and the metres that the
+    /// unit of each is; of a mesh, `samples` seeded points are taken. Both are moved by the [`common_offset`] of the
+    /// reference.
     ///
     /// # Errors
-    /// [`SourceError`] naming the file, also where nothing in it can be measured.
-    pub fn read(path: &Path, scale: f64, samples: usize, seed: u64) -> Result<Self, SourceError> {
-        let refuse = |reason: &str| SourceError::Format { path: path.to_owned(), reason: reason.to_owned() };
-        let is_pcd = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("pcd"));
-        let mut piece = if is_pcd { from_pcd(path)? } else { joined(mesh_file::read(path)?) };
-        for p in &mut piece.positions {
-            *p = p.map(|c| (f64::from(c) * scale) as f32);
-        }
-        if piece.positions.is_empty() {
+    /// [`ReadError`] naming the file, also where nothing in it can be measured.
+    pub fn read_pair(
+        model: (&Path, f64),
+        reference: (&Path, f64),
+        samples: usize,
+        seed: u64,
+    ) -> Result<[Self; 2], ReadError> {
+        let (a, b) = (read(model.0)?, read(reference.0)?);
+        let offset = common_offset(&b.positions, reference.1);
+        let of = |(path, scale), geometry| Self::new(path, geometry, scale, offset, samples, seed);
+        Ok([of(model, a)?, of(reference, b)?])
+    }
+
+    fn new(
+        path: &Path,
+        geometry: Geometry,
+        scale: f64,
+        offset: [f64; 3],
+        samples: usize,
+        seed: u64,
+    ) -> Result<Self, ReadError> {
+        let refuse = |reason: &str| ReadError::Format { file: path.display().to_string(), reason: reason.to_owned() };
+        if geometry.positions.is_empty() {
             return Err(refuse("holds no points"));
         }
-        let model =
-            if piece.triangles.is_empty() { Self::cloud(path, piece) } else { Self::mesh(path, piece, samples, seed) };
+        let positions = relative(&geometry.positions, scale, offset);
+        let model = if geometry.triangles.is_empty() {
+            Self::cloud(path, &positions, &geometry)
+        } else {
+            Self::mesh(path, &positions, &geometry, samples, seed)
+        };
         match (model.points.is_empty(), model.triangles) {
             (false, _) => Ok(model),
             (true, 0) => Err(refuse("holds no point that can be measured: all are marked or not finite")),
@@ -94,43 +113,41 @@ impl Model {
         if self.triangles > 0 { "mesh" } else { "cloud" }
     }
 
-    fn cloud(path: &Path, piece: Piece) -> Self {
-        let marked = PointFlags::LEFT_OUT;
-        let kept: Vec<usize> = (0..piece.positions.len())
-            .filter(|&i| piece.positions[i].iter().all(|c| c.is_finite() && c.abs() < 1e9))
-            .filter(|&i| piece.semantics.get(i).is_none_or(|s| !PointFlags(s.flags).has(marked)))
+    fn cloud(path: &Path, positions: &[[f32; 3]], geometry: &Geometry) -> Self {
+        let kept: Vec<usize> = (0..positions.len())
+            .filter(|&i| positions[i].iter().all(|c| c.is_finite() && c.abs() < 1e9))
+            .filter(|&i| geometry.flags.get(i).is_none_or(|flags| !flags.has(PointFlags::LEFT_OUT)))
             .collect();
-        let points: Vec<_> = kept.iter().map(|&i| piece.positions[i]).collect();
-        let semantics: Vec<_> = kept.iter().filter_map(|&i| piece.semantics.get(i)).collect();
-        let labels: Vec<(u16, bool)> =
-            semantics.iter().filter_map(|s| s.label.map(|l| (l, s.confidence.map_or(l != 0, |c| c > 0.0)))).collect();
+        let points: Vec<_> = kept.iter().map(|&i| positions[i]).collect();
+        let label = |&i: &usize| {
+            let label = *geometry.labels.get(i)?;
+            Some((label, geometry.confidence.get(i).map_or(label != 0, |c| *c > 0.0)))
+        };
+        let labels: Vec<(u16, bool)> = kept.iter().filter_map(label).collect();
         Self {
             path: path.to_owned(),
             target: Target::Points(NearestPoints::new(&points)),
             target_labels: labels.iter().map(|l| l.0).collect(),
-            normals: semantics.iter().map(|s| s.normal).collect(),
-            left_out: piece.positions.len() - points.len(),
+            normals: kept.iter().filter_map(|&i| geometry.normals.get(i).copied()).collect(),
+            left_out: positions.len() - points.len(),
             labels,
             points,
             triangles: 0,
         }
     }
 
-    fn mesh(path: &Path, piece: Piece, samples: usize, seed: u64) -> Self {
-        let samples = sample(&piece.positions, &piece.triangles, samples, seed);
-        let labels: Vec<u16> = piece.semantics.iter().filter_map(|s| s.label).collect();
-        // Some vertices may have a label and some not: then none counts.
-        let labels = if labels.len() == piece.positions.len() { labels } else { Vec::new() };
-        let of = |v: u32| labels.get(v as usize).map(|l| (*l, *l != 0));
+    fn mesh(path: &Path, positions: &[[f32; 3]], geometry: &Geometry, samples: usize, seed: u64) -> Self {
+        let samples = sample(positions, &geometry.triangles, samples, seed);
+        let of = |v: u32| geometry.labels.get(v as usize).map(|l| (*l, *l != 0));
         Self {
             path: path.to_owned(),
             points: samples.iter().map(|s| s.position).collect(),
             normals: samples.iter().map(|s| s.normal).collect(),
             labels: samples.iter().filter_map(|s| of(s.vertex)).collect(),
             left_out: 0,
-            target: Target::Surface(SurfaceIndex::new(&piece.positions, &piece.triangles)),
-            triangles: piece.triangles.len(),
-            target_labels: labels,
+            target: Target::Surface(SurfaceIndex::new(positions, &geometry.triangles)),
+            triangles: geometry.triangles.len(),
+            target_labels: geometry.labels.clone(),
         }
     }
 }
@@ -151,29 +168,13 @@ impl Target {
     }
 }
 
-fn from_pcd(path: &Path) -> Result<Piece, SourceError> {
-    let cloud = pcd::read(path)?;
-    let semantics = cloud.normals.unwrap_or_default().into_iter();
-    Ok(Piece {
-        positions: cloud.positions,
-        semantics: semantics
-            .map(|normal| mesh_file::VertexSemantics { normal, ..mesh_file::VertexSemantics::default() })
-            .collect(),
-        ..Piece::default()
-    })
-}
-
-/// All pieces of a file as one; where some have triangles, those without do not count.
-fn joined(pieces: Vec<Piece>) -> Piece {
-    let surface = pieces.iter().any(|p| !p.triangles.is_empty());
-    let mut out = Piece::default();
-    for piece in pieces.into_iter().filter(|p| !surface || !p.triangles.is_empty()) {
-        let first = out.positions.len() as u32;
-        out.triangles.extend(piece.triangles.iter().map(|t| t.map(|v| v + first)));
-        out.positions.extend(piece.positions);
-        out.semantics.extend(piece.semantics);
+/// Reads a file and says what of it is left out.
+fn read(path: &Path) -> Result<Geometry, ReadError> {
+    let geometry = read_file(path)?;
+    for warning in &geometry.warnings {
+        tracing::warn!("{}: {warning}", path.display());
     }
-    out
+    Ok(geometry)
 }
 
 #[cfg(test)]
@@ -194,7 +195,7 @@ mod tests {
     #[test]
     fn marked_and_lost_points_are_passed_over() {
         let (_folder, path) = written("a.ply", CLOUD);
-        let model = Model::read(&path, 1.0, 10, 1).expect("a cloud");
+        let [model, _] = Model::read_pair((&path, 1.0), (&path, 1.0), 10, 1).expect("a cloud");
         assert_eq!((model.kind(), model.points.len(), model.left_out), ("cloud", 2, 2));
         assert_eq!(model.labels, [(1, true), (2, false)]);
         assert!(matches!(model.facing(), Facing::Normals([[0.0, 0.0, 1.0], _])));
@@ -215,8 +216,23 @@ mod tests {
             ("bad.pcd", "FIELDS x\n", "DATA"),
         ] {
             let (_folder, path) = written(name, content);
-            let message = Model::read(&path, 1.0, 10, 1).expect_err(name).to_string();
+            let message = Model::read_pair((&path, 1.0), (&path, 1.0), 10, 1).expect_err(name).to_string();
             assert!(message.contains(name) && message.contains(word), "{message}");
+        }
+    }
+
+    #[test]
+    fn a_shift_far_from_the_origin_is_measured() {
+        let square = |x: f64| {
+            let vertices = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]
+                .map(|[u, v]| format!("v {} {} {v}\n", 500_000.0 + x, 5_400_000.0 + u));
+            vertices.concat() + "f 1 2 3 4\n"
+        };
+        let (_folder, path) = written("a.obj", &square(0.0));
+        let (_other, shifted) = written("b.obj", &square(0.005));
+        let [a, b] = Model::read_pair((&path, 1.0), (&shifted, 1.0), 100, 1).expect("two squares");
+        for (distance, _) in b.target.nearest(&a.points).into_iter().flatten() {
+            assert!((distance - 0.005).abs() < 1e-6, "{distance}");
         }
     }
 }

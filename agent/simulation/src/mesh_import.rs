@@ -10,8 +10,9 @@ use glam::{Vec2, Vec3};
 use image::RgbImage;
 
 use super::part::{SceneMesh, Tag};
+use semascan_formats::offset::{common_offset, relative};
+use semascan_formats::{Geometry, Piece, ReadError, read_file};
 use semascan_inspection::source::SourceError;
-use semascan_sources::mesh_file::{self, Piece};
 
 /// Most pieces that count as components of their own.
 const MAX_CLASSES: usize = 64;
@@ -27,21 +28,30 @@ pub(super) struct Imported {
     pub(super) textures: Vec<RgbImage>,
 }
 
-/// Reads a mesh file by its extension.
+/// Reads a mesh file by its extension; `scale` is its unit in metres. A part that lies far from the origin is brought to it.
 ///
 /// # Errors
 /// [`SourceError::Io`] or [`SourceError::Format`] with the file's name.
-pub(super) fn read(path: &Path) -> Result<Imported, SourceError> {
-    let refuse = |reason: String| SourceError::Format { path: path.to_owned(), reason };
-    join(mesh_file::read(path)?).map_err(refuse)
+pub(super) fn read(path: &Path, scale: f64) -> Result<Imported, SourceError> {
+    let geometry = read_file(path).map_err(|error| match error {
+        ReadError::Io { source, .. } => SourceError::Io { path: path.to_owned(), source },
+        ReadError::Format { reason, .. } => SourceError::Format { path: path.to_owned(), reason },
+    })?;
+    for warning in &geometry.warnings {
+        tracing::warn!("{}: {warning}", path.display());
+    }
+    join(geometry, scale).map_err(|reason| SourceError::Format { path: path.to_owned(), reason })
 }
 
-fn join(pieces: Vec<Piece>) -> Result<Imported, String> {
-    let cloud = !pieces.is_empty();
-    let pieces: Vec<Piece> = pieces.into_iter().filter(|p| !p.triangles.is_empty()).collect();
-    if pieces.is_empty() {
+fn join(geometry: Geometry, scale: f64) -> Result<Imported, String> {
+    if geometry.triangles.is_empty() {
+        let cloud = !geometry.positions.is_empty();
         return Err(if cloud { "is a point cloud: a part needs faces" } else { "holds no triangles" }.into());
     }
+    let offset = common_offset(&geometry.positions, scale).map(|c| c / scale);
+    let positions = relative(&geometry.positions, 1.0, offset);
+    let pictures: Vec<Option<RgbImage>> = geometry.textures.iter().map(picture).collect();
+    let pieces: Vec<&Piece> = geometry.pieces.iter().filter(|p| !p.triangles.is_empty()).collect();
     let mut classes: Vec<String> = Vec::new();
     for piece in &pieces {
         if !classes.contains(&piece.name) && classes.len() <= MAX_CLASSES {
@@ -50,34 +60,45 @@ fn join(pieces: Vec<Piece>) -> Result<Imported, String> {
     }
     let separate = (2..=MAX_CLASSES).contains(&classes.len());
     let mut out = Imported { mesh: SceneMesh::default(), names: Vec::new(), colours: Vec::new(), textures: Vec::new() };
+    let colors: Vec<Vec3> = geometry.colors.iter().map(|c| Vec3::from_array(*c)).collect();
     for (i, piece) in pieces.into_iter().enumerate() {
         let class = match separate {
             true => classes.iter().position(|n| *n == piece.name).unwrap_or(0) as u16 + 1,
             false => 1,
         };
-        let texture =
-            if piece.texture.is_some() && piece.uvs.len() == piece.triangles.len() { piece.texture } else { None };
-        let has_colours = piece.colours.len() == piece.positions.len();
+        let texture = piece.texture.and_then(|texture| {
+            let picture = pictures.get(texture.index).cloned().flatten();
+            picture.filter(|_| !geometry.texture_coordinates.is_empty()).map(|picture| (picture, texture.tinted))
+        });
         // Texture and vertex colours multiply the base colour; alone, the base colour is a light grey.
-        let fallback = if texture.is_some() || has_colours { Vec3::ONE } else { Vec3::splat(0.4) };
-        out.colours.push(piece.base.unwrap_or(fallback));
+        let fallback = if texture.is_some() || !colors.is_empty() { Vec3::ONE } else { Vec3::splat(0.4) };
+        let replaced = texture.as_ref().is_some_and(|(_, tinted)| !tinted);
+        let base = piece.base_color.filter(|_| !replaced).map(Vec3::from_array);
+        out.colours.push(base.unwrap_or(fallback));
         let mut tag = Tag { class, instance: class, finish: i as u16, texture: 0, in_truth: true };
-        if let Some(image) = texture {
-            out.textures.push(image);
+        if let Some((picture, _)) = texture {
+            out.textures.push(picture);
             tag.texture = out.textures.len() as u16;
         }
-        let first = out.mesh.vertices.len() as u32;
-        out.mesh.normals.extend(corner_normals(&piece.positions, &piece.triangles));
-        out.mesh.vertices.extend(&piece.positions);
-        for (k, t) in piece.triangles.iter().enumerate() {
-            out.mesh.triangles.push(t.map(|v| v + first));
-            out.mesh.uvs.push(piece.uvs.get(k).copied().unwrap_or([Vec2::ZERO; 3]));
+        let triangles = &geometry.triangles[piece.triangles.clone()];
+        out.mesh.normals.extend(corner_normals(&positions, triangles));
+        for (k, t) in piece.triangles.clone().zip(triangles) {
+            let uvs = geometry.texture_coordinates.get(k).map(|t| t.map(Vec2::from_array));
+            out.mesh.triangles.push(*t);
+            out.mesh.uvs.push(uvs.unwrap_or([Vec2::ZERO; 3]));
             out.mesh.tags.push(tag);
-            out.mesh.tints.push(if has_colours { t.map(|v| piece.colours[v as usize]) } else { [Vec3::ONE; 3] });
+            out.mesh.tints.push(t.map(|v| colors.get(v as usize).copied().unwrap_or(Vec3::ONE)));
         }
     }
+    out.mesh.vertices = positions;
     out.names = if separate { classes } else { vec![String::from("part")] };
     Ok(out)
+}
+
+/// A picture's pixels; what cannot be decoded costs the colours, not the part.
+fn picture(texture: &semascan_formats::Texture) -> Option<RgbImage> {
+    let decoded = image::load_from_memory(&texture.bytes);
+    decoded.map(|i| i.to_rgb8()).map_err(|e| tracing::warn!("picture {} is left out: {e}", texture.name)).ok()
 }
 
 /// Normals at each triangle's corners: the mean over the triangles around a point that lie within the crease angle.

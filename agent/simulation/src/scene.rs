@@ -4,6 +4,7 @@ use std::path::Path;
 
 use glam::{Affine3A, Mat3, Vec2, Vec3};
 use nalgebra::Point3;
+use semascan_formats::unit::is_inspected_size;
 use semascan_model::Taxonomy;
 
 use super::appearance::{Finish, Grime};
@@ -98,14 +99,14 @@ pub(super) fn dressed_motor(motor: &StarterMotor, seed: u64, dress: Dress) -> Sc
 
 /// A mesh from a file, standing on the table with its lowest point.
 pub(super) fn imported(path: &Path, scale: f32, seed: u64) -> Result<SceneSetup, SourceError> {
-    let Imported { mut mesh, names, colours: colors, textures } = mesh_import::read(path)?;
+    let Imported { mut mesh, names, colours: colors, textures } = mesh_import::read(path, f64::from(scale))?;
     let refuse = |reason: String| SourceError::Format { path: path.to_owned(), reason };
     for v in &mut mesh.vertices {
         *v = v.map(|x| x * scale);
     }
     let (low, high) = bounds(&mesh, |_| true);
     let extent = high - low;
-    if !extent.is_finite() || extent.max_element() < 1e-3 || extent.max_element() > 1.0 {
+    if !extent.is_finite() || !is_inspected_size(f64::from(extent.max_element())) {
         return Err(refuse(format!(
             "the part is {:.4} x {:.4} x {:.4} m; between 1 mm and 1 m are expected: set the key scale",
             extent.x, extent.y, extent.z

@@ -13,8 +13,8 @@ use super::domain::Domain;
 use super::sampling::Sampling;
 use super::sensor::SensorModel;
 use super::station::ErrorModel;
+use semascan_formats::percent;
 use semascan_inspection::source::SourceError;
-use semascan_sources::percent;
 
 /// What stands on the table.
 #[derive(Clone, Debug, PartialEq)]

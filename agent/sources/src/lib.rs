@@ -3,9 +3,7 @@
 pub mod bop;
 pub mod camera_mask;
 pub mod depth_map;
-pub mod mesh_file;
 pub mod pcd;
-pub mod percent;
 pub mod training_set;
 
 use bop::BopSource;

@@ -4,9 +4,9 @@
 //! Each file is written under a temporary name and renamed when it is whole, so that a killed process or a full disk
 //! leaves no half file under a good name.
 
-use semascan_formats::export::glb::{self, GlbOptions};
-use semascan_formats::export::ply::{self, LabelledMesh};
-use semascan_formats::export::{ExportError, ExportFilter};
+use semascan_formats::gltf::{self, GlbOptions};
+use semascan_formats::ply::{self, LabelledMesh};
+use semascan_formats::{ExportFilter, WriteError};
 use semascan_geometry::mesh::{MeshError, MeshOptions, mesh_cloud};
 use semascan_inspection::Inspected;
 use semascan_inspection::record::InspectionRecord;
@@ -33,7 +33,7 @@ pub enum StoreError {
         /// The file.
         path: PathBuf,
         /// Why.
-        source: ExportError,
+        source: WriteError,
     },
     /// A kept view cannot be read back.
     #[error(transparent)]
@@ -66,9 +66,9 @@ pub fn write_inspection(folder: &Path, inspected: &Inspected) -> Result<(), Stor
     write(&folder.join("scene.glb"), |out| {
         let options = GlbOptions { part: record.part.clone(), voxel: record.voxel.unwrap_or(0.0) as f32 };
         match mesh.as_ref().filter(|mesh| !mesh.triangles.is_empty()) {
-            Some(mesh) => glb::write_mesh(out, mesh, taxonomy, &options),
+            Some(mesh) => gltf::write_mesh(out, mesh, taxonomy, &options),
             // Without oriented points there is no mesh; what was marked as stray or as background stays in cloud.ply.
-            None => glb::write_points(out, &ExportFilter::of_the_part().apply(cloud), taxonomy, &options),
+            None => gltf::write_points(out, &ExportFilter::of_the_part().apply(cloud), taxonomy, &options),
         }
     })?;
     if let Some(mesh) = truth {
@@ -122,7 +122,7 @@ fn comments(record: &InspectionRecord) -> Vec<(String, String)> {
 /// [`StoreError`] naming the file; what stood there before then stays.
 pub fn write(
     path: &Path,
-    content: impl FnOnce(&mut BufWriter<File>) -> Result<(), ExportError>,
+    content: impl FnOnce(&mut BufWriter<File>) -> Result<(), WriteError>,
 ) -> Result<(), StoreError> {
     let io_error = |source| StoreError::Io { path: path.to_owned(), source };
     let mut name = path.file_name().unwrap_or_default().to_owned();

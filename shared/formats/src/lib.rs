@@ -1,4 +1,38 @@
-//! File formats, read and written without a file system, natively and for wasm32.
+//! File formats: one reader and one writer for each, the same code natively and for wasm32.
+//!
+//! Readers take the bytes of a file, and a [`Resolver`] for the files that it names; writers write to any
+//! [`std::io::Write`]. What a reader finds is a [`Geometry`] whose coordinates are `f64`, in the unit and frame of the file;
+//! [`unit`] and [`offset`] make of them what single precision can hold.
+//!
+//! Everything that arrives is untrusted: counts are checked against the bytes that are there before anything is allocated.
+//!
+//! | module | what |
+//! |---|---|
+//! | [`ply`] | clouds and meshes with all that is known of a point; foreign files |
+//! | [`obj`] | meshes in groups with materials |
+//! | [`stl`] | meshes without more |
+//! | [`gltf`] | scenes: glTF 2.0, text or binary |
+//! | [`pcd`] | point clouds of the Point Cloud Library (read only) |
 
-pub mod export;
-pub mod import;
+mod component;
+mod error;
+mod files;
+mod filter;
+mod geometry;
+pub mod gltf;
+pub mod obj;
+pub mod offset;
+pub mod pcd;
+pub mod percent;
+pub mod ply;
+mod polygon;
+pub mod stl;
+pub mod unit;
+
+pub use component::{Component, components, file_part};
+pub use error::{ReadError, WriteError};
+#[cfg(not(target_arch = "wasm32"))]
+pub use files::read_file;
+pub use files::{Resolver, no_files};
+pub use filter::ExportFilter;
+pub use geometry::{Geometry, Piece, PieceTexture, Texture};

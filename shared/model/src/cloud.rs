@@ -1,4 +1,10 @@
 //! The semantic point cloud: every surface point knows its component, its defects and how sure the system is.
+//!
+//! The columns of a point are listed once, in the call of `semantic_columns!` below: from it come [`SemanticPoint`],
+//! [`SemanticCloud`] and [`POINT_COLUMNS`], the table by which PLY files are written and read.
+
+use super::Color;
+use super::column::{ColumnValue, PointColumn};
 
 /// Bits of a point's `flags`: filters mark, exports choose; nothing is thrown away.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -32,83 +38,98 @@ impl PointFlags {
     }
 }
 
-/// One point of a [`SemanticCloud`].
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SemanticPoint {
-    /// Position in metres, table frame.
-    pub position: [f32; 3],
-    /// Unit outward normal, or zero where unknown.
-    pub normal: [f32; 3],
-    /// sRGB.
-    pub color: [u8; 3],
-    /// Best component class; 0 = none.
-    pub label: u16,
-    /// Share of the best component class, 0..=1.
-    pub confidence: f32,
-    /// Best defect class; 0 = none.
-    pub defect: u16,
-    /// Share of the best defect class, 0..=1.
-    pub defect_confidence: f32,
-    /// Uncertainty of the component label (`sqrt(sum_c u_c^2)`), 0..=1.
-    pub sigma: f32,
-    /// Uncertainty of the defect label, 0..=1.
-    pub defect_sigma: f32,
-    /// Instance of the component; 0 = not separated.
-    pub instance: u16,
-    /// Number of views that saw the point.
-    pub views: u16,
-    /// Marks, see [`PointFlags`].
-    pub flags: PointFlags,
+/// Defines [`SemanticPoint`], [`SemanticCloud`] and [`POINT_COLUMNS`] from one list of columns.
+///
+/// An entry is `field / column: type = value where unknown, [names of its numbers in files];`.
+macro_rules! semantic_columns {
+    ($($(#[doc = $doc:literal])+ $field:ident / $column:ident: $kind:ty = $unknown:expr, [$($number:literal),+];)+) => {
+        /// One point of a [`SemanticCloud`].
+        #[derive(Clone, Copy, Debug, PartialEq)]
+        pub struct SemanticPoint {
+            $($(#[doc = $doc])+ pub $field: $kind,)+
+        }
+
+        impl SemanticPoint {
+            /// A point of which nothing is known.
+            pub const UNKNOWN: Self = Self { $($field: $unknown,)+ };
+        }
+
+        /// Semantic points as parallel columns, all of one length. Metres, table frame unless said otherwise.
+        #[derive(Clone, Debug, Default, PartialEq)]
+        pub struct SemanticCloud {
+            $($(#[doc = $doc])+ pub $column: Vec<$kind>,)+
+        }
+
+        /// The columns of a point, in the order in which files hold them.
+        pub const POINT_COLUMNS: &[PointColumn] = &[$(
+            PointColumn {
+                name: stringify!($field),
+                number_names: &[$($number),+],
+                number_type: <$kind as ColumnValue>::NUMBER_TYPE,
+                append: |point, bytes| point.$field.append(bytes),
+                set: |point, number, value| point.$field.set(number, value),
+            },
+        )+];
+
+        impl SemanticCloud {
+            /// An empty cloud with room for `n` points.
+            pub fn with_capacity(n: usize) -> Self {
+                Self { $($column: Vec::with_capacity(n),)+ }
+            }
+
+            /// Appends a point.
+            pub fn push(&mut self, p: SemanticPoint) {
+                $(self.$column.push(p.$field);)+
+            }
+
+            /// Point `i`, or `None` past the end.
+            pub fn get(&self, i: usize) -> Option<SemanticPoint> {
+                (i < self.len()).then(|| SemanticPoint { $($field: self.$column[i],)+ })
+            }
+
+            /// Replaces point `i`; nothing happens past the end.
+            pub fn set(&mut self, i: usize, p: SemanticPoint) {
+                if i < self.len() {
+                    $(self.$column[i] = p.$field;)+
+                }
+            }
+
+            /// Appends every point of `other`.
+            pub fn extend_from(&mut self, other: &Self) {
+                $(self.$column.extend_from_slice(&other.$column);)+
+            }
+        }
+    };
 }
 
-/// Semantic points as parallel columns, all of one length. Metres, table frame unless said otherwise.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct SemanticCloud {
-    /// Positions in metres.
-    pub positions: Vec<[f32; 3]>,
-    /// Unit normals, or zero where unknown.
-    pub normals: Vec<[f32; 3]>,
-    /// sRGB colours.
-    pub colors: Vec<[u8; 3]>,
-    /// Component classes.
-    pub labels: Vec<u16>,
-    /// Shares of the component classes.
-    pub confidence: Vec<f32>,
-    /// Defect classes.
-    pub defects: Vec<u16>,
-    /// Shares of the defect classes.
-    pub defect_confidence: Vec<f32>,
-    /// Uncertainties of the component labels.
-    pub sigma: Vec<f32>,
-    /// Uncertainties of the defect labels.
-    pub defect_sigma: Vec<f32>,
-    /// Instances.
-    pub instances: Vec<u16>,
-    /// Numbers of views.
-    pub views: Vec<u16>,
-    /// Marks.
-    pub flags: Vec<PointFlags>,
+semantic_columns! {
+    /// Position in metres, table frame.
+    position / positions: [f32; 3] = [0.0; 3], ["x", "y", "z"];
+    /// Unit outward normal, or zero where unknown.
+    normal / normals: [f32; 3] = [0.0; 3], ["nx", "ny", "nz"];
+    /// sRGB.
+    color / colors: Color = [160; 3], ["red", "green", "blue"];
+    /// Best component class; 0 = none.
+    label / labels: u16 = 0, ["label"];
+    /// Share of the best component class, 0..=1.
+    confidence / confidence: f32 = 0.0, ["confidence"];
+    /// Best defect class; 0 = none.
+    defect / defects: u16 = 0, ["defect"];
+    /// Share of the best defect class, 0..=1.
+    defect_confidence / defect_confidence: f32 = 0.0, ["defect_confidence"];
+    /// Uncertainty of the component label (`sqrt(sum_c u_c^2)`), 0..=1.
+    sigma / sigma: f32 = 0.0, ["sigma"];
+    /// Uncertainty of the defect label, 0..=1.
+    defect_sigma / defect_sigma: f32 = 0.0, ["defect_sigma"];
+    /// Instance of the component; 0 = not separated.
+    instance / instances: u16 = 0, ["instance"];
+    /// Number of views that saw the point.
+    views / views: u16 = 1, ["views"];
+    /// Marks, see [`PointFlags`].
+    flags / flags: PointFlags = PointFlags(0), ["flags"];
 }
 
 impl SemanticCloud {
-    /// An empty cloud with room for `n` points.
-    pub fn with_capacity(n: usize) -> Self {
-        Self {
-            positions: Vec::with_capacity(n),
-            normals: Vec::with_capacity(n),
-            colors: Vec::with_capacity(n),
-            labels: Vec::with_capacity(n),
-            confidence: Vec::with_capacity(n),
-            defects: Vec::with_capacity(n),
-            defect_confidence: Vec::with_capacity(n),
-            sigma: Vec::with_capacity(n),
-            defect_sigma: Vec::with_capacity(n),
-            instances: Vec::with_capacity(n),
-            views: Vec::with_capacity(n),
-            flags: Vec::with_capacity(n),
-        }
-    }
-
     /// Number of points.
     pub fn len(&self) -> usize {
         self.positions.len()
@@ -119,77 +140,9 @@ impl SemanticCloud {
         self.positions.is_empty()
     }
 
-    /// Appends a point.
-    pub fn push(&mut self, p: SemanticPoint) {
-        self.positions.push(p.position);
-        self.normals.push(p.normal);
-        self.colors.push(p.color);
-        self.labels.push(p.label);
-        self.confidence.push(p.confidence);
-        self.defects.push(p.defect);
-        self.defect_confidence.push(p.defect_confidence);
-        self.sigma.push(p.sigma);
-        self.defect_sigma.push(p.defect_sigma);
-        self.instances.push(p.instance);
-        self.views.push(p.views);
-        self.flags.push(p.flags);
-    }
-
-    /// Point `i`, or `None` past the end.
-    pub fn get(&self, i: usize) -> Option<SemanticPoint> {
-        (i < self.len()).then(|| SemanticPoint {
-            position: self.positions[i],
-            normal: self.normals[i],
-            color: self.colors[i],
-            label: self.labels[i],
-            confidence: self.confidence[i],
-            defect: self.defects[i],
-            defect_confidence: self.defect_confidence[i],
-            sigma: self.sigma[i],
-            defect_sigma: self.defect_sigma[i],
-            instance: self.instances[i],
-            views: self.views[i],
-            flags: self.flags[i],
-        })
-    }
-
-    /// Replaces point `i`; nothing happens past the end.
-    pub fn set(&mut self, i: usize, p: SemanticPoint) {
-        if i < self.len() {
-            self.positions[i] = p.position;
-            self.normals[i] = p.normal;
-            self.colors[i] = p.color;
-            self.labels[i] = p.label;
-            self.confidence[i] = p.confidence;
-            self.defects[i] = p.defect;
-            self.defect_confidence[i] = p.defect_confidence;
-            self.sigma[i] = p.sigma;
-            self.defect_sigma[i] = p.defect_sigma;
-            self.instances[i] = p.instance;
-            self.views[i] = p.views;
-            self.flags[i] = p.flags;
-        }
-    }
-
     /// All points in order.
     pub fn iter(&self) -> impl Iterator<Item = SemanticPoint> + '_ {
         (0..self.len()).filter_map(|i| self.get(i))
-    }
-
-    /// Appends every point of `other`.
-    pub fn extend_from(&mut self, other: &Self) {
-        self.positions.extend_from_slice(&other.positions);
-        self.normals.extend_from_slice(&other.normals);
-        self.colors.extend_from_slice(&other.colors);
-        self.labels.extend_from_slice(&other.labels);
-        self.confidence.extend_from_slice(&other.confidence);
-        self.defects.extend_from_slice(&other.defects);
-        self.defect_confidence.extend_from_slice(&other.defect_confidence);
-        self.sigma.extend_from_slice(&other.sigma);
-        self.defect_sigma.extend_from_slice(&other.defect_sigma);
-        self.instances.extend_from_slice(&other.instances);
-        self.views.extend_from_slice(&other.views);
-        self.flags.extend_from_slice(&other.flags);
     }
 }
 
@@ -206,5 +159,43 @@ impl Extend<SemanticPoint> for SemanticCloud {
         for p in points {
             self.push(p);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_table_writes_and_sets_every_number_of_a_point() {
+        let point = SemanticPoint {
+            position: [1.5, -2.0, 0.25],
+            color: [1, 2, 3],
+            flags: PointFlags(0x8001),
+            ..SemanticPoint::UNKNOWN
+        };
+        let (mut bytes, mut copy) = (Vec::new(), SemanticPoint { views: 9, ..SemanticPoint::UNKNOWN });
+        for column in POINT_COLUMNS {
+            (column.append)(&point, &mut bytes);
+        }
+        let length: usize = POINT_COLUMNS.iter().map(|c| c.number_names.len() * c.number_type.size()).sum();
+        assert_eq!((bytes.len(), length), (53, 53));
+        let values = [1.5, -2.0, 0.25, 0.0, 0.0, 0.0, 1.0, 2.0, 3.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 32769.0];
+        let numbers = POINT_COLUMNS.iter().flat_map(|c| (0..c.number_names.len()).map(move |k| (c, k)));
+        for ((column, number), value) in numbers.zip(values) {
+            (column.set)(&mut copy, number, value);
+        }
+        assert_eq!(copy, point);
+    }
+
+    #[test]
+    fn columns_stay_of_one_length() {
+        let mut cloud: SemanticCloud = std::iter::repeat_n(SemanticPoint::UNKNOWN, 2).collect();
+        let labelled = SemanticPoint { label: 3, ..SemanticPoint::UNKNOWN };
+        cloud.set(1, labelled);
+        cloud.set(2, labelled);
+        cloud.extend_from(&cloud.clone());
+        assert_eq!((cloud.labels.as_slice(), cloud.flags.len()), (&[0, 3, 0, 3][..], 4));
+        assert_eq!((cloud.get(3), cloud.get(4)), (Some(labelled), None));
     }
 }

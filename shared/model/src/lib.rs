@@ -1,11 +1,13 @@
 //! The data model: classes, semantic points, the semantic mesh.
 
 mod cloud;
+mod column;
 mod id;
 mod mesh;
 mod taxonomy;
 
-pub use cloud::{PointFlags, SemanticCloud, SemanticPoint};
+pub use cloud::{POINT_COLUMNS, PointFlags, SemanticCloud, SemanticPoint};
+pub use column::{ColumnValue, NumberType, PointColumn};
 pub use id::InspectionId;
 pub use mesh::{SemanticMesh, triangle_area};
 pub use taxonomy::{ClassDef, Color, Taxonomy};

@@ -3,8 +3,8 @@
 
 use super::scene::hidden_flags;
 use crate::app::{AppState, units};
-use semascan_formats::export::glb::GlbOptions;
-use semascan_formats::export::{ExportError, ExportFilter, components, file_part, glb, obj, ply, stl};
+use semascan_formats::gltf::{self, GlbOptions};
+use semascan_formats::{ExportFilter, WriteError, components, file_part, obj, ply, stl};
 use semascan_model::{SemanticCloud, SemanticMesh};
 
 /// A file to export the model's points to.
@@ -73,8 +73,8 @@ pub struct ExportFile {
 /// Writes the points of `cloud` (table frame, metres) that `state` shows.
 ///
 /// # Errors
-/// [`ExportError`] if the model is too large for the format.
-pub fn export(cloud: &SemanticCloud, state: &AppState, format: ExportFormat) -> Result<ExportFile, ExportError> {
+/// [`WriteError`] if the model is too large for the format.
+pub fn export(cloud: &SemanticCloud, state: &AppState, format: ExportFormat) -> Result<ExportFile, WriteError> {
     let cloud = filter(state).apply(cloud);
     let taxonomy = state.inspection.taxonomy();
     let inspection = &state.inspection;
@@ -85,7 +85,7 @@ pub fn export(cloud: &SemanticCloud, state: &AppState, format: ExportFormat) -> 
         }
         ExportFormat::Glb => {
             let options = GlbOptions { part: inspection.part.clone(), voxel: inspection.voxel as f32 };
-            glb::write_points(&mut bytes, &cloud, &taxonomy, &options)?;
+            gltf::write_points(&mut bytes, &cloud, &taxonomy, &options)?;
         }
     }
     let name = format!("{}.{}", units::file_stem(&inspection.part), format.extension());
@@ -95,8 +95,8 @@ pub fn export(cloud: &SemanticCloud, state: &AppState, format: ExportFormat) -> 
 /// Writes the visible components of `mesh`.
 ///
 /// # Errors
-/// [`ExportError`] if the mesh is too large for the format.
-pub fn export_mesh(mesh: &SemanticMesh, state: &AppState, format: MeshFormat) -> Result<Vec<ExportFile>, ExportError> {
+/// [`WriteError`] if the mesh is too large for the format.
+pub fn export_mesh(mesh: &SemanticMesh, state: &AppState, format: MeshFormat) -> Result<Vec<ExportFile>, WriteError> {
     let filter = filter(state);
     let mesh = mesh.select(|t| !filter.hidden_labels.contains(&mesh.triangle_label(t)));
     let (taxonomy, inspection) = (state.inspection.taxonomy(), &state.inspection);
@@ -126,7 +126,7 @@ pub fn export_mesh(mesh: &SemanticMesh, state: &AppState, format: MeshFormat) ->
         }
         MeshFormat::Glb => {
             let options = GlbOptions { part: inspection.part.clone(), voxel: inspection.voxel as f32 };
-            glb::write_mesh(&mut bytes, &mesh, &taxonomy, &options)?;
+            gltf::write_mesh(&mut bytes, &mesh, &taxonomy, &options)?;
             add(format!("{stem}.glb"), bytes, count);
         }
     }

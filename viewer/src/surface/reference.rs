@@ -1,17 +1,16 @@
 //! A file that the surface is compared with: a mesh, or a cloud where it has no triangles.
 
-use semascan_formats::import::{ImportError, Shape};
+use semascan_formats::offset::{common_offset, relative};
+use semascan_formats::unit::Unit;
+use semascan_formats::{Geometry, ReadError, no_files};
 use semascan_geometry::measure::{NearestPoints, PseudoNormals, SurfaceIndex};
-
-/// Parts are not this long, in metres: a longer reference is in millimetres (OBJ and STL do not name their unit).
-const LONGEST: f32 = 5.0;
 
 /// Why a file is no reference.
 #[derive(Debug, thiserror::Error)]
 pub enum ReferenceError {
     /// It could not be read.
     #[error(transparent)]
-    Import(#[from] ImportError),
+    Import(#[from] ReadError),
     /// It holds nothing to compare with.
     #[error("{name} holds neither triangles nor points")]
     Empty {
@@ -30,6 +29,8 @@ pub struct Reference {
     pub points: usize,
     /// Whether its numbers were taken for millimetres.
     pub millimetres: bool,
+    /// What is taken off all that is compared, in metres: zero unless the reference lies far from the origin.
+    offset: [f64; 3],
     index: Index,
 }
 
@@ -50,12 +51,11 @@ impl Reference {
     /// # Errors
     /// [`ReferenceError`] if it cannot be read or holds nothing.
     pub fn read(name: &str, bytes: &[u8]) -> Result<Self, ReferenceError> {
-        let mut shape = Shape::read(name, bytes)?;
-        let millimetres = shape.extent() > LONGEST;
-        if millimetres {
-            shape.scale(1e-3);
-        }
-        let Shape { positions, normals, triangles } = shape;
+        let geometry = Geometry::read(name, bytes, &no_files)?;
+        let unit = Unit::guess(geometry.extent());
+        let offset = common_offset(&geometry.positions, unit.in_metres());
+        let positions = relative(&geometry.positions, unit.in_metres(), offset);
+        let Geometry { normals, triangles, .. } = geometry;
         let (points, count) = (positions.len(), triangles.len());
         let surface = SurfaceIndex::new(&positions, &triangles);
         let index = if surface.is_empty() {
@@ -67,12 +67,26 @@ impl Reference {
         } else {
             Index::Surface(Box::new(surface), PseudoNormals::new(&positions, &triangles))
         };
-        Ok(Self { name: name.to_owned(), triangles: count, points, millimetres, index })
+        Ok(Self {
+            name: name.to_owned(),
+            triangles: count,
+            points,
+            millimetres: unit == Unit::Millimetres,
+            offset,
+            index,
+        })
     }
 
     /// Distances of points from the reference in metres, positive outside (along the reference's normals), negative
     /// inside; from a cloud without normals always positive. NaN where there is none.
     pub fn deviations(&self, points: &[[f32; 3]]) -> Vec<f32> {
+        let moved: Vec<[f32; 3]>;
+        let points = if self.offset == [0.0; 3] {
+            points
+        } else {
+            moved = points.iter().map(|p| [0, 1, 2].map(|a| (f64::from(p[a]) - self.offset[a]) as f32)).collect();
+            &moved
+        };
         match &self.index {
             Index::Surface(index, normals) => {
                 let found = index.closest_of_all(points);

@@ -64,8 +64,8 @@ impl EvaluateArgs {
                 return wrong(anyhow!("{}: is none of {}", path.display(), FORMATS.join(", ")));
             }
         }
-        let a = Model::read(&self.a, self.scale_a, self.samples, self.seed)?;
-        let b = Model::read(&self.b, self.scale_b, self.samples, self.seed)?;
+        let (model, reference) = ((self.a.as_path(), self.scale_a), (self.b.as_path(), self.scale_b));
+        let [a, b] = Model::read_pair(model, reference, self.samples, self.seed)?;
         if self.align { self.protocol(&a, &b) } else { self.as_they_stand(&a, &b) }
     }
 

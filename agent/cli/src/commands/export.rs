@@ -3,9 +3,9 @@
 use super::{Failure, serve};
 use anyhow::{Context, anyhow};
 use clap::{Args, ValueEnum};
-use semascan_formats::export::glb::{self, GlbOptions};
-use semascan_formats::export::{ExportFilter, components, file_part, obj, ply, stl};
-use semascan_formats::import::ply::{PlyModel, read};
+use semascan_formats::gltf::{self, GlbOptions};
+use semascan_formats::ply::{self, PlyModel};
+use semascan_formats::{ExportFilter, components, file_part, obj, stl};
 use semascan_geometry::mesh::{MeshError, MeshOptions, decimate, fill_holes, mesh_cloud, simplify_points, smooth};
 use semascan_model::{SemanticCloud, SemanticMesh};
 use semascan_store::write_file;
@@ -84,7 +84,7 @@ impl ExportArgs {
         let file = if is_folder { self.source.join("cloud.ply") } else { self.source.clone() };
         let folder = file.parent().unwrap_or(Path::new(".")).to_owned();
         let bytes = std::fs::read(&file).with_context(|| format!("{}", file.display()))?;
-        Ok((read(&bytes).with_context(|| format!("{}", file.display()))?, folder))
+        Ok((ply::read(&file.display().to_string(), &bytes)?, folder))
     }
 
     fn voxel(&self, model: &PlyModel) -> Result<f32, Failure> {
@@ -157,7 +157,7 @@ fn write_mesh(out: &Path, format: Format, mesh: &SemanticMesh, model: &PlyModel)
             let path = file("mesh.glb");
             let part = model.comment("part").unwrap_or("part").to_owned();
             let options = GlbOptions { part, voxel: model.voxel().unwrap_or(0.0) };
-            write_file(&path, |file| glb::write_mesh(file, mesh, taxonomy, &options))?;
+            write_file(&path, |file| gltf::write_mesh(file, mesh, taxonomy, &options))?;
             told(&path, mesh.triangles.len(), "triangles");
         }
     }

@@ -14,7 +14,7 @@ fn inspect_writes_the_whole_folder() {
     }
     // The scene is the mesh, by component.
     let mesh = std::fs::read(out.join("mesh.ply")).expect("reads");
-    let faces = semascan_formats::import::ply::read(&mesh).expect("own file").mesh.triangles.len();
+    let faces = semascan_formats::ply::read("mesh.ply", &mesh).expect("own file").mesh.triangles.len();
     let scene = gltf::Gltf::open(out.join("scene.glb")).expect("valid");
     let root = scene.default_scene().and_then(|s| s.nodes().next()).expect("a root");
     let primitives = root.children().filter_map(|n| n.mesh()).flat_map(|m| m.primitives().collect::<Vec<_>>());

@@ -11,13 +11,14 @@ mod cpu;
 
 use cpu::cheapest;
 use semascan_evaluation::{PartitionScore, compare_partitions};
+use semascan_formats::offset::single;
+use semascan_formats::pcd;
 use semascan_inspection::source::Source;
 use semascan_perception::segment::geometric::lcccp::ColorCriterion;
 use semascan_perception::segment::geometric::lccp::LccpConfig;
 use semascan_perception::segment::geometric::vccs::VccsConfig;
 use semascan_perception::segment::geometric::{ColoredPoints, GeometricConfig, NONE, SegmentedCloud};
 use semascan_simulation as virtual_cell;
-use semascan_sources::pcd;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -58,13 +59,16 @@ fn scenes() -> Vec<Scene> {
 }
 
 fn labelled(folder: &Path, name: &str) -> Scene {
-    let cloud = pcd::read(&folder.join(format!("{name}.pcd"))).expect("a labelled cloud");
+    let cloud = pcd::read_file(&folder.join(format!("{name}.pcd"))).expect("a labelled cloud");
     let labels = cloud.labels.expect("the cloud has labels");
     Scene {
         name: name.to_owned(),
         width: cloud.width,
         height: cloud.height,
-        points: ColoredPoints { positions: cloud.positions, colors: cloud.colors.expect("the cloud has colours") },
+        points: ColoredPoints {
+            positions: single(&cloud.positions),
+            colors: cloud.colors.expect("the cloud has colours"),
+        },
         // Label 0 marks points that are not there.
         truth: labels.iter().map(|&l| (l != 0).then_some(l)).collect(),
     }

@@ -2,7 +2,7 @@
 
 use super::{any_cloud, taxonomy};
 use proptest::prelude::*;
-use semascan_formats::export::glb::{GlbOptions, write_points};
+use semascan_formats::gltf::{GlbOptions, write_points};
 use semascan_model::{PointFlags, SemanticCloud, SemanticPoint};
 
 fn scene(cloud: &SemanticCloud) -> gltf::Gltf {

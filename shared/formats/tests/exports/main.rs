@@ -1,4 +1,4 @@
-//! Exports read back by other people's readers: `ply-rs` and the `gltf` crate.
+//! What the writers write, read back by this crate's readers and by those of others: the crates `gltf`, `tobj` and `stl_io`.
 
 mod glb;
 mod mesh;
@@ -6,7 +6,7 @@ mod ply;
 mod semantics;
 
 use proptest::prelude::*;
-use semascan_formats::export::ExportFilter;
+use semascan_formats::ExportFilter;
 use semascan_model::{PointFlags, SemanticCloud, SemanticPoint, Taxonomy};
 
 fn taxonomy() -> Taxonomy {

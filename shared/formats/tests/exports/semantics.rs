@@ -4,7 +4,7 @@
 use super::{any_cloud, mesh::any_mesh, taxonomy};
 use gltf::Gltf;
 use proptest::prelude::*;
-use semascan_formats::export::glb::{GlbOptions, write_mesh, write_points};
+use semascan_formats::gltf::{GlbOptions, write_mesh, write_points};
 use semascan_model::{ClassDef, SemanticCloud};
 use serde_json::Value;
 use std::collections::{BTreeMap, BTreeSet};

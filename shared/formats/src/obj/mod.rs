@@ -1,0 +1,8 @@
+//! Wavefront OBJ with its material library: the mesh in groups by component; parts of other programs.
+
+mod material;
+mod read;
+mod write;
+
+pub(crate) use read::read;
+pub use write::{write_materials, write_mesh};

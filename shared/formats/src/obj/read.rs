@@ -1,0 +1,248 @@
+//! The reader: vertices with their colours, faces with their texture coordinates, groups and materials.
+//!
+//! Our own: the `tobj` crate makes fans of polygons that are not convex, and panics on material libraries with too few numbers.
+
+use super::material::{self, Material};
+use crate::geometry::{Geometry, Piece, PieceTexture, Texture, linear};
+use crate::polygon::Triangulation;
+use crate::{ReadError, Resolver};
+use std::collections::HashMap;
+
+/// Reads the bytes of the file `name`; each object, group or material within is a piece. A material library or picture that
+/// is not there costs the colours, not the part. Without faces it is a cloud.
+///
+/// # Errors
+/// [`ReadError::Format`] with the line at fault.
+pub(crate) fn read(name: &str, bytes: &[u8], files: Resolver<'_>) -> Result<Geometry, ReadError> {
+    let mut reader = Reader::new(files);
+    reader.lines(bytes).and_then(|()| reader.finish()).map_err(|reason| ReadError::format(name, "OBJ", &reason))
+}
+
+/// A corner of a face: its vertex, and its texture coordinates if it has such.
+#[derive(Clone, Copy)]
+struct Corner {
+    vertex: u32,
+    texture: Option<u32>,
+}
+
+/// Consecutive faces of one object or group and one material.
+struct Group {
+    name: String,
+    material: Option<String>,
+    /// Number of faces up to its end.
+    end: usize,
+}
+
+struct Reader<'a> {
+    files: Resolver<'a>,
+    positions: Vec<[f64; 3]>,
+    /// sRGB; filled up with white from the first vertex with a colour on.
+    colors: Vec<[f32; 3]>,
+    texture_coordinates: Vec<[f32; 2]>,
+    corners: Vec<Corner>,
+    /// End of each face in `corners`.
+    faces: Vec<usize>,
+    groups: Vec<Group>,
+    name: String,
+    material: Option<String>,
+    materials: HashMap<String, Material>,
+    warnings: Vec<String>,
+}
+
+impl<'a> Reader<'a> {
+    fn new(files: Resolver<'a>) -> Self {
+        Self {
+            files,
+            positions: Vec::new(),
+            colors: Vec::new(),
+            texture_coordinates: Vec::new(),
+            corners: Vec::new(),
+            faces: Vec::new(),
+            groups: Vec::new(),
+            name: "object".to_owned(),
+            material: None,
+            materials: HashMap::new(),
+            warnings: Vec::new(),
+        }
+    }
+
+    fn lines(&mut self, bytes: &[u8]) -> Result<(), String> {
+        for (number, line) in bytes.split(|b| *b == b'\n').enumerate() {
+            let line = String::from_utf8_lossy(line);
+            let line = line.trim();
+            let (word, rest) = line.split_once(char::is_whitespace).unwrap_or((line, ""));
+            let taken = match word {
+                "v" => self.vertex(rest),
+                "vt" => self.texture_vertex(rest),
+                "f" => self.face(rest),
+                "o" | "g" => {
+                    self.end_group();
+                    self.name = if rest.trim().is_empty() { "object".to_owned() } else { rest.trim().to_owned() };
+                    Some(())
+                }
+                "usemtl" => {
+                    self.end_group();
+                    self.material = Some(rest.trim().to_owned());
+                    Some(())
+                }
+                "mtllib" => {
+                    self.library(rest.trim());
+                    Some(())
+                }
+                _ => Some(()),
+            };
+            taken.ok_or_else(|| format!("line {}: `{line}`", number + 1))?;
+        }
+        self.end_group();
+        Ok(())
+    }
+
+    /// `x y z`, and `r g b` if there are so many numbers.
+    fn vertex(&mut self, rest: &str) -> Option<()> {
+        let mut words = rest.split_whitespace();
+        let mut next = || words.next()?.parse::<f64>().ok();
+        self.positions.push([next()?, next()?, next()?]);
+        if let (Some(r), Some(g), Some(b)) = (next(), next(), next()) {
+            self.colors.resize(self.positions.len() - 1, [1.0; 3]);
+            self.colors.push([r as f32, g as f32, b as f32]);
+        }
+        Some(())
+    }
+
+    fn texture_vertex(&mut self, rest: &str) -> Option<()> {
+        let mut words = rest.split_whitespace();
+        let u = words.next()?.parse().ok()?;
+        // One number is a place on a line.
+        let v = words.next().map_or(Some(0.0), |w| w.parse().ok())?;
+        self.texture_coordinates.push([u, v]);
+        Some(())
+    }
+
+    /// `v`, `v/vt`, `v//vn` or `v/vt/vn` for each corner; negative numbers count back from the last so far.
+    fn face(&mut self, rest: &str) -> Option<()> {
+        let place = |word: &str, count: usize| -> Option<u32> {
+            let index: i64 = word.parse().ok()?;
+            u32::try_from(if index < 0 { count as i64 + index } else { index - 1 }).ok()
+        };
+        for word in rest.split_whitespace() {
+            let mut parts = word.split('/');
+            let vertex = place(parts.next()?, self.positions.len())?;
+            let texture = match parts.next() {
+                None | Some("") => None,
+                Some(word) => Some(place(word, self.texture_coordinates.len())?),
+            };
+            self.corners.push(Corner { vertex, texture });
+        }
+        self.faces.push(self.corners.len());
+        Some(())
+    }
+
+    fn end_group(&mut self) {
+        let end = self.faces.len();
+        let last = self.groups.last_mut();
+        if end == last.as_ref().map_or(0, |g| g.end) {
+            return;
+        }
+        if let Some(last) = last.filter(|g| g.name == self.name && g.material == self.material) {
+            last.end = end;
+        } else {
+            self.groups.push(Group { name: self.name.clone(), material: self.material.clone(), end });
+        }
+    }
+
+    /// A library by its name, which may have spaces, or several by theirs.
+    fn library(&mut self, names: &str) {
+        match (self.files)(&names.replace('\\', "/")) {
+            Ok(bytes) => material::read(&bytes, &mut self.materials),
+            Err(error) => {
+                let several: Vec<&str> = names.split_whitespace().collect();
+                if several.len() > 1 {
+                    several.into_iter().for_each(|name| self.library(name));
+                } else {
+                    self.warnings.push(format!("the material library is left out: {error}"));
+                }
+            }
+        }
+    }
+
+    fn finish(self) -> Result<Geometry, String> {
+        let mut geometry = Geometry { warnings: self.warnings, ..Geometry::default() };
+        let mut pictures = Pictures { files: self.files, indices: HashMap::new() };
+        let mut triangulation = Triangulation::default();
+        let (mut start, mut first, mut places) = (0, 0, Vec::new());
+        for group in self.groups {
+            let first_triangle = geometry.triangles.len();
+            let mut has_texture_coordinates = false;
+            for &end in &self.faces[first..group.end] {
+                let face = &self.corners[start..end];
+                start = end;
+                places.clear();
+                for corner in face {
+                    let (vertex, count) = (corner.vertex, self.positions.len());
+                    let place = self.positions.get(vertex as usize);
+                    // As the file counts: from 1.
+                    places.push(
+                        *place.ok_or_else(|| format!("a face names vertex {} of {count}", u64::from(vertex) + 1))?,
+                    );
+                }
+                has_texture_coordinates |= face.iter().any(|c| c.texture.is_some());
+                for t in triangulation.split(&places) {
+                    let corners = t.map(|k| face[k as usize]);
+                    geometry.triangles.push(corners.map(|c| c.vertex));
+                    geometry.texture_coordinates.push(corners.map(|c| {
+                        let place = c.texture.and_then(|t| self.texture_coordinates.get(t as usize));
+                        place.copied().unwrap_or_default()
+                    }));
+                }
+            }
+            first = group.end;
+            let material = group.material.and_then(|name| self.materials.get(&name));
+            let picture = material.and_then(|m| m.picture.as_deref()).filter(|_| has_texture_coordinates);
+            let texture = picture.and_then(|name| pictures.index(name, &mut geometry));
+            geometry.pieces.push(Piece {
+                name: group.name,
+                triangles: first_triangle..geometry.triangles.len(),
+                base_color: material.and_then(|m| m.base_color),
+                // Libraries often leave an arbitrary grey beside the picture.
+                texture: texture.map(|index| PieceTexture { index, tinted: false }),
+            });
+        }
+        if self.texture_coordinates.is_empty() {
+            geometry.texture_coordinates.clear();
+        }
+        geometry.colors = self.colors.into_iter().map(linear).collect();
+        if !geometry.colors.is_empty() {
+            geometry.colors.resize(self.positions.len(), [1.0; 3]);
+        }
+        geometry.positions = self.positions;
+        geometry.drop_unused_vertices();
+        Ok(geometry)
+    }
+}
+
+/// Pictures, each opened once.
+struct Pictures<'a> {
+    files: Resolver<'a>,
+    indices: HashMap<String, Option<usize>>,
+}
+
+impl Pictures<'_> {
+    /// Index of a picture among the geometry's textures; `None`, with a warning, if it cannot be opened.
+    fn index(&mut self, name: &str, geometry: &mut Geometry) -> Option<usize> {
+        if let Some(known) = self.indices.get(name) {
+            return *known;
+        }
+        let index = match (self.files)(name) {
+            Ok(bytes) => {
+                geometry.textures.push(Texture { name: name.to_owned(), bytes });
+                Some(geometry.textures.len() - 1)
+            }
+            Err(error) => {
+                geometry.warnings.push(format!("a picture is left out: {error}"));
+                None
+            }
+        };
+        self.indices.insert(name.to_owned(), index);
+        index
+    }
+}

@@ -1,0 +1,63 @@
+//! The common offset: what is taken off coordinates before they become single precision.
+//!
+//! Georeferenced files have coordinates of millions of metres, of which `f32` keeps half a metre. Distances do not depend on
+//! where the origin is, so all that is compared is moved by one offset, in `f64`, first.
+//!
+//! The rule leaves ordinary data as it is: there is no offset unless the median of the reference lies farther than 1 km from
+//! the origin along some axis (at 1 km, `f32` keeps 0.06 mm). The offset is then that median, in whole metres. A median,
+//! because a few wild points are common and must not move the rest.
+
+/// Distance from the origin, in metres, from which on there is an offset.
+const FAR: f64 = 1000.0;
+
+/// The offset in metres for `reference`, whose unit is `scale` metres, and all that is compared with it.
+pub fn common_offset(reference: &[[f64; 3]], scale: f64) -> [f64; 3] {
+    if !reference.iter().flatten().any(|c| (c * scale).abs() > FAR) {
+        return [0.0; 3];
+    }
+    let middle = [0, 1, 2].map(|axis| median(reference.iter().map(|p| p[axis] * scale)));
+    if middle.iter().any(|c| c.abs() > FAR) { middle.map(f64::round) } else { [0.0; 3] }
+}
+
+/// Positions whose unit is `scale` metres, in metres from `offset`.
+pub fn relative(positions: &[[f64; 3]], scale: f64, offset: [f64; 3]) -> Vec<[f32; 3]> {
+    positions.iter().map(|p| [0, 1, 2].map(|axis| (p[axis] * scale - offset[axis]) as f32)).collect()
+}
+
+/// Positions in single precision as they are.
+pub fn single(positions: &[[f64; 3]]) -> Vec<[f32; 3]> {
+    positions.iter().map(|p| p.map(|c| c as f32)).collect()
+}
+
+/// The middle one of the finite values; 0 if there is none.
+fn median(values: impl Iterator<Item = f64>) -> f64 {
+    let mut finite: Vec<f64> = values.filter(|v| v.is_finite()).collect();
+    let middle = finite.len() / 2;
+    if finite.is_empty() { 0.0 } else { *finite.select_nth_unstable_by(middle, f64::total_cmp).1 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_what_lies_far_from_the_origin_is_moved() {
+        let near = [[999.0, -3.0, 0.1], [0.25, 4e9, f64::NAN], [0.5, 2.0, 3.0]];
+        assert_eq!(common_offset(&near, 1.0), [0.0; 3]);
+        let far = [[500_000.125, 5_400_000.25, 431.5], [500_000.5, 5_400_000.75, 431.75], [f64::NAN; 3]];
+        let offset = common_offset(&far, 1.0);
+        assert_eq!(offset, [500_001.0, 5_400_001.0, 432.0]);
+        assert_eq!(relative(&far[..1], 1.0, offset), [[-0.875, -0.75, -0.5]]);
+        // The same in millimetres, and a file in millimetres that is not far.
+        assert_eq!(common_offset(&far.map(|p| p.map(|c| c * 1e3)), 1e-3), offset);
+        assert_eq!(common_offset(&[[20_000.0; 3]], 1e-3), [0.0; 3]);
+        assert_eq!(common_offset(&[], 1.0), [0.0; 3]);
+    }
+
+    #[test]
+    fn without_an_offset_nothing_changes() {
+        let p = [0.1_f32, -0.0, 3.7e-5];
+        let moved = relative(&[p.map(f64::from)], 1.0, [0.0; 3]);
+        assert_eq!(moved[0].map(f32::to_bits), p.map(f32::to_bits));
+    }
+}

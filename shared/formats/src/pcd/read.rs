@@ -1,0 +1,220 @@
+//! The reader: positions, normals, colours and labels.
+//!
+//! Our own: the one of crates.io that knows binary_compressed indexes past the data where a header promises too much, and
+//! allocates what it promises. Here the memory is bounded by the size of the file.
+
+use super::Viewpoint;
+use super::header::{Field, Header, Kind, Storage};
+use super::lzf;
+use crate::{Geometry, ReadError, offset};
+
+/// A point cloud as it is stored; every column that is there has one entry a point.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PcdCloud {
+    /// Points in a row.
+    pub width: u32,
+    /// Rows; 1 where the cloud is not organized.
+    pub height: u32,
+    /// Positions in the file's unit (usually metres), row-major; NaN where the sensor saw nothing.
+    pub positions: Vec<[f64; 3]>,
+    /// Normals, if the file has them.
+    pub normals: Option<Vec<[f32; 3]>>,
+    /// sRGB colours, if the file has them.
+    pub colors: Option<Vec<[u8; 3]>>,
+    /// The field `label`, if the file has it.
+    pub labels: Option<Vec<u32>>,
+    /// Pose of the sensor as the file states it; it is not applied to the points.
+    pub viewpoint: Option<Viewpoint>,
+}
+
+impl PcdCloud {
+    /// Positions and normals.
+    pub(crate) fn into_geometry(self) -> Geometry {
+        Geometry { positions: self.positions, normals: self.normals.unwrap_or_default(), ..Geometry::default() }
+    }
+}
+
+/// Reads the bytes of the file `name`.
+///
+/// # Errors
+/// [`ReadError::Format`] that says what is wrong.
+pub fn read(name: &str, bytes: &[u8]) -> Result<PcdCloud, ReadError> {
+    parse(bytes).map_err(|reason| ReadError::format(name, "PCD", &reason))
+}
+
+/// Reads a file from disk.
+///
+/// # Errors
+/// [`ReadError`] with the path as the name of the file.
+#[cfg(not(target_arch = "wasm32"))]
+pub fn read_file(path: &std::path::Path) -> Result<PcdCloud, ReadError> {
+    let file = path.display().to_string();
+    let bytes = std::fs::read(path).map_err(|source| ReadError::Io { file: file.clone(), source })?;
+    read(&file, &bytes)
+}
+
+pub(super) fn parse(data: &[u8]) -> Result<PcdCloud, String> {
+    let (header, body) = Header::parse(data)?;
+    let unpacked;
+    let (content, by_point) = match header.storage {
+        Storage::Ascii => {
+            unpacked = from_text(&header, body)?;
+            (unpacked.as_slice(), true)
+        }
+        Storage::Binary => (body, true),
+        Storage::Compressed => {
+            unpacked = decompress(&header, body)?;
+            (unpacked.as_slice(), false)
+        }
+    };
+    let needed = header.points.checked_mul(header.record()).filter(|n| *n <= content.len());
+    let needed = needed.ok_or_else(|| {
+        format!("{} points of {} bytes do not fit {} bytes", header.points, header.record(), content.len())
+    })?;
+    let table = Table { header: &header, content: &content[..needed], by_point };
+    let positions = table.triple(["x", "y", "z"]).ok_or("the fields x, y and z are not all there")?;
+    Ok(PcdCloud {
+        width: header.width,
+        height: header.height,
+        positions,
+        normals: table.triple(["normal_x", "normal_y", "normal_z"]).map(|normals| offset::single(&normals)),
+        colors: table.column("rgb").or_else(|| table.column("rgba")).map(|c| c.bits().map(color).collect()),
+        labels: table.column("label").map(|c| c.values().map(|v| v as u32).collect()),
+        viewpoint: header.viewpoint,
+    })
+}
+
+/// 0xAARRGGBB.
+fn color(bits: u32) -> [u8; 3] {
+    [(bits >> 16) as u8, (bits >> 8) as u8, bits as u8]
+}
+
+fn decompress(header: &Header, body: &[u8]) -> Result<Vec<u8>, String> {
+    let size = |at: usize| body.get(at..at + 4)?.try_into().ok().map(|b| u32::from_le_bytes(b) as usize);
+    let (Some(packed), Some(length)) = (size(0), size(4)) else {
+        return Err("the sizes of the packed data are cut short".into());
+    };
+    if header.points.checked_mul(header.record()) != Some(length) {
+        return Err(format!("{} points of {} bytes are not {length} bytes", header.points, header.record()));
+    }
+    let content = body[8..].get(..packed).ok_or_else(|| format!("{packed} packed bytes leave the file"))?;
+    lzf::unpack(content, length)
+}
+
+/// Text to the layout of `DATA binary`.
+fn from_text(header: &Header, body: &[u8]) -> Result<Vec<u8>, String> {
+    let text = std::str::from_utf8(body).map_err(|_| "the text is not UTF-8")?;
+    let values: usize = header.fields.iter().map(|f| f.count).sum();
+    // A value takes a digit and a separator.
+    if header.points.checked_mul(2 * values).is_none_or(|n| n > body.len() + 1) {
+        return Err(format!("{} points do not fit {} bytes of text", header.points, body.len()));
+    }
+    let mut out = Vec::with_capacity(header.points * header.record());
+    let mut lines = text.lines().filter(|l| !l.trim().is_empty());
+    for i in 0..header.points {
+        let line = lines.next().ok_or_else(|| format!("{i} points of {}", header.points))?;
+        let mut words = line.split_whitespace();
+        for field in &header.fields {
+            for _ in 0..field.count {
+                let word = words.next().ok_or_else(|| format!("point {i}: field {} is missing", field.name))?;
+                write_value(&mut out, field.kind, word)
+                    .ok_or_else(|| format!("point {i}: field {}: {word:?} is no number", field.name))?;
+            }
+        }
+    }
+    Ok(out)
+}
+
+fn write_value(out: &mut Vec<u8>, kind: Kind, word: &str) -> Option<()> {
+    // Integers that a writer printed as floats are taken as what they are.
+    let int = || word.parse::<i64>().ok().or_else(|| word.parse::<f64>().ok().map(|v| v as i64));
+    match kind {
+        Kind::F32 => out.extend(word.parse::<f32>().ok()?.to_le_bytes()),
+        Kind::F64 => out.extend(word.parse::<f64>().ok()?.to_le_bytes()),
+        Kind::I8 | Kind::U8 => out.extend((int()? as u8).to_le_bytes()),
+        Kind::I16 | Kind::U16 => out.extend((int()? as u16).to_le_bytes()),
+        Kind::I32 | Kind::U32 => out.extend((int()? as u32).to_le_bytes()),
+        Kind::I64 => out.extend(int()?.to_le_bytes()),
+        Kind::U64 => out.extend(word.parse::<u64>().ok()?.to_le_bytes()),
+    }
+    Some(())
+}
+
+/// The points' bytes, point by point or field by field.
+struct Table<'a> {
+    header: &'a Header,
+    content: &'a [u8],
+    by_point: bool,
+}
+
+impl<'a> Table<'a> {
+    /// The first value of each point's field `name`.
+    fn column(&self, name: &str) -> Option<Column<'a>> {
+        let at = self.header.fields.iter().position(|f| f.name == name)?;
+        let field = &self.header.fields[at];
+        let before: usize = self.header.fields[..at].iter().map(Field::size).sum();
+        let (start, stride) = match self.by_point {
+            true => (before, self.header.record()),
+            false => (before * self.header.points, field.size()),
+        };
+        Some(Column {
+            content: self.content.get(start..).unwrap_or_default(),
+            stride,
+            kind: field.kind,
+            points: self.header.points,
+        })
+    }
+
+    fn triple(&self, names: [&str; 3]) -> Option<Vec<[f64; 3]>> {
+        let [x, y, z] = names.map(|n| self.column(n));
+        let (x, y, z) = (x?, y?, z?);
+        let values = x.values().zip(y.values()).zip(z.values());
+        Some(values.map(|((x, y), z)| [x, y, z]).collect())
+    }
+}
+
+#[derive(Clone, Copy)]
+struct Column<'a> {
+    content: &'a [u8],
+    stride: usize,
+    kind: Kind,
+    points: usize,
+}
+
+impl<'a> Column<'a> {
+    fn raw(self) -> impl Iterator<Item = [u8; 8]> + 'a {
+        let size = self.kind.size();
+        // The last record may be shorter than the stride: only the value itself has to be there.
+        (0..self.points).map(move |i| {
+            let mut word = [0; 8];
+            if let Some(bytes) = self.content.get(i * self.stride..i * self.stride + size) {
+                word[..size].copy_from_slice(bytes);
+            }
+            word
+        })
+    }
+
+    /// The values as numbers.
+    fn values(self) -> impl Iterator<Item = f64> + 'a {
+        self.raw().map(move |w| {
+            let low4 = [w[0], w[1], w[2], w[3]];
+            match self.kind {
+                Kind::F32 => f32::from_le_bytes(low4).into(),
+                Kind::F64 => f64::from_le_bytes(w),
+                Kind::I8 => (w[0] as i8).into(),
+                Kind::U8 => w[0].into(),
+                Kind::I16 => i16::from_le_bytes([w[0], w[1]]).into(),
+                Kind::U16 => u16::from_le_bytes([w[0], w[1]]).into(),
+                Kind::I32 => i32::from_le_bytes(low4).into(),
+                Kind::U32 => u32::from_le_bytes(low4).into(),
+                Kind::I64 => i64::from_le_bytes(w) as f64,
+                Kind::U64 => u64::from_le_bytes(w) as f64,
+            }
+        })
+    }
+
+    /// The low 32 bits, whatever the type: how colours are packed.
+    fn bits(self) -> impl Iterator<Item = u32> + 'a {
+        self.raw().map(|w| u32::from_le_bytes([w[0], w[1], w[2], w[3]]))
+    }
+}

@@ -1,0 +1,140 @@
+//! A PLY file's header: its format, and which elements with which properties follow.
+
+use semascan_model::NumberType;
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Format {
+    Ascii,
+    Little,
+    Big,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Kind {
+    I8,
+    U8,
+    I16,
+    U16,
+    I32,
+    U32,
+    F32,
+    F64,
+}
+
+#[derive(Clone, Debug)]
+pub(super) struct Property {
+    pub(super) name: String,
+    /// Type of the length, for lists.
+    pub(super) list: Option<Kind>,
+    pub(super) kind: Kind,
+}
+
+#[derive(Clone, Debug)]
+pub(super) struct Element {
+    pub(super) name: String,
+    pub(super) count: usize,
+    pub(super) properties: Vec<Property>,
+}
+
+pub(super) struct Header {
+    pub(super) format: Format,
+    pub(super) comments: Vec<String>,
+    pub(super) elements: Vec<Element>,
+    /// Bytes up to the first value.
+    pub(super) length: usize,
+}
+
+impl Header {
+    pub(super) fn read(bytes: &[u8]) -> Result<Self, String> {
+        let mut header = Self { format: Format::Ascii, comments: Vec::new(), elements: Vec::new(), length: 0 };
+        let (mut first, mut format) = (true, None);
+        loop {
+            let rest = &bytes[header.length..];
+            let end = rest.iter().position(|b| *b == b'\n').ok_or_else(|| "the header has no end")?;
+            let line = String::from_utf8_lossy(&rest[..end]);
+            let line = line.trim_end_matches('\r');
+            header.length += end + 1;
+            if std::mem::take(&mut first) {
+                if line != "ply" {
+                    return Err("it does not begin with `ply`".into());
+                }
+                continue;
+            }
+            let (word, rest) = line.split_once(char::is_whitespace).unwrap_or((line, ""));
+            let rest = rest.trim();
+            match word {
+                "end_header" => break,
+                "comment" => header.comments.push(rest.to_owned()),
+                "format" => {
+                    format = Some(match rest {
+                        "ascii 1.0" => Format::Ascii,
+                        "binary_little_endian 1.0" => Format::Little,
+                        "binary_big_endian 1.0" => Format::Big,
+                        other => return Err(format!("format `{other}` is unknown")),
+                    });
+                }
+                "element" => {
+                    let parsed = rest
+                        .rsplit_once(char::is_whitespace)
+                        .and_then(|(name, n)| Some((name.trim(), n.parse().ok()?)));
+                    let (name, count) = parsed.ok_or_else(|| format!("header line `{line}`"))?;
+                    header.elements.push(Element { name: name.to_owned(), count, properties: Vec::new() });
+                }
+                "property" => {
+                    let property = property(rest).ok_or_else(|| format!("header line `{line}`"))?;
+                    header.elements.last_mut().ok_or_else(|| "a property of nothing")?.properties.push(property);
+                }
+                // `obj_info` and what else programs add.
+                _ => {}
+            }
+        }
+        header.format = format.ok_or_else(|| "the header names no format")?;
+        Ok(header)
+    }
+}
+
+fn property(text: &str) -> Option<Property> {
+    let words: Vec<&str> = text.split_whitespace().collect();
+    match words[..] {
+        ["list", length, kind, name] => {
+            Some(Property { name: name.into(), list: Some(Kind::parse(length)?), kind: Kind::parse(kind)? })
+        }
+        [kind, name] => Some(Property { name: name.into(), list: None, kind: Kind::parse(kind)? }),
+        _ => None,
+    }
+}
+
+impl Kind {
+    fn parse(name: &str) -> Option<Self> {
+        Some(match name {
+            "char" | "int8" => Self::I8,
+            "uchar" | "uint8" => Self::U8,
+            "short" | "int16" => Self::I16,
+            "ushort" | "uint16" => Self::U16,
+            "int" | "int32" => Self::I32,
+            "uint" | "uint32" => Self::U32,
+            "float" | "float32" => Self::F32,
+            "double" | "float64" => Self::F64,
+            _ => return None,
+        })
+    }
+
+    /// The type under which numbers of a column are written.
+    pub(super) fn name_of(number: NumberType) -> &'static str {
+        match number {
+            NumberType::U8 => "uchar",
+            NumberType::U16 => "ushort",
+            NumberType::F32 => "float",
+        }
+    }
+
+    /// Bytes of a number.
+    pub(super) fn size(self) -> usize {
+        match self {
+            Self::I8 | Self::U8 => 1,
+            Self::I16 | Self::U16 => 2,
+            Self::I32 | Self::U32 | Self::F32 => 4,
+            Self::F64 => 8,
+        }
+    }
+}

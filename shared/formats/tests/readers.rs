@@ -1,0 +1,274 @@
+//! Files of other programs: what each says, whatever its writer's habits, and that damaged ones are refused.
+
+use proptest::prelude::*;
+use semascan_formats::{Geometry, ReadError, no_files, ply};
+use std::io;
+
+fn read(name: &str, bytes: &[u8]) -> Geometry {
+    Geometry::read(name, bytes, &no_files).expect("a valid file")
+}
+
+fn refused(name: &str, bytes: &[u8]) -> String {
+    let error = Geometry::read(name, bytes, &no_files).expect_err("not valid");
+    assert!(matches!(&error, ReadError::Format { file, .. } if file == name));
+    error.to_string()
+}
+
+fn area(geometry: &Geometry) -> f64 {
+    let doubled = |t: &[u32; 3]| {
+        let [a, b, c] = t.map(|v| geometry.positions[v as usize]);
+        let (u, v) = ([0, 1, 2].map(|k| b[k] - a[k]), [0, 1, 2].map(|k| c[k] - a[k]));
+        let cross = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
+        cross.iter().map(|c| c * c).sum::<f64>().sqrt()
+    };
+    geometry.triangles.iter().map(doubled).sum::<f64>() / 2.0
+}
+
+/// A square as PLY text, whose numbers have these types.
+fn square(coordinate: &str, index: &str) -> Vec<u8> {
+    format!(
+        "ply\nformat ascii 1.0\nelement vertex 4\nproperty {coordinate} x\nproperty {coordinate} y\nproperty {coordinate} z\n\
+         element face 1\nproperty list uchar {index} vertex_indices\nend_header\n0 0 0\n40 0 0\n40 40 0\n0 40 0\n4 0 1 2 3\n"
+    )
+    .into_bytes()
+}
+
+#[test]
+fn ply_numbers_may_be_of_any_type() {
+    for coordinate in ["char", "uchar", "short", "ushort", "int", "uint", "float", "double", "int16", "float64"] {
+        for index in ["char", "uchar", "short", "ushort", "int", "uint"] {
+            assert_eq!(area(&read("a.ply", &square(coordinate, index))), 1600.0, "{coordinate} {index}");
+        }
+    }
+}
+
+#[test]
+fn labels_may_be_of_any_type_and_named_as_cloudcompare_does() {
+    for (kind, name) in [("ushort", "label"), ("int", "label"), ("float", "scalar_label"), ("uchar", "label")] {
+        let text = format!(
+            "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\nproperty float z\n\
+             property {kind} {name}\nend_header\n0 0 0 1\n1 0 0 7\n"
+        );
+        assert_eq!(read("a.ply", text.as_bytes()).labels, [1, 7], "{kind} {name}");
+    }
+    assert!(read("a.ply", &square("float", "int")).labels.is_empty());
+}
+
+#[test]
+fn colours_are_levels_or_shares() {
+    for (kind, half) in [("uchar", "51"), ("ushort", "13107"), ("float", "0.2")] {
+        let text = format!(
+            "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\n\
+             property {kind} red\nproperty {kind} green\nproperty {kind} blue\nend_header\n0 0 0 {half} 0 0\n"
+        );
+        let model = ply::read("a.ply", text.as_bytes()).expect("valid");
+        assert_eq!(model.mesh.vertices.colors, [[51, 0, 0]], "{kind}");
+    }
+}
+
+#[test]
+fn polygons_that_are_not_convex_keep_their_notch() {
+    let obj = "v 0 0 0\nv 40 0 0\nv 40 10 0\nv 10 10 0\nv 10 40 0\nv 0 40 0\nf 3 4 5 6 1 2\n";
+    assert_eq!(area(&read("l.obj", obj.as_bytes())), 700.0);
+    let ply = "ply\nformat ascii 1.0\nelement face 1\nproperty list uchar int vertex_index\nelement vertex 6\n\
+        property float x\nproperty float y\nproperty float z\nend_header\n6 2 3 4 5 0 1\n0 0 0\n40 0 0\n40 10 0\n10 10 0\n10 40 0\n0 40 0\n";
+    assert_eq!(area(&read("l.ply", ply.as_bytes())), 700.0);
+}
+
+#[test]
+fn obj_has_groups_materials_and_pictures_as_far_as_they_are_there() {
+    let obj = b"mtllib my part.mtl\nv 0 0 0 1 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 9 9 9\nvt 0 0\nvt 1 0.5\nvt 1 1\n\
+        o plate\nusemtl red\nf 1/1 2/2 3/3\ng rim\nusemtl missing\nf -5//1 -3//1 -2//1\n";
+    let files = |name: &str| match name {
+        "my part.mtl" => Ok(b"newmtl red\nKd 1\nmap_Kd -o 1 maps\\red.png\n".to_vec()),
+        "maps/red.png" => Ok(vec![1, 2, 3]),
+        _ => Err(io::Error::from(io::ErrorKind::NotFound)),
+    };
+    let geometry = Geometry::read("part.obj", obj, &files).expect("valid");
+    // The vertex that no face names is left out.
+    assert_eq!((geometry.positions.len(), geometry.triangles.as_slice()), (4, &[[0, 1, 2], [0, 2, 3]][..]));
+    assert_eq!((geometry.colors[0], geometry.colors[3]), ([1.0, 0.0, 0.0], [1.0; 3]));
+    let [plate, rim] = geometry.pieces.as_slice() else { panic!("{:?}", geometry.pieces) };
+    assert_eq!((plate.name.as_str(), plate.triangles.clone(), plate.base_color), ("plate", 0..1, Some([1.0; 3])));
+    assert_eq!(plate.texture.map(|t| geometry.textures[t.index].bytes.as_slice()), Some(&[1, 2, 3][..]));
+    assert_eq!(geometry.texture_coordinates[0], [[0.0, 0.0], [1.0, 0.5], [1.0, 1.0]]);
+    assert_eq!((rim.name.as_str(), rim.base_color, rim.texture), ("rim", None, None));
+    // Without the other files it is grey, and says so.
+    let bare = read("part.obj", obj);
+    assert_eq!((bare.triangles.len(), bare.textures.len(), bare.warnings.is_empty()), (2, 0, false));
+    assert!(refused("part.obj", b"v 0 0 0\nf 1 2 3\n").contains("vertex 2"));
+    assert!(refused("part.obj", b"v 0 0 0\nf 0 1 1\n").contains("line 2"));
+}
+
+/// Two tetrahedra as STL, text with two solids, or binary with `count` in the header.
+fn stl(count: Option<u32>) -> Vec<u8> {
+    let corners = |shift: f32| {
+        let p = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(|[x, y, z]| [x + shift, y, z]);
+        [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]].map(|t: [usize; 3]| t.map(|k| p[k]))
+    };
+    let Some(count) = count else {
+        let facet = |t: [[f32; 3]; 3]| {
+            let vertices = t.map(|[x, y, z]| format!("vertex {x} {y} {z}\n")).concat();
+            format!("facet normal 0 0 0\nouter loop\n{vertices}endloop\nendfacet\n")
+        };
+        let solid =
+            |name: &str, shift| format!("solid {name}\n{}endsolid {name}\n", corners(shift).map(facet).concat());
+        return (solid("left", 0.0) + &solid("right side", 5.0)).into_bytes();
+    };
+    let mut bytes = [&b"solid of a careless writer"[..], &[b' '; 54]].concat();
+    bytes.extend(count.to_le_bytes());
+    for t in corners(0.0).into_iter().chain(corners(5.0)) {
+        bytes.extend([0; 12]);
+        bytes.extend(t.as_flattened().iter().flat_map(|c| c.to_le_bytes()));
+        bytes.extend([0; 2]);
+    }
+    bytes
+}
+
+#[test]
+fn stl_is_read_whole_or_refused() {
+    let text = read("a.stl", &stl(None));
+    let names: Vec<&str> = text.pieces.iter().map(|p| p.name.as_str()).collect();
+    assert_eq!((text.triangles.len(), text.positions.len(), names), (8, 8, vec!["left", "right side"]));
+    for (count, warned) in [(8, false), (6, true), (0, true)] {
+        let binary = read("a.stl", &stl(Some(count)));
+        assert_eq!((binary.triangles.len(), binary.warnings.is_empty()), (8, !warned), "{count}");
+    }
+    let whole = stl(Some(8));
+    for bad in [&stl(Some(9)), &whole[..whole.len() - 1], &stl(None)[..300], b"solid x", b""] {
+        refused("a.stl", bad);
+    }
+}
+
+/// A tetrahedron as GLB: POSITION of the type `component` and its numbers, and `change` made to the JSON.
+fn glb(component: u32, numbers: &[u8], change: impl Fn(String) -> String) -> Vec<u8> {
+    let size = numbers.len();
+    let json = format!(
+        r#"{{"asset":{{"version":"2.0"}},"scene":0,"scenes":[{{"nodes":[0]}}],"nodes":[{{"name":"tip","mesh":0}}],
+        "meshes":[{{"primitives":[{{"attributes":{{"POSITION":0}},"indices":1}}]}}],
+        "accessors":[{{"bufferView":0,"componentType":{component},"count":4,"type":"VEC3"}},
+                     {{"bufferView":1,"componentType":5121,"count":12,"type":"SCALAR"}}],
+        "bufferViews":[{{"buffer":0,"byteLength":{size},"byteStride":{}}},{{"buffer":0,"byteOffset":{size},"byteLength":12}}],
+        "buffers":[{{"byteLength":{}}}]}}"#,
+        size / 4,
+        size + 12
+    );
+    let mut json = change(json).into_bytes();
+    json.resize(json.len().next_multiple_of(4), b' ');
+    let binary = [numbers, &[0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3]].concat();
+    let mut out = b"glTF\x02\0\0\0".to_vec();
+    out.extend(((28 + json.len() + binary.len()) as u32).to_le_bytes());
+    for (kind, chunk) in [(*b"JSON", &json), (*b"BIN\0", &binary)] {
+        out.extend((chunk.len() as u32).to_le_bytes());
+        out.extend(kind);
+        out.extend(chunk);
+    }
+    out
+}
+
+fn tetrahedron() -> Vec<u8> {
+    [0_f32, 0., 0., 1., 0., 0., 0., 1., 0., 0., 0., 1.].iter().flat_map(|f| f.to_le_bytes()).collect()
+}
+
+#[test]
+fn gltf_is_placed_upright_in_double_precision() {
+    let moved = |j: String| j.replace("\"mesh\":0", "\"mesh\":0,\"translation\":[500000.0625,0,-5400000.03125]");
+    let geometry = read("a.glb", &glb(5126, &tetrahedron(), moved));
+    assert_eq!(geometry.positions[0], [500_000.0625, 5_400_000.03125, 0.0]);
+    assert_eq!(geometry.positions[2], [500_000.0625, 5_400_000.03125, 1.0]);
+    assert_eq!((geometry.pieces[0].name.as_str(), geometry.triangles.len()), ("tip", 4));
+    // Mirrored: the triangles keep their outside.
+    let mirrored =
+        read("a.glb", &glb(5126, &tetrahedron(), |j| j.replace("\"mesh\":0", "\"mesh\":0,\"scale\":[-1,1,1]")));
+    assert_eq!(mirrored.triangles[0], [0, 1, 2]);
+    // Placed by its joints, not by its node.
+    let skinned = read(
+        "a.glb",
+        &glb(5126, &tetrahedron(), |j| j.replace("\"mesh\":0", "\"mesh\":0,\"skin\":0,\"scale\":[9,9,9]")),
+    );
+    assert_eq!(skinned.positions[1], [1.0, 0.0, 0.0]);
+}
+
+#[test]
+fn gltf_positions_may_be_whole_numbers() {
+    let numbers: Vec<u8> =
+        [0_i16, 0, 0, 0, 100, 0, 0, 0, 0, 100, 0, 0, 0, 0, 100, 0].iter().flat_map(|v| v.to_le_bytes()).collect();
+    let required =
+        |j: String| j.replace("\"scene\":0", "\"extensionsRequired\":[\"KHR_mesh_quantization\"],\"scene\":0");
+    assert_eq!(read("a.glb", &glb(5122, &numbers, required)).positions[1], [100.0, 0.0, 0.0]);
+    let points = read("a.glb", &glb(5126, &tetrahedron(), |j| j.replace("\"indices\":1", "\"mode\":0")));
+    assert_eq!((points.positions.len(), points.triangles.len()), (4, 0));
+    let strip = read("a.glb", &glb(5126, &tetrahedron(), |j| j.replace("\"indices\":1", "\"mode\":5")));
+    assert_eq!(strip.triangles, [[0, 1, 2], [2, 1, 3]]);
+    let compressed =
+        |j: String| j.replace("\"scene\":0", "\"extensionsRequired\":[\"KHR_draco_mesh_compression\"],\"scene\":0");
+    assert!(refused("a.glb", &glb(5126, &tetrahedron(), compressed)).contains("KHR_draco_mesh_compression"));
+}
+
+#[test]
+fn gltf_as_text_finds_its_buffer_and_picture() {
+    let json = r#"{"asset":{"version":"2.0"},"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],
+        "meshes":[{"primitives":[{"attributes":{"POSITION":0,"TEXCOORD_0":1},"material":0}]}],
+        "accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3"},
+                     {"bufferView":1,"componentType":5121,"normalized":true,"count":3,"type":"VEC2"}],
+        "bufferViews":[{"buffer":0,"byteLength":36},{"buffer":1,"byteLength":12,"byteStride":4}],
+        "buffers":[{"byteLength":36,"uri":"my%20part.bin"},
+                   {"byteLength":12,"uri":"data:application/octet-stream;base64,AAAAAP8AAAAA/wAA"}],
+        "materials":[{"pbrMetallicRoughness":{"baseColorFactor":[0.5,0.25,1,1],"baseColorTexture":{"index":0}}}],
+        "textures":[{"source":0}],"images":[{"uri":"a.png"}]}"#;
+    let bin: Vec<u8> = [0_f32, 0., 0., 1., 0., 0., 0., 1., 0.].iter().flat_map(|f| f.to_le_bytes()).collect();
+    let with_picture = |name: &str| match name {
+        "my part.bin" => Ok(bin.clone()),
+        "a.png" => Ok(vec![7]),
+        _ => Err(io::Error::from(io::ErrorKind::NotFound)),
+    };
+    let geometry = Geometry::read("a.gltf", json.as_bytes(), &with_picture).expect("valid");
+    let piece = &geometry.pieces[0];
+    assert_eq!((piece.name.as_str(), piece.base_color), ("node 0", Some([0.5, 0.25, 1.0])));
+    assert!(piece.texture.is_some_and(|t| t.tinted) && geometry.textures[0].bytes == [7]);
+    assert_eq!(geometry.texture_coordinates, [[[0.0, 1.0], [1.0, 1.0], [0.0, 0.0]]]);
+    let without = |name: &str| if name == "a.png" { no_files(name) } else { with_picture(name) };
+    let bare = Geometry::read("a.gltf", json.as_bytes(), &without).expect("the shape is there");
+    assert_eq!((bare.pieces[0].texture, bare.warnings.len()), (None, 1));
+    assert!(refused("a.gltf", json.as_bytes()).contains("buffer 0"));
+}
+
+#[test]
+fn what_triangles_are_made_of_is_somewhere() {
+    assert!(refused("a.obj", b"v 0 0 nan\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").contains("vertex 0"));
+    assert!(read("a.obj", b"v 0 0 nan\nv 1 0 0\n").positions[0][2].is_nan());
+    assert!(refused("a.step", b"ISO-10303-21;").contains("none of"));
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(256))]
+
+    #[test]
+    fn damaged_files_never_panic(
+        which in 0_usize..7,
+        damage in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 0..6),
+        cut in any::<prop::sample::Index>(),
+        whole in any::<bool>(),
+    ) {
+        let obj = b"mtllib a.mtl\nv 0 0 0\nv 4 0 0\nv 1 1 0\nv 0 4 0\nvt 0 1\no a\nusemtl b\nf 1/1 2/1 3/1 4/1\nf -1 -2 -3\n";
+        let pcd = b"FIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nWIDTH 2\nHEIGHT 1\nDATA ascii\n1 2 3\n4 5 6\n";
+        let (name, mut bytes) = match which {
+            0 => ("a.ply", square("float", "int")),
+            1 => ("a.obj", obj.to_vec()),
+            2 => ("a.stl", stl(None)),
+            3 => ("a.stl", stl(Some(8))),
+            4 => ("a.glb", glb(5126, &tetrahedron(), |j| j)),
+            5 => ("a.gltf", glb(5126, &tetrahedron(), |j| j)),
+            _ => ("a.pcd", pcd.to_vec()),
+        };
+        for (at, value) in damage {
+            let at = at.index(bytes.len());
+            bytes[at] = value;
+        }
+        let end = if whole { bytes.len() } else { cut.index(bytes.len()) };
+        if let Ok(geometry) = Geometry::read(name, &bytes[..end], &no_files) {
+            prop_assert!(geometry.triangles.iter().flatten().all(|v| (*v as usize) < geometry.positions.len()));
+            prop_assert_eq!(geometry.pieces.last().map_or(0, |p| p.triangles.end), geometry.triangles.len());
+        }
+    }
+}
