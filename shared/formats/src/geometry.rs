@@ -119,10 +119,8 @@ impl Geometry {
             return;
         }
         let used: Vec<bool> = number.iter().map(|n| *n != UNUSED).collect();
-        let mut next = 0;
-        for number in number.iter_mut().filter(|n| **n != UNUSED) {
-            *number = next;
-            next += 1;
+        for (next, number) in number.iter_mut().filter(|n| **n != UNUSED).enumerate() {
+            *number = next as u32;
         }
         let mut keep = used.iter();
         self.positions.retain(|_| keep.next().copied().unwrap_or(false));

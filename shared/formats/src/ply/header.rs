@@ -50,7 +50,7 @@ impl Header {
         let (mut first, mut format) = (true, None);
         loop {
             let rest = &bytes[header.length..];
-            let end = rest.iter().position(|b| *b == b'\n').ok_or_else(|| "the header has no end")?;
+            let end = rest.iter().position(|b| *b == b'\n').ok_or("the header has no end")?;
             let line = String::from_utf8_lossy(&rest[..end]);
             let line = line.trim_end_matches('\r');
             header.length += end + 1;
@@ -82,13 +82,13 @@ impl Header {
                 }
                 "property" => {
                     let property = property(rest).ok_or_else(|| format!("header line `{line}`"))?;
-                    header.elements.last_mut().ok_or_else(|| "a property of nothing")?.properties.push(property);
+                    header.elements.last_mut().ok_or("a property of nothing")?.properties.push(property);
                 }
                 // `obj_info` and what else programs add.
                 _ => {}
             }
         }
-        header.format = format.ok_or_else(|| "the header names no format")?;
+        header.format = format.ok_or("the header names no format")?;
         Ok(header)
     }
 }

@@ -33,7 +33,7 @@ fn binary(count: usize, records: &[u8], welded: &mut Welded) -> Result<(), Strin
     let taken = match count {
         n if n > there => return Err(format!("it is cut short: {there} triangles of {n}")),
         // Some programs write the number before they know it; what follows is triangles all the same.
-        n if n < there && records.len() % RECORD == 0 => {
+        n if n < there && records.len().is_multiple_of(RECORD) => {
             welded.geometry.warnings.push(format!("counts {n} triangles and holds {there}: all are read"));
             there
         }
