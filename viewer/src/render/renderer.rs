@@ -1,6 +1,6 @@
 //! The renderer: owns device, canvas and primitives, draws a frame when asked.
 //!
-//! Nothing runs by itself: a still model costs nothing. After each frame the canvas tells what it shows in its data
+//! Nothing runs by itself: a still model costs nothing. After each frame the canvas says what it shows in its data
 //! attributes: `data-backend` (`webgpu`, `webgl2`), `data-points` and `data-triangles` (shown), `data-frames` (drawn) and
 //! `data-sequence` (changes of the model that the picture has taken in).
 
@@ -8,9 +8,9 @@ mod prepare;
 
 use super::background::Background;
 use super::error::RenderError;
-use super::flight::Flight;
 use super::floor::Floor;
 use super::frame::{self, FrameUniform};
+use super::frames_in_flight::FramesInFlight;
 use super::gpu::{Backend, Gpu, replace_canvas};
 use super::lines::{LineBuffer, Lines};
 use super::mesh::Mesh;
@@ -53,7 +53,7 @@ pub struct Renderer {
     frusta: LineBuffer,
     axes: LineBuffer,
     depth: TextureView,
-    flight: Flight,
+    in_flight: FramesInFlight,
     scale: f32,
     frames: u64,
     sequence: u64,
@@ -78,8 +78,10 @@ impl Renderer {
         };
         web_sys::console::warn_1(&format!("semascan: {webgpu}; trying webgl2").into());
         let fresh = replace_canvas(&canvas)?;
-        let nothing = |error: RenderError| RenderError::Nothing { webgpu, webgl2: error.to_string() };
-        Self::open(fresh, Backend::WebGl2).await.map_err(nothing)
+        match Self::open(fresh, Backend::WebGl2).await {
+            Ok(renderer) => Ok(renderer),
+            Err(error) => Err(RenderError::Nothing { webgpu, webgl2: error.to_string() }),
+        }
     }
 
     /// A new renderer on a fresh canvas in the place of one whose device was lost. With [`BackendChoice::Auto`] it takes
@@ -111,7 +113,7 @@ impl Renderer {
             frusta: LineBuffer::default(),
             axes: LineBuffer::default(),
             depth: depth_buffer(&gpu),
-            flight: Flight::default(),
+            in_flight: FramesInFlight::default(),
             scale: 1.0,
             frames: 0,
             sequence: 0,
@@ -135,14 +137,14 @@ impl Renderer {
     }
 
     /// Why the device was lost, if it was.
-    pub fn loss(&self) -> Option<String> {
-        self.gpu.loss.reason()
+    pub fn lost(&self) -> Option<String> {
+        self.gpu.lost.reason()
     }
 
     /// Calls `on_lost` with the reason when the device is lost, from the page's event loop.
     pub fn on_lost(&self, on_lost: impl FnOnce(String) + 'static) {
-        let loss = self.gpu.loss.clone();
-        wasm_bindgen_futures::spawn_local(async move { on_lost(loss.wait().await) });
+        let lost = self.gpu.lost.clone();
+        wasm_bindgen_futures::spawn_local(async move { on_lost(lost.wait().await) });
     }
 
     /// Sets the size of the picture in CSS pixels and how many device pixels one of them has.
@@ -181,7 +183,7 @@ impl Renderer {
 
     /// Whether the graphics processor is still at earlier frames, so that another would only come late.
     pub fn is_busy(&self) -> bool {
-        self.flight.is_full(&self.gpu.device) && self.loss().is_none()
+        self.in_flight.is_full(&self.gpu.device) && self.lost().is_none()
     }
 
     /// Draws one frame.
@@ -189,7 +191,7 @@ impl Renderer {
     /// # Errors
     /// [`RenderError::Lost`] when the device or the surface is gone.
     pub fn draw(&mut self, request: &DrawRequest) -> Result<FrameStats, RenderError> {
-        if let Some(reason) = self.loss() {
+        if let Some(reason) = self.lost() {
             return Err(RenderError::Lost(reason));
         }
         self.prepare(request);
@@ -216,11 +218,11 @@ impl Renderer {
             });
             pass.set_bind_group(0, &self.frame.group, &[]);
             self.background.draw(&mut pass);
-            match request.mesh {
+            match request.content.mesh {
                 true => self.mesh.draw(&mut pass),
                 false => self.points.draw(&mut pass),
             }
-            match request.turntable {
+            match request.content.turntable {
                 Some(_) => self.turntable.draw(&mut pass),
                 None => self.floor.draw(&mut pass),
             }
@@ -235,16 +237,16 @@ impl Renderer {
         }
         self.gpu.queue.submit([encoder.finish()]);
         self.gpu.queue.present(texture);
-        self.flight.launch(&self.gpu.queue);
+        self.in_flight.submit(&self.gpu.queue);
         self.frames += 1;
-        let (points, triangles) = if request.mesh { (0, self.mesh.shown()) } else { (self.points.shown(request), 0) };
+        let (points, triangles) =
+            if request.content.mesh { (0, self.mesh.shown()) } else { (self.points.shown(request), 0) };
         let stats = FrameStats { points, triangles, frames: self.frames };
-        self.tell(stats);
+        self.write_statistics(stats);
         Ok(stats)
     }
 
     fn acquire(&self) -> Result<SurfaceTexture, RenderError> {
-        let gone = |what: &str| RenderError::Lost(format!("the surface is {what}"));
         match self.gpu.surface.get_current_texture() {
             CurrentSurfaceTexture::Success(texture) | CurrentSurfaceTexture::Suboptimal(texture) => Ok(texture),
             // Once more with a fresh configuration, then give up.
@@ -252,13 +254,14 @@ impl Renderer {
                 self.gpu.surface.configure(&self.gpu.device, &self.gpu.config);
                 match self.gpu.surface.get_current_texture() {
                     CurrentSurfaceTexture::Success(texture) | CurrentSurfaceTexture::Suboptimal(texture) => Ok(texture),
-                    other => Err(gone(&format!("{other:?}"))),
+                    other => Err(RenderError::Lost(format!("the surface is {other:?}"))),
                 }
             }
         }
     }
 
-    fn tell(&self, stats: FrameStats) {
+    /// Writes what the frame showed into the canvas's data attributes.
+    fn write_statistics(&self, stats: FrameStats) {
         let data = self.gpu.canvas.dataset();
         let entries = [
             ("backend", self.backend().name().to_owned()),

@@ -6,7 +6,7 @@
 //! is the same draw call with a smaller k.
 
 use super::pool::BLOCK_POINTS;
-use crate::tools::Bounds;
+use crate::camera::Bounds;
 use glam::Vec3;
 
 /// The slots of each block in order: index of the point that lies there, or none.

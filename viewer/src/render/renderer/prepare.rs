@@ -1,12 +1,12 @@
 //! What a frame needs on the device before it can be drawn.
 
 use super::Renderer;
+use crate::camera::Bounds;
 use crate::render::axes;
 use crate::render::floor::FloorPlace;
 use crate::render::frame::Frame;
 use crate::render::frustum;
 use crate::render::request::DrawRequest;
-use crate::tools::Bounds;
 use glam::{Vec2, Vec3};
 
 /// Side of the square that holds the axes, and its distance from the corner, CSS pixels.
@@ -19,21 +19,26 @@ impl Renderer {
         let pixels = Vec2::new(gpu.config.width as f32, gpu.config.height as f32);
         let model = request.bounds.filter(|b| !b.is_empty());
         let mut scene = model.unwrap_or(Bounds::EMPTY);
-        match &request.turntable {
+        match &request.content.turntable {
             Some(disc) => {
-                self.turntable.prepare(gpu, disc, request.theme);
+                self.turntable.prepare(gpu, disc, request.content.color_scheme);
                 let corner = Vec3::new(disc.radius, disc.radius, 0.0);
                 let height = Vec3::Z * disc.height;
                 scene = scene.union(Bounds::from_corners(height - corner, height + corner));
             }
             None => {
                 let place = FloorPlace::under(model);
-                self.floor.prepare(gpu, place, request.theme);
+                self.floor.prepare(gpu, place, request.content.color_scheme);
                 scene = scene.union(place.bounds());
             }
         }
         let depth = model.map_or(0.08, |b| b.radius() * 0.6).clamp(0.03, 0.3);
-        let segments: Vec<_> = request.frusta.iter().flat_map(|f| frustum::segments(f, depth, request.theme)).collect();
+        let segments: Vec<_> = request
+            .content
+            .frusta
+            .iter()
+            .flat_map(|f| frustum::segments(f, depth, request.content.color_scheme))
+            .collect();
         for segment in &segments {
             scene.include(segment.from);
             scene.include(segment.to);
@@ -46,7 +51,7 @@ impl Renderer {
             self.axes_frame.write(gpu, &Frame::axes(&request.camera, side, self.scale));
         }
         self.frame.write(gpu, &Frame::scene(&request.camera, pixels, self.scale, scene));
-        self.background.prepare(gpu, request.theme);
+        self.background.prepare(gpu, request.content.color_scheme);
         self.points.prepare(gpu, request);
         self.mesh.prepare(gpu, request);
     }
