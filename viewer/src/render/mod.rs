@@ -10,7 +10,8 @@
 //! | [`device_lost`] | the loss of the device |
 //! | `points`, `mesh`, `background`, `turntable`, `floor`, `lines` | the primitives (browser only) |
 //! | `frame`, `pipeline`, `lookup` | what primitives share (browser only) |
-//! | `gpu`, `self_test`, `frames_in_flight`, `renderer` | device and canvas, fallback, frames not finished yet, the frame (browser only) |
+//! | `gpu`, `frames_in_flight`, `renderer` | device and canvas, frames not finished yet, the frame (browser only) |
+//! | `self_test`, `open` | whether a device draws, and the fallback to another (browser only) |
 //!
 //! How a page uses it:
 //!
@@ -60,6 +61,8 @@ mod lines;
 mod lookup;
 #[cfg(target_arch = "wasm32")]
 mod mesh;
+#[cfg(target_arch = "wasm32")]
+mod open;
 #[cfg(target_arch = "wasm32")]
 mod pipeline;
 #[cfg(target_arch = "wasm32")]

@@ -4,22 +4,22 @@
 //! attributes: `data-backend` (`webgpu`, `webgl2`), `data-points` and `data-triangles` (shown), `data-frames` (drawn) and
 //! `data-sequence` (changes of the model that the picture has taken in).
 
-mod prepare;
-
+use super::axes;
 use super::background::Background;
 use super::error::RenderError;
-use super::floor::Floor;
-use super::frame::{self, FrameUniform};
+use super::floor::{Floor, FloorPlace};
+use super::frame::{self, Frame, FrameUniform};
 use super::frames_in_flight::FramesInFlight;
-use super::gpu::{Backend, Gpu, replace_canvas};
+use super::frustum;
+use super::gpu::{Backend, Gpu};
 use super::lines::{LineBuffer, Lines};
 use super::mesh::Mesh;
 use super::pipeline::DEPTH_FORMAT;
 use super::points::Points;
-use super::request::{BackendChoice, DrawRequest};
-use super::self_test;
+use super::request::DrawRequest;
 use super::turntable::Turntable;
-use prepare::AXES_MARGIN;
+use crate::camera::Bounds;
+use glam::{Vec2, Vec3};
 use semascan_model::{SemanticCloud, SemanticMesh};
 use web_sys::HtmlCanvasElement;
 use wgpu::{
@@ -27,6 +27,10 @@ use wgpu::{
     RenderPassDepthStencilAttachment, RenderPassDescriptor, StoreOp, SurfaceTexture, TextureDescriptor,
     TextureDimension, TextureUsages, TextureView, TextureViewDescriptor,
 };
+
+/// Side of the square that holds the axes, and its distance from the corner, CSS pixels.
+const AXES_SIDE: f32 = 84.0;
+const AXES_MARGIN: f32 = 8.0;
 
 /// What a frame showed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -60,49 +64,10 @@ pub struct Renderer {
 }
 
 impl Renderer {
-    /// Starts to draw on `canvas`. A graphics interface counts only if it passes the self-test; before another one is
-    /// tried the canvas element is replaced by a fresh one with the same attributes, so ask for [`Renderer::canvas`]
-    /// before adding listeners.
-    ///
-    /// # Errors
-    /// [`RenderError`] if no interface, or not the one chosen, draws.
-    pub async fn new(canvas: HtmlCanvasElement, choice: BackendChoice) -> Result<Self, RenderError> {
-        let first = match choice {
-            BackendChoice::Auto => Backend::WebGpu,
-            BackendChoice::WebGpu => return Self::open(canvas, Backend::WebGpu).await,
-            BackendChoice::WebGl2 => return Self::open(canvas, Backend::WebGl2).await,
-        };
-        let webgpu = match Self::open(canvas.clone(), first).await {
-            Ok(renderer) => return Ok(renderer),
-            Err(error) => error.to_string(),
-        };
-        web_sys::console::warn_1(&format!("semascan: {webgpu}; trying webgl2").into());
-        let fresh = replace_canvas(&canvas)?;
-        match Self::open(fresh, Backend::WebGl2).await {
-            Ok(renderer) => Ok(renderer),
-            Err(error) => Err(RenderError::Nothing { webgpu, webgl2: error.to_string() }),
-        }
-    }
-
-    /// A new renderer on a fresh canvas in the place of one whose device was lost. With [`BackendChoice::Auto`] it takes
-    /// WebGL2: WebGPU has failed already, now or at the start. Set every chunk again.
-    ///
-    /// # Errors
-    /// As [`Renderer::new`].
-    pub async fn rebuild(self, choice: BackendChoice) -> Result<Self, RenderError> {
-        let fresh = replace_canvas(self.canvas())?;
-        drop(self);
-        let backend = match choice {
-            BackendChoice::Auto | BackendChoice::WebGl2 => Backend::WebGl2,
-            BackendChoice::WebGpu => Backend::WebGpu,
-        };
-        Self::open(fresh, backend).await
-    }
-
-    async fn open(canvas: HtmlCanvasElement, backend: Backend) -> Result<Self, RenderError> {
-        let gpu = Gpu::open(canvas, backend).await?;
+    /// A renderer on `gpu`, which may not draw although it was opened: see [`super::open`].
+    pub(super) fn on(gpu: Gpu) -> Self {
         let frame = frame::uniform(&gpu);
-        let mut renderer = Self {
+        Self {
             axes_frame: frame::uniform(&gpu),
             background: Background::new(&gpu, &frame),
             points: Points::new(&gpu, &frame),
@@ -119,11 +84,13 @@ impl Renderer {
             sequence: 0,
             frame,
             gpu,
-        };
-        self_test::run(&mut renderer).await?;
-        renderer.frames = 0;
-        renderer.sequence = 0;
-        Ok(renderer)
+        }
+    }
+
+    /// Forgets what was drawn for the self-test.
+    pub(super) fn restart_counts(&mut self) {
+        self.frames = 0;
+        self.sequence = 0;
     }
 
     /// The canvas element that is drawn on.
@@ -244,6 +211,56 @@ impl Renderer {
         let stats = FrameStats { points, triangles, frames: self.frames };
         self.write_statistics(stats);
         Ok(stats)
+    }
+
+    /// Puts what the frame needs on the device.
+    fn prepare(&mut self, request: &DrawRequest) {
+        let gpu = &self.gpu;
+        let pixels = Vec2::new(gpu.config.width as f32, gpu.config.height as f32);
+        let model = request.bounds.filter(|b| !b.is_empty());
+        let mut scene = model.unwrap_or(Bounds::EMPTY);
+        match &request.content.turntable {
+            Some(disc) => {
+                self.turntable.prepare(gpu, disc, request.content.color_scheme);
+                let corner = Vec3::new(disc.radius, disc.radius, 0.0);
+                let height = Vec3::Z * disc.height;
+                scene = scene.union(Bounds::from_corners(height - corner, height + corner));
+            }
+            None => {
+                let place = FloorPlace::under(model);
+                self.floor.prepare(gpu, place, request.content.color_scheme);
+                scene = scene.union(place.bounds());
+            }
+        }
+        let depth = model.map_or(0.08, |b| b.radius() * 0.6).clamp(0.03, 0.3);
+        let segments: Vec<_> = request
+            .content
+            .frusta
+            .iter()
+            .flat_map(|f| frustum::segments(f, depth, request.content.color_scheme))
+            .collect();
+        for segment in &segments {
+            scene.include(segment.from);
+            scene.include(segment.to);
+        }
+        self.frusta.write(gpu, &segments);
+        let forward = request.camera.forward();
+        let right = forward.cross(Vec3::Z).normalize_or(Vec3::X);
+        self.axes.write(gpu, &axes::segments(right, right.cross(forward)));
+        if let Some(side) = self.axes_side() {
+            self.axes_frame.write(gpu, &Frame::axes(&request.camera, side, self.scale));
+        }
+        self.frame.write(gpu, &Frame::scene(&request.camera, pixels, self.scale, scene));
+        self.background.prepare(gpu, request.content.color_scheme);
+        self.points.prepare(gpu, request);
+        self.mesh.prepare(gpu, request);
+    }
+
+    /// Side of the axes' square in device pixels; none on a picture too small for it.
+    fn axes_side(&self) -> Option<f32> {
+        let side = AXES_SIDE * self.scale;
+        let room = self.gpu.config.width.min(self.gpu.config.height) as f32;
+        (side * 3.0 < room).then_some(side)
     }
 
     fn acquire(&self) -> Result<SurfaceTexture, RenderError> {

@@ -2,62 +2,70 @@
 //! it: without a renderer the page says why, and goes on.
 
 use super::test_hooks;
-use super::viewport::{Size, Viewport};
-use crate::camera::CameraPointer;
+use crate::camera::{CameraInput, CameraPointer};
 use crate::render::{BackendChoice, DrawRequest, RenderError, Renderer};
 use crate::scene::{HeldModel, ModelChange};
 use crate::state::Event;
 use crate::state::connection::GraphicsStatus;
+use crate::ui::Ui;
 use semascan_model::SemanticMesh;
 use std::cell::{Cell, RefCell};
 use std::rc::Rc;
 use wasm_bindgen::prelude::*;
 use wasm_bindgen_futures::spawn_local;
-use web_sys::HtmlCanvasElement;
+use web_sys::{Document, HtmlCanvasElement};
 
 /// Lost devices that are replaced in the life of a page; a device that keeps going away will not stay the next time.
 const MOST_LOSSES: u32 = 3;
 
+/// Size of the viewport in CSS pixels, and device pixels in one of them.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Size {
+    pub(super) width: f32,
+    pub(super) height: f32,
+    pub(super) ratio: f32,
+}
+
 /// The renderer, if there is one, and the pointer on its canvas.
 pub(super) struct Graphics {
+    ui: Ui,
+    document: Document,
     choice: BackendChoice,
+    on_input: Box<dyn Fn(CameraInput)>,
+    on_ready: Box<dyn Fn()>,
     renderer: RefCell<Option<Renderer>>,
     pointer: RefCell<Option<CameraPointer>>,
     losses: Cell<u32>,
 }
 
 impl Graphics {
-    pub(super) fn new(choice: BackendChoice) -> Self {
-        Self { choice, renderer: RefCell::default(), pointer: RefCell::default(), losses: Cell::default() }
+    /// * `on_input`: takes what the pointer asks of the camera.
+    /// * `on_ready`: called when there is a renderer, which has nothing to draw yet.
+    pub(super) fn new(
+        ui: Ui,
+        document: &Document,
+        choice: BackendChoice,
+        on_input: impl Fn(CameraInput) + 'static,
+        on_ready: impl Fn() + 'static,
+    ) -> Rc<Self> {
+        Rc::new(Self {
+            ui,
+            document: document.clone(),
+            choice,
+            on_input: Box::new(on_input),
+            on_ready: Box::new(on_ready),
+            renderer: RefCell::default(),
+            pointer: RefCell::default(),
+            losses: Cell::default(),
+        })
     }
 
     /// Starts to draw on the page's canvas.
-    pub(super) fn open(viewport: &Rc<Viewport>, canvas: HtmlCanvasElement) {
-        let viewport = viewport.clone();
+    pub(super) fn open(self: &Rc<Self>, canvas: HtmlCanvasElement) {
+        let this = self.clone();
         spawn_local(async move {
-            let made = Renderer::new(canvas, viewport.graphics.choice).await;
-            Self::ready(&viewport, made);
-        });
-    }
-
-    /// The device is gone: its renderer is replaced, as long as that makes sense.
-    pub(super) fn replace_lost(viewport: &Rc<Viewport>, reason: String) {
-        let graphics = &viewport.graphics;
-        let Some(renderer) = graphics.renderer.borrow_mut().take() else {
-            return;
-        };
-        graphics.pointer.borrow_mut().take();
-        graphics.losses.set(graphics.losses.get() + 1);
-        if graphics.losses.get() > MOST_LOSSES {
-            Self::unavailable(viewport, format!("The graphics device was lost again and again: {reason}."));
-            return;
-        }
-        web_sys::console::warn_1(&format!("semascan: graphics device lost: {reason}; opening another").into());
-        viewport.ui.send(Event::Graphics(GraphicsStatus::Starting));
-        let viewport = viewport.clone();
-        spawn_local(async move {
-            let made = renderer.rebuild(viewport.graphics.choice).await;
-            Self::ready(&viewport, made);
+            let opened = Renderer::new(canvas, this.choice).await;
+            this.take(opened);
         });
     }
 
@@ -70,12 +78,7 @@ impl Graphics {
         match change {
             ModelChange::None => {}
             ModelChange::Cleared => renderer.clear(),
-            ModelChange::Exchanged => {
-                renderer.clear();
-                for (id, chunk) in model.chunks() {
-                    renderer.set_chunk(id, &chunk.cloud);
-                }
-            }
+            ModelChange::Exchanged => fill(renderer, model),
             ModelChange::Removed(id) => renderer.remove_chunk(id),
             ModelChange::Replaced(id) => {
                 if let Some(chunk) = model.chunk(id) {
@@ -88,10 +91,7 @@ impl Graphics {
     /// Puts the whole model into the renderer.
     pub(super) fn fill(&self, model: &HeldModel) {
         if let Some(renderer) = self.renderer.borrow_mut().as_mut() {
-            renderer.clear();
-            for (id, chunk) in model.chunks() {
-                renderer.set_chunk(id, &chunk.cloud);
-            }
+            fill(renderer, model);
         }
     }
 
@@ -107,39 +107,71 @@ impl Graphics {
         self.renderer.borrow().as_ref().is_some_and(Renderer::is_busy)
     }
 
-    /// Draws a frame; the reason if the device turns out to be lost. Without a renderer there is nothing to do.
-    pub(super) fn draw(&self, request: &DrawRequest, size: Size) -> Option<String> {
-        let mut renderer = self.renderer.borrow_mut();
-        let renderer = renderer.as_mut()?;
-        renderer.resize(size.width, size.height, size.ratio);
-        renderer.draw(request).err().map(|error| error.to_string())
+    /// Draws a frame; a renderer whose device turns out to be lost is replaced. Without one there is nothing to do.
+    pub(super) fn draw(self: &Rc<Self>, request: &DrawRequest, size: Size) {
+        let drawn = match self.renderer.borrow_mut().as_mut() {
+            Some(renderer) => {
+                renderer.resize(size.width, size.height, size.ratio);
+                renderer.draw(request)
+            }
+            None => return,
+        };
+        if let Err(error) = drawn {
+            self.replace_lost(&error.to_string());
+        }
     }
 
-    fn ready(viewport: &Rc<Viewport>, made: Result<Renderer, RenderError>) {
-        let renderer = match made {
-            Ok(renderer) => renderer,
-            Err(error) => return Self::unavailable(viewport, error.to_string()),
+    /// The device is gone: its renderer is replaced, as long as that makes sense.
+    fn replace_lost(self: &Rc<Self>, reason: &str) {
+        let Some(renderer) = self.renderer.borrow_mut().take() else {
+            return;
         };
-        let steered = viewport.clone();
-        match CameraPointer::attach(renderer.canvas(), move |input| steered.steer(input)) {
-            Ok(pointer) => drop(viewport.graphics.pointer.borrow_mut().replace(pointer)),
+        self.pointer.borrow_mut().take();
+        self.losses.set(self.losses.get() + 1);
+        if self.losses.get() > MOST_LOSSES {
+            return self.unavailable(format!("The graphics device was lost again and again: {reason}."));
+        }
+        web_sys::console::warn_1(&format!("semascan: graphics device lost: {reason}; opening another").into());
+        self.ui.send(Event::Graphics(GraphicsStatus::Starting));
+        let this = self.clone();
+        spawn_local(async move {
+            let opened = renderer.rebuild(this.choice).await;
+            this.take(opened);
+        });
+    }
+
+    fn take(self: &Rc<Self>, opened: Result<Renderer, RenderError>) {
+        let renderer = match opened {
+            Ok(renderer) => renderer,
+            Err(error) => return self.unavailable(error.to_string()),
+        };
+        let this = self.clone();
+        match CameraPointer::attach(renderer.canvas(), move |input| (this.on_input)(input)) {
+            Ok(pointer) => drop(self.pointer.borrow_mut().replace(pointer)),
             Err(error) => web_sys::console::error_1(&error),
         }
-        let lost = Rc::downgrade(viewport);
+        let this = Rc::downgrade(self);
         renderer.on_lost(move |reason| {
-            if let Some(viewport) = lost.upgrade() {
-                Self::replace_lost(&viewport, reason);
+            if let Some(graphics) = this.upgrade() {
+                graphics.replace_lost(&reason);
             }
         });
         let backend = renderer.backend().name().to_owned();
-        viewport.graphics.renderer.borrow_mut().replace(renderer);
-        viewport.ui.send(Event::Graphics(GraphicsStatus::Ready { backend }));
-        viewport.fill_renderer();
+        self.renderer.borrow_mut().replace(renderer);
+        self.ui.send(Event::Graphics(GraphicsStatus::Ready { backend }));
+        (self.on_ready)();
     }
 
-    fn unavailable(viewport: &Rc<Viewport>, reason: String) {
+    fn unavailable(&self, reason: String) {
         web_sys::console::error_1(&JsValue::from_str(&format!("semascan: {reason}")));
-        test_hooks::write_no_backend(&viewport.document);
-        viewport.ui.send(Event::Graphics(GraphicsStatus::Unavailable { reason }));
+        test_hooks::write_no_backend(&self.document);
+        self.ui.send(Event::Graphics(GraphicsStatus::Unavailable { reason }));
+    }
+}
+
+fn fill(renderer: &mut Renderer, model: &HeldModel) {
+    renderer.clear();
+    for (id, chunk) in model.chunks() {
+        renderer.set_chunk(id, &chunk.cloud);
     }
 }

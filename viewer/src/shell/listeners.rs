@@ -1,8 +1,9 @@
 //! What the page listens to besides the link and the pointer: keyboard, size, the system's theme, the clock; and what
 //! the page's frame shows of the state: theme and title. Everything lives as long as the page.
 
+use super::graphics::Size;
 use super::shortcuts::{Action, Focus, action};
-use super::viewport::{Size, Viewport};
+use super::viewport::Viewport;
 use crate::camera::Modifiers;
 use crate::display::Theme;
 use crate::state::{AppState, Event};

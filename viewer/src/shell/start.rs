@@ -1,6 +1,5 @@
 //! The entry point of the page: joins state, panels, model, renderer and link.
 
-use super::graphics::Graphics;
 use super::options::Options;
 use super::viewport::Viewport;
 use super::{listeners, panels, save, test_hooks};
@@ -70,7 +69,7 @@ fn run(window: &Window, document: &Document) -> Result<Option<Link>, JsValue> {
     let place = document.query_selector(".viewport")?.ok_or("the page has no .viewport")?;
     listeners::size(window, &viewport, place)?;
     let canvas = document.get_element_by_id("viewport").ok_or("the page has no #viewport")?;
-    Graphics::open(&viewport, canvas.dyn_into::<HtmlCanvasElement>()?);
+    viewport.open(canvas.dyn_into::<HtmlCanvasElement>()?);
 
     match Link::start(&options.stream, move |event| viewport.handle_link(event)) {
         Ok(link) => Ok(Some(link)),

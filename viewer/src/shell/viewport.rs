@@ -1,6 +1,6 @@
 //! The 3D view: model, mesh, camera and renderer; draws a frame when one is due, and no other.
 
-use super::graphics::Graphics;
+use super::graphics::{Graphics, Size};
 use super::point_budget::PointBudget;
 use super::test_hooks;
 use super::ticker::Ticker;
@@ -17,27 +17,19 @@ use crate::state::Event;
 use crate::ui::Ui;
 use semascan_protocol::server_message::Body;
 use std::cell::{Cell, OnceCell, RefCell};
-use std::rc::Rc;
-use web_sys::{Document, Window};
+use std::rc::{Rc, Weak};
+use web_sys::{Document, HtmlCanvasElement, Window};
 
 /// Least time between two counts of the model's figures while it grows, milliseconds.
 const FIGURES_MS: f64 = 200.0;
 /// The camera counts as moving until so long after the last input, milliseconds.
 const MOVING_MS: f64 = 180.0;
 
-/// Size of the viewport in CSS pixels, and device pixels in one of them.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct Size {
-    pub(super) width: f32,
-    pub(super) height: f32,
-    pub(super) ratio: f32,
-}
-
 /// What is seen and from where.
 pub(super) struct Viewport {
     pub(super) ui: Ui,
     pub(super) document: Document,
-    pub(super) graphics: Graphics,
+    graphics: Rc<Graphics>,
     pub(super) model: Rc<RefCell<HeldModel>>,
     pub(super) mesh: Rc<RefCell<HeldMesh>>,
     controllers: OnceCell<Vec<Rc<dyn Controller>>>,
@@ -61,17 +53,14 @@ pub(super) struct Viewport {
 
 impl Viewport {
     pub(super) fn new(ui: Ui, window: &Window, document: &Document, choice: BackendChoice) -> Rc<Self> {
-        let viewport = Rc::new_cyclic(|weak: &std::rc::Weak<Self>| {
-            let this = weak.clone();
-            let ticker = Ticker::new(window.clone(), move |now| {
-                if let Some(viewport) = this.upgrade() {
-                    viewport.frame(now);
-                }
-            });
+        let viewport = Rc::new_cyclic(|weak: &Weak<Self>| {
+            let on_frame = call(weak, Self::frame);
+            let on_input = call(weak, Self::steer);
+            let on_ready = call(weak, |viewport, ()| viewport.fill_renderer());
             Self {
                 ui,
                 document: document.clone(),
-                graphics: Graphics::new(choice),
+                graphics: Graphics::new(ui, document, choice, on_input, move || on_ready(())),
                 model: Rc::default(),
                 mesh: Rc::default(),
                 controllers: OnceCell::new(),
@@ -86,24 +75,24 @@ impl Viewport {
                 drawn_mesh: Cell::default(),
                 figures_due: Cell::new(false),
                 figures_at: Cell::new(f64::NEG_INFINITY),
-                ticker,
+                ticker: Ticker::new(window.clone(), on_frame),
             }
         });
-        let this = Rc::downgrade(&viewport);
-        let redraw = move || {
-            if let Some(viewport) = this.upgrade() {
-                viewport.redraw();
-            }
-        };
+        let redraw = call(&Rc::downgrade(&viewport), |viewport, ()| viewport.redraw());
         let host = Host {
             ui,
             model: viewport.model.clone(),
             mesh: viewport.mesh.clone(),
             mesh_worker: Rc::new(MeshWorker::default()),
-            redraw: Rc::new(redraw),
+            redraw: Rc::new(move || redraw(())),
         };
         viewport.controllers.get_or_init(|| mounted::controllers(&host));
         viewport
+    }
+
+    /// Starts to draw on the page's canvas.
+    pub(super) fn open(&self, canvas: HtmlCanvasElement) {
+        self.graphics.open(canvas);
     }
 
     /// Follows one event of the link: model, picture and state.
@@ -171,7 +160,7 @@ impl Viewport {
     }
 
     /// Puts the whole model into a renderer that has nothing yet.
-    pub(super) fn fill_renderer(&self) {
+    fn fill_renderer(&self) {
         self.graphics.fill(&self.model.borrow());
         self.drawn_mesh.set(None);
         self.redraw();
@@ -181,7 +170,7 @@ impl Viewport {
         self.controllers.get().map_or(&[], Vec::as_slice)
     }
 
-    fn frame(self: &Rc<Self>, now: f64) {
+    fn frame(&self, now: f64) {
         if self.steered.take() {
             self.moved_at.set(now);
         }
@@ -215,7 +204,7 @@ impl Viewport {
         }
     }
 
-    fn draw(self: &Rc<Self>, point_budget: Option<usize>) {
+    fn draw(&self, point_budget: Option<usize>) {
         let size = self.size.get();
         if size.width < 1.0 || size.height < 1.0 {
             return;
@@ -237,9 +226,7 @@ impl Viewport {
             self.camera.set(camera);
         }
         let content = self.ui.read(frame_content);
-        if let Some(reason) = self.graphics.draw(&DrawRequest { camera, bounds, voxel, point_budget, content }, size) {
-            Graphics::replace_lost(self, reason);
-        }
+        self.graphics.draw(&DrawRequest { camera, bounds, voxel, point_budget, content }, size);
     }
 
     /// Counts the model's figures for the state.
@@ -253,6 +240,16 @@ impl Viewport {
             };
             test_hooks::write_hash(&self.document, hash);
             self.ui.send(Event::Figures { classes, voxel, hash });
+        }
+    }
+}
+
+/// What calls `method` while there is a viewport.
+fn call<T: 'static>(viewport: &Weak<Viewport>, method: impl Fn(&Viewport, T) + 'static) -> impl Fn(T) + 'static {
+    let viewport = viewport.clone();
+    move |value| {
+        if let Some(viewport) = viewport.upgrade() {
+            method(&viewport, value);
         }
     }
 }
