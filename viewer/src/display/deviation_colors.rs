@@ -1,6 +1,7 @@
 //! The colours of deviations, shared by picture and legend: one green band within tolerance, then yellow to red where the
 //! surface stands out and cyan to blue where it falls short, up to four tolerances.
 
+use super::css_color;
 use semascan_model::Color;
 
 /// Ends of the scale, in tolerances.
@@ -26,19 +27,22 @@ pub fn color(tolerances: f32) -> Color {
     let ramp = if tolerances > 0.0 { ABOVE } else { BELOW };
     let place = (out / (TOP - 1.0)).min(1.0) * (ramp.len() - 1) as f32;
     let low = (place as usize).min(ramp.len() - 2);
-    let mix = |a: u8, b: u8| (f32::from(a) + (f32::from(b) - f32::from(a)) * (place - low as f32)).round() as u8;
-    std::array::from_fn(|k| mix(ramp[low][k], ramp[low + 1][k]))
+    let share = place - low as f32;
+    std::array::from_fn(|channel| {
+        let (from, to) = (f32::from(ramp[low][channel]), f32::from(ramp[low + 1][channel]));
+        (from + (to - from) * share).round() as u8
+    })
 }
 
 /// The scale from `-TOP` to `TOP` as a CSS gradient, left to right.
 pub fn css_gradient() -> String {
     let steps = 64;
-    let stop = |i: usize| {
-        let [r, g, b] = color(TOP * (2.0 * (i as f32 + 0.5) / steps as f32 - 1.0));
+    let stops = (0..steps).map(|i| {
+        let color = css_color(color(TOP * (2.0 * (i as f32 + 0.5) / steps as f32 - 1.0)));
         let (from, to) = (i as f32 * 100.0 / steps as f32, (i + 1) as f32 * 100.0 / steps as f32);
-        format!("#{r:02x}{g:02x}{b:02x} {from:.2}% {to:.2}%")
-    };
-    format!("linear-gradient(to right, {})", (0..steps).map(stop).collect::<Vec<_>>().join(", "))
+        format!("{color} {from:.2}% {to:.2}%")
+    });
+    format!("linear-gradient(to right, {})", stops.collect::<Vec<_>>().join(", "))
 }
 
 #[cfg(test)]

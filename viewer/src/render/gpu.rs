@@ -73,8 +73,8 @@ impl Gpu {
 
         // Colours are encoded by the shaders: a plain format is the only kind that both interfaces offer.
         let formats = surface.get_capabilities(&adapter).formats;
-        let plain = |f: &&TextureFormat| matches!(f, TextureFormat::Rgba8Unorm | TextureFormat::Bgra8Unorm);
-        let format = *formats.iter().find(plain).ok_or_else(|| fail("surface", format!("formats {formats:?}")))?;
+        let plain = formats.iter().find(|f| matches!(f, TextureFormat::Rgba8Unorm | TextureFormat::Bgra8Unorm));
+        let format = *plain.ok_or_else(|| fail("surface", format!("formats {formats:?}")))?;
         let config = SurfaceConfiguration {
             usage: TextureUsages::RENDER_ATTACHMENT,
             format,

@@ -26,8 +26,8 @@ impl PointCounts {
 
     /// How many of them are shown.
     pub fn shown(&self, classes: &ClassMask, hidden: HiddenFlags) -> usize {
-        let seen = |(label, flags): &(u16, u16)| classes.has(*label) && flags & hidden.bits() == 0;
-        self.0.iter().filter(|(key, _)| seen(key)).map(|(_, n)| n).sum()
+        let shown = self.0.iter().filter(|((label, flags), _)| classes.has(*label) && flags & hidden.bits() == 0);
+        shown.map(|(_, n)| n).sum()
     }
 }
 

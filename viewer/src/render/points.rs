@@ -8,7 +8,7 @@ use super::point_counts::PointCounts;
 use super::pool::{BLOCK_POINTS, Block, PAGE_HEIGHT, PAGE_WIDTH, Pool};
 use super::record::{EMPTY, RECORD_WORDS, pack};
 use super::request::DrawRequest;
-use super::thinning::{deal, slots_within};
+use super::thinning::{assign_slots, slots_within};
 use crate::display::ColorMode;
 use bytemuck::{Pod, Zeroable};
 use semascan_model::SemanticCloud;
@@ -107,7 +107,7 @@ impl Points {
     /// Puts `cloud` in the place of whatever chunk `id` held.
     pub(super) fn set_chunk(&mut self, gpu: &Gpu, id: [i32; 3], cloud: &SemanticCloud) {
         let placement = self.pool.place(id, cloud.len());
-        for (block, slots) in placement.blocks.iter().zip(deal(&cloud.positions)) {
+        for (block, slots) in placement.blocks.iter().zip(assign_slots(&cloud.positions)) {
             let mut records = [EMPTY; BLOCK_POINTS];
             for (record, point) in records.iter_mut().zip(slots) {
                 *record = point.and_then(|i| cloud.get(i)).map_or(EMPTY, |p| pack(&p));

@@ -79,8 +79,10 @@ pub(super) fn system_theme(window: &Window, ui: Ui) -> Result<(), JsValue> {
 
 /// Sets the theme before anything is shown: from the address, else as it was chosen the last time.
 pub(super) fn initial_theme(window: &Window, ui: Ui, asked: Option<Theme>) {
-    let stored = || storage(window).and_then(|s| s.get_item(THEME_KEY).ok().flatten());
-    let theme = asked.or_else(|| stored().and_then(|key| Theme::from_key(&key)));
+    let theme = asked.or_else(|| {
+        let stored = storage(window)?.get_item(THEME_KEY).ok().flatten()?;
+        Theme::from_key(&stored)
+    });
     ui.send(Event::Theme(theme.unwrap_or_default()));
 }
 
@@ -115,9 +117,11 @@ pub(super) fn clock(ui: Ui) {
         if let Some(Some(handle)) = running {
             handle.clear();
         }
-        let tick = move || ui.send(Event::Elapsed { ms: CLOCK_MS });
+        if !wanted.get() {
+            return None;
+        }
         let every = Duration::from_millis(CLOCK_MS.into());
-        wanted.get().then(|| set_interval_with_handle(tick, every).ok()).flatten()
+        set_interval_with_handle(move || ui.send(Event::Elapsed { ms: CLOCK_MS }), every).ok()
     });
 }
 
