@@ -8,7 +8,7 @@ use web_sys::{ErrorEvent, MessageEvent, Worker, WorkerOptions, WorkerType};
 /// Address of the worker's script, relative to the page.
 const WORKER_SCRIPT: &str = "./link_worker.js";
 
-/// What the page may tell the worker after the start.
+/// What the page may send the worker after the start.
 pub(super) const DROP_CONNECTION: &str = "drop";
 
 /// A live link; it reconnects by itself until it is closed or dropped.

@@ -30,7 +30,7 @@ pub struct ViewEntry {
 
 /// What can be laid over a view's picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Overlay {
+pub enum ViewOverlay {
     /// The picture alone.
     None,
     /// Component classes.
@@ -42,7 +42,7 @@ pub enum Overlay {
     Contribution,
 }
 
-impl Overlay {
+impl ViewOverlay {
     /// All, in the order of the panel.
     pub const ALL: [Self; 4] = [Self::None, Self::Labels, Self::Sigma, Self::Contribution];
 
@@ -69,12 +69,12 @@ impl Overlay {
 
 impl ViewEntry {
     /// The picture of an overlay, PNG; `None` if the view has none.
-    pub fn overlay(&self, kind: Overlay) -> Option<&[u8]> {
+    pub fn overlay(&self, kind: ViewOverlay) -> Option<&[u8]> {
         let png = match kind {
-            Overlay::None => return None,
-            Overlay::Labels => &self.overlay_png,
-            Overlay::Sigma => &self.sigma_png,
-            Overlay::Contribution => &self.contribution_png,
+            ViewOverlay::None => return None,
+            ViewOverlay::Labels => &self.overlay_png,
+            ViewOverlay::Sigma => &self.sigma_png,
+            ViewOverlay::Contribution => &self.contribution_png,
         };
         (!png.is_empty()).then_some(&**png)
     }

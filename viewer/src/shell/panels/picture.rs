@@ -3,7 +3,7 @@
 //! The bytes become object addresses (`blob:`), which the page's content policy allows for pictures; each is given back
 //! when the picture leaves the page, or the browser would keep the bytes for as long as the page lives.
 
-use crate::state::views::{Overlay, ViewEntry};
+use crate::state::views::{ViewEntry, ViewOverlay};
 use leptos::prelude::*;
 use web_sys::{Blob, BlobPropertyBag, Url};
 
@@ -32,7 +32,7 @@ impl Drop for ObjectUrl {
 
 /// The picture and an overlay, or nothing where the view has none.
 #[component]
-pub(super) fn Picture(view: ViewEntry, overlay: Overlay, alt: String) -> impl IntoView {
+pub(super) fn Picture(view: ViewEntry, overlay: ViewOverlay, alt: String) -> impl IntoView {
     let photo = ObjectUrl::new(&view.thumbnail_jpeg, "image/jpeg");
     let overlay = view.overlay(overlay).and_then(|png| ObjectUrl::new(png, "image/png"));
     let sources = (photo.as_ref().map(|u| u.0.clone()), overlay.as_ref().map(|u| u.0.clone()));

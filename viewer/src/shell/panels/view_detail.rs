@@ -3,7 +3,7 @@
 
 use super::picture::Picture;
 use crate::state::timings::{STAGES, stage_label};
-use crate::state::views::{Overlay, ViewEntry};
+use crate::state::views::{ViewEntry, ViewOverlay};
 use crate::state::{Event, units};
 use crate::ui::Ui;
 use crate::ui::icons::{CLOSE, Icon, NEXT, PREVIOUS, WARNING};
@@ -13,20 +13,20 @@ use leptos::prelude::*;
 #[component]
 pub(super) fn ViewDetail(ui: Ui) -> impl IntoView {
     let selected = ui.part(|s| s.views.selected().cloned());
-    let overlay = RwSignal::new(Overlay::default());
+    let overlay = RwSignal::new(ViewOverlay::default());
     view! {
         {move || selected.get().map(|view| view! { <Card ui view overlay/> })}
     }
 }
 
 #[component]
-fn Card(ui: Ui, view: ViewEntry, overlay: RwSignal<Overlay>) -> impl IntoView {
+fn Card(ui: Ui, view: ViewEntry, overlay: RwSignal<ViewOverlay>) -> impl IntoView {
     let index = view.index;
     let times = ui.part(move |s| s.timings.of_view(index));
     let step = move |by: i32| move |_| ui.send(Event::StepView(by));
-    let overlays: Vec<Overlay> =
-        Overlay::ALL.into_iter().filter(|o| *o == Overlay::None || view.overlay(*o).is_some()).collect();
-    let choice = move |option: Overlay| {
+    let overlays: Vec<ViewOverlay> =
+        ViewOverlay::ALL.into_iter().filter(|o| *o == ViewOverlay::None || view.overlay(*o).is_some()).collect();
+    let choice = move |option: ViewOverlay| {
         view! {
             <label class="segment">
                 <input

@@ -1,7 +1,7 @@
 //! The captured views as a strip of pictures; a click shows a view's camera in the model and the view at large.
 
 use super::picture::Picture;
-use crate::state::views::{Overlay, ViewEntry};
+use crate::state::views::{ViewEntry, ViewOverlay};
 use crate::state::{Event, units};
 use crate::ui::Ui;
 use crate::ui::icons::{CAMERA, Icon, WARNING};
@@ -77,7 +77,7 @@ fn ViewCard(ui: Ui, view: ViewEntry, selected: Memo<Option<u32>>) -> impl IntoVi
                 aria-pressed=move || is_selected().to_string() title=title
                 on:click=toggle
             >
-                <Picture view overlay=Overlay::Labels alt=String::new()/>
+                <Picture view overlay=ViewOverlay::Labels alt=String::new()/>
                 <span class="view-number"><span class="visually-hidden">"View "</span>{index + 1}</span>
                 {(!accepted).then(|| view! {
                     <span class="view-reason"><Icon path=WARNING/> <span><span class="visually-hidden">"Rejected: "</span>{reason}</span></span>
