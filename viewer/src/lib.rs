@@ -2,23 +2,31 @@
 //!
 //! | module | what | runs |
 //! |---|---|---|
-//! | [`app`] | the state and its reducer | anywhere |
-//! | [`model`] | the points, chunk by chunk | anywhere |
-//! | [`link`] | worker, socket, decoding | in part anywhere |
-//! | [`render`] | the picture | in part anywhere |
-//! | [`surface`] | meshing and comparing, in a worker | in part anywhere |
-//! | [`tools`] | camera and pointer | in part anywhere |
-//! | `columns` | plain values off a block of bytes | anywhere |
-//! | `panels` | the DOM as a function of the state | in a browser |
-//! | [`page`] | all of it, held together; `start` is the module's entry point | in part anywhere |
+//! | `columns` | plain values and clouds as blocks of bytes | anywhere |
+//! | [`display`] | how the model is shown: data that all others speak of | anywhere |
+//! | [`camera`] | the orbit camera, its pointer and its keys | in part anywhere |
+//! | [`link`] | the live link: worker, socket, decoding | in part anywhere |
+//! | [`render`] | the picture: what it shows, and how it is drawn | in part anywhere |
+//! | [`mesh_worker`] | meshing and comparing, in a worker | in part anywhere |
+//! | [`state`] | the state and its reducer | anywhere |
+//! | [`scene`] | the model as held; what of it and of the state is drawn and exported | anywhere |
+//! | [`features`] | the tools, a folder each, and the table of them | in part anywhere |
+//! | `ui` | what panels are made with | in a browser |
+//! | [`shell`] | the page that joins it all; `start` is the module's entry point | in part anywhere |
+//!
+//! A file imports files of rows above its own, or of its own row. Two modules are in two layers each: the states and
+//! events of [`features`] lie below [`state`], which holds them; their panels and controllers lie above `ui`.
 
-pub mod app;
 mod columns;
+
+pub mod camera;
+pub mod display;
+pub mod features;
 pub mod link;
-pub mod model;
-pub mod page;
-#[cfg(target_arch = "wasm32")]
-pub mod panels;
+pub mod mesh_worker;
 pub mod render;
-pub mod surface;
-pub mod tools;
+pub mod scene;
+pub mod shell;
+pub mod state;
+#[cfg(target_arch = "wasm32")]
+pub mod ui;

@@ -1,12 +1,14 @@
-//! What the page hears from the live link, in the order in which it happened.
+//! What happens on the live link, in the order in which it happened.
 
 use semascan_protocol as wire;
+use semascan_protocol::WireError;
+use semascan_protocol::server_message::Body;
 
 pub use semascan_protocol::chunk::DecodedChunk;
 
-/// One thing that happened on the link. The worker makes them, the page consumes them; see [`super::transfer`] for how
+/// One thing that happened on the link. The worker sends them, the page follows them; see [`super::transfer`] for how
 /// they cross.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum LinkEvent {
     /// A connection is being opened; `attempt` counts from 1 and starts again after every welcome.
     Connecting {
@@ -36,12 +38,8 @@ pub enum LinkEvent {
     },
     /// A new inspection or a rebuilt map: drop every chunk.
     Cleared(wire::Inspection),
-    /// Where the inspection stands.
-    Progress(wire::Progress),
-    /// A stage of a view began, ended or failed.
-    Stage(wire::StageEvent),
-    /// What became of a view.
-    View(wire::ViewReport),
+    /// Any other control message, as the agent sent it: progress, stages, views.
+    Message(Body),
     /// The whole content of one chunk; replaces every earlier revision.
     Chunk(DecodedChunk),
     /// A chunk emptied.
@@ -54,4 +52,36 @@ pub enum LinkEvent {
         /// Which field, and what is wrong with it.
         reason: String,
     },
+}
+
+impl LinkEvent {
+    /// What a message of the control lane says.
+    ///
+    /// # Errors
+    /// [`WireError::Field`] where a message lacks its inspection, or is one of the bulk lane.
+    pub fn from_control(message: Body) -> Result<Self, WireError> {
+        Ok(match message {
+            Body::Welcome(welcome) => Self::Connected {
+                inspection: required("welcome.inspection", welcome.inspection)?,
+                resumed: welcome.resumed,
+                agent: welcome.agent,
+            },
+            Body::Refused(refused) => Self::Refused { reason: refused.reason },
+            Body::Clear(clear) => Self::Cleared(required("clear.inspection", clear.inspection)?),
+            Body::Chunk(_) | Body::Gone(_) => {
+                return Err(WireError::Field { field: "body", reason: "a chunk in the control lane".to_owned() });
+            }
+            other => Self::Message(other),
+        })
+    }
+
+    /// Whether it is of the bulk lane, which carries the model and says nothing else.
+    pub fn is_bulk(&self) -> bool {
+        matches!(self, Self::Chunk(_) | Self::ChunkGone { .. })
+    }
+}
+
+/// The value of a field that has to be there.
+pub(super) fn required<T>(field: &'static str, value: Option<T>) -> Result<T, WireError> {
+    value.ok_or_else(|| WireError::Field { field, reason: "missing".to_owned() })
 }

@@ -1,18 +1,18 @@
-//! The live link: a worker owns the socket and decodes, the page hears [`LinkEvent`]s.
+//! The live link: a worker owns the socket and decodes, the page follows its [`LinkEvent`]s.
 //!
 //! | module | what |
 //! |---|---|
-//! | `event` | what the page hears |
+//! | `event` | what happens on the link |
 //! | [`session`] | messages to events; what to ask for after a lost connection |
 //! | [`reconnect`] | when to try again |
 //! | [`transfer`] | events as bytes between worker and page |
 //! | `worker` | the worker's side: socket and timers (browser only) |
-//! | `page` | the page's side: `Link` (browser only) |
+//! | `client` | the page's side: `Link` (browser only) |
 //!
-//! The worker is a second instance of the same wasm module in a plain module worker (`www/worker.js`): no shared memory,
+//! The worker is a second instance of the same wasm module in a plain module worker (`www/link_worker.js`): no shared memory,
 //! no special headers, and decoding never holds up a frame. The module therefore must not start the page by itself
 //! (`#[wasm_bindgen(start)]` would run in the worker too): the page calls its entry point, the worker calls
-//! `worker_start`.
+//! `link_worker_start`.
 
 mod event;
 pub mod reconnect;
@@ -20,12 +20,12 @@ pub mod session;
 pub mod transfer;
 
 #[cfg(target_arch = "wasm32")]
-mod page;
+mod client;
 #[cfg(target_arch = "wasm32")]
 mod worker;
 
+#[cfg(target_arch = "wasm32")]
+pub use client::Link;
 pub use event::{DecodedChunk, LinkEvent};
 #[cfg(target_arch = "wasm32")]
-pub use page::Link;
-#[cfg(target_arch = "wasm32")]
-pub use worker::worker_start;
+pub use worker::link_worker_start;

@@ -4,10 +4,11 @@
 //! Passing an event to the page cannot fail, so what this side remembers is what the page holds.
 
 use super::LinkEvent;
+use super::event::required;
 use semascan_protocol::chunk::ChunkDecoder;
 use semascan_protocol::server_message::Body;
 use semascan_protocol::{
-    ChunkGone, ChunkId, ChunkUpdate, ClientMessage, HeldChunk, Hello, Inspection, Welcome, WireError, client_message,
+    ChunkGone, ChunkId, ChunkUpdate, ClientMessage, HeldChunk, Hello, Inspection, WireError, client_message,
     decode_server,
 };
 use std::collections::BTreeMap;
@@ -34,16 +35,19 @@ impl Session {
     /// The first message of a new connection.
     pub fn hello(&mut self) -> ClientMessage {
         self.welcomed = false;
-        let known = self.held.len() <= MAX_HELD;
-        let held_chunk =
-            |(id, revision): (&[i32; 3], &u32)| HeldChunk { id: Some(ChunkId::from_array(*id)), revision: *revision };
-        let hello = Hello {
+        let mut hello = Hello {
             client: concat!("semascan-viewer ", env!("CARGO_PKG_VERSION")).to_owned(),
-            capabilities: Vec::new(),
-            inspection_id: if known { self.inspection_id.clone() } else { String::new() },
             epoch: self.epoch,
-            held: if known { self.held.iter().map(held_chunk).collect() } else { Vec::new() },
+            ..Hello::default()
         };
+        if self.held.len() <= MAX_HELD {
+            hello.inspection_id.clone_from(&self.inspection_id);
+            hello.held.extend(
+                self.held
+                    .iter()
+                    .map(|(id, revision)| HeldChunk { id: Some(ChunkId::from_array(*id)), revision: *revision }),
+            );
+        }
         ClientMessage { body: Some(client_message::Body::Hello(hello)) }
     }
 
@@ -52,7 +56,7 @@ impl Session {
         self.welcomed
     }
 
-    /// Takes in one binary message; `None` if it is out of date and tells nothing new.
+    /// Takes in one binary message; `None` if it is out of date and says nothing new.
     pub fn receive(&mut self, bytes: &[u8]) -> Option<LinkEvent> {
         let event = decode_server(bytes).and_then(|message| match message.body {
             Some(body) => self.take(body),
@@ -66,34 +70,30 @@ impl Session {
         if !self.welcomed && !greeting {
             return Err(WireError::Field { field: "body", reason: "a message before the welcome".to_owned() });
         }
-        Ok(match body {
-            Body::Welcome(welcome) => Some(self.welcome(welcome)?),
-            Body::Refused(refused) => Some(LinkEvent::Refused { reason: refused.reason }),
-            Body::Clear(clear) => {
-                let inspection = required("clear.inspection", clear.inspection)?;
-                self.start_over(&inspection);
-                Some(LinkEvent::Cleared(inspection))
-            }
-            Body::Progress(progress) => Some(LinkEvent::Progress(progress)),
-            Body::Stage(stage) => Some(LinkEvent::Stage(stage)),
-            Body::View(view) => Some(LinkEvent::View(view)),
-            Body::Chunk(update) => self.chunk(&update)?,
-            Body::Gone(gone) => self.gone(&gone)?,
-        })
+        let event = match body {
+            Body::Chunk(update) => return self.chunk(&update),
+            Body::Gone(gone) => return self.gone(&gone),
+            control => LinkEvent::from_control(control)?,
+        };
+        match &event {
+            LinkEvent::Connected { inspection, resumed, .. } => self.welcome(inspection, *resumed)?,
+            LinkEvent::Cleared(inspection) => self.start_over(inspection),
+            _ => {}
+        }
+        Ok(Some(event))
     }
 
-    fn welcome(&mut self, welcome: Welcome) -> Result<LinkEvent, WireError> {
-        let inspection = required("welcome.inspection", welcome.inspection)?;
+    fn welcome(&mut self, inspection: &Inspection, resumed: bool) -> Result<(), WireError> {
         let same = inspection.id == self.inspection_id && inspection.epoch == self.epoch;
-        if welcome.resumed && !same {
+        if resumed && !same {
             let reason = "resumed, but another inspection or epoch than was held".to_owned();
             return Err(WireError::Field { field: "welcome.resumed", reason });
         }
-        if !welcome.resumed {
-            self.start_over(&inspection);
+        if !resumed {
+            self.start_over(inspection);
         }
         self.welcomed = true;
-        Ok(LinkEvent::Connected { inspection, resumed: welcome.resumed, agent: welcome.agent })
+        Ok(())
     }
 
     fn start_over(&mut self, inspection: &Inspection) {
@@ -124,10 +124,6 @@ impl Session {
     }
 }
 
-fn required<T>(field: &'static str, value: Option<T>) -> Result<T, WireError> {
-    value.ok_or_else(|| WireError::Field { field, reason: "missing".to_owned() })
-}
-
 #[cfg(test)]
 #[allow(clippy::expect_used)]
 mod tests {
@@ -136,7 +132,7 @@ mod tests {
     use prost::Message;
     use semascan_model::{PointFlags, SemanticPoint};
     use semascan_protocol::chunk::{VoxelChunk, encode};
-    use semascan_protocol::{Clear, Progress, Refused, ServerMessage};
+    use semascan_protocol::{Clear, Progress, Refused, ServerMessage, Welcome};
 
     fn bytes(body: Body) -> Vec<u8> {
         ServerMessage { body: Some(body) }.encode_to_vec()
@@ -199,7 +195,7 @@ mod tests {
     }
 
     #[test]
-    fn out_of_date_chunks_tell_nothing() {
+    fn out_of_date_chunks_say_nothing() {
         let mut session = Session::new();
         session.receive(&welcome("a", 2, false));
         session.receive(&chunk(0, 2, 5));
@@ -242,7 +238,7 @@ mod tests {
         session.receive(&welcome("a", 1, false));
         let empty = bytes(Body::Chunk(ChunkUpdate { epoch: 1, ..ChunkUpdate::default() }));
         reason(session.receive(&empty));
-        assert!(matches!(session.receive(&early), Some(LinkEvent::Progress(_))), "the link goes on");
+        assert!(matches!(session.receive(&early), Some(LinkEvent::Message(Body::Progress(_)))), "the link goes on");
     }
 
     #[test]

@@ -5,7 +5,7 @@
 
 use super::reconnect::{Action, Reconnect, WELCOME_TIMEOUT_MS, protocol_mismatch};
 use super::session::Session;
-use super::{LinkEvent, page, transfer};
+use super::{LinkEvent, client, transfer};
 use js_sys::{Array, ArrayBuffer, Uint8Array};
 use prost::Message;
 use semascan_protocol::SUBPROTOCOL;
@@ -19,7 +19,7 @@ use web_sys::{BinaryType, CloseEvent, DedicatedWorkerGlobalScope, Event, Message
 /// # Errors
 /// Fails outside a dedicated worker.
 #[wasm_bindgen]
-pub fn worker_start(url: String) -> Result<(), JsValue> {
+pub fn link_worker_start(url: String) -> Result<(), JsValue> {
     console_error_panic_hook::set_once();
     let scope: DedicatedWorkerGlobalScope = js_sys::global().dyn_into()?;
     let (reconnect, first) = Reconnect::start();
@@ -27,7 +27,7 @@ pub fn worker_start(url: String) -> Result<(), JsValue> {
     let shared = Rc::new(RefCell::new(worker));
     let this = shared.clone();
     let on_message = Closure::<dyn FnMut(MessageEvent)>::new(move |message: MessageEvent| {
-        if message.data().as_string().as_deref() == Some(page::DROP_CONNECTION) {
+        if message.data().as_string().as_deref() == Some(client::DROP_CONNECTION) {
             lose(&this, "dropped on request");
         }
     });
@@ -49,10 +49,16 @@ struct Worker {
 }
 
 impl Worker {
-    fn tell(&self, event: &LinkEvent) {
-        let buffer = Uint8Array::from(transfer::encode(event).as_slice()).buffer();
+    /// Sends the page an event of the worker's own.
+    fn send(&self, event: &LinkEvent) {
+        self.forward(event, &[]);
+    }
+
+    /// Sends the page the event that a message of the agent comes to.
+    fn forward(&self, event: &LinkEvent, message: &[u8]) {
+        let buffer = Uint8Array::from(transfer::encode(event, message).as_slice()).buffer();
         if let Err(error) = self.scope.post_message_with_transfer(&buffer, &Array::of1(&buffer)) {
-            web_sys::console::error_2(&"semascan: the page could not be told".into(), &error);
+            web_sys::console::error_2(&"semascan: the page cannot be reached".into(), &error);
         }
     }
 
@@ -60,10 +66,10 @@ impl Worker {
         self.reconnect.stop();
         self.socket = None;
         self.timer = None;
-        self.tell(&LinkEvent::Refused { reason });
+        self.send(&LinkEvent::Refused { reason });
     }
 
-    fn say_hello(&mut self) {
+    fn send_hello(&mut self) {
         let Some(socket) = &self.socket else { return };
         if let Some(reason) = protocol_mismatch(&socket.socket.protocol()) {
             return self.refuse(reason);
@@ -72,11 +78,12 @@ impl Worker {
         let _ = socket.socket.send_with_u8_array(&self.session.hello().encode_to_vec());
     }
 
-    fn take_in(&mut self, data: &JsValue) {
+    fn receive(&mut self, data: &JsValue) {
         let Some(buffer) = data.dyn_ref::<ArrayBuffer>() else {
-            return self.tell(&LinkEvent::Malformed { reason: "a text message".to_owned() });
+            return self.send(&LinkEvent::Malformed { reason: "a text message".to_owned() });
         };
-        let Some(event) = self.session.receive(&Uint8Array::new(buffer).to_vec()) else {
+        let message = Uint8Array::new(buffer).to_vec();
+        let Some(event) = self.session.receive(&message) else {
             return;
         };
         if let LinkEvent::Refused { reason } = event {
@@ -86,7 +93,7 @@ impl Worker {
             self.reconnect.welcomed();
             self.timer = None;
         }
-        self.tell(&event);
+        self.forward(&event, &message);
     }
 }
 
@@ -94,7 +101,7 @@ impl Worker {
 fn follow(shared: &Shared, action: Action) {
     match action {
         Action::Connect { attempt } => {
-            shared.borrow().tell(&LinkEvent::Connecting { attempt });
+            shared.borrow().send(&LinkEvent::Connecting { attempt });
             let url = shared.borrow().url.clone();
             match Socket::open(&url, shared) {
                 Ok(socket) => {
@@ -125,14 +132,14 @@ fn follow(shared: &Shared, action: Action) {
     }
 }
 
-/// The connection is gone: lets go of the socket, tells the page, waits.
+/// The connection is gone: drops the socket, tells the page, waits.
 fn lose(shared: &Shared, reason: &str) {
     let action = {
         let mut worker = shared.borrow_mut();
         let action = worker.reconnect.closed(js_sys::Math::random() as f32);
         if let Action::Wait { ms } = action {
             worker.socket = None;
-            worker.tell(&LinkEvent::Disconnected { reason: reason.to_owned(), retry_ms: ms });
+            worker.send(&LinkEvent::Disconnected { reason: reason.to_owned(), retry_ms: ms });
         }
         action
     };
@@ -152,10 +159,10 @@ impl Socket {
         let socket = WebSocket::new_with_str(url, SUBPROTOCOL)?;
         socket.set_binary_type(BinaryType::Arraybuffer);
         let this = shared.clone();
-        let on_open = Closure::<dyn FnMut(Event)>::new(move |_| this.borrow_mut().say_hello());
+        let on_open = Closure::<dyn FnMut(Event)>::new(move |_| this.borrow_mut().send_hello());
         let this = shared.clone();
         let on_message =
-            Closure::<dyn FnMut(MessageEvent)>::new(move |m: MessageEvent| this.borrow_mut().take_in(&m.data()));
+            Closure::<dyn FnMut(MessageEvent)>::new(move |m: MessageEvent| this.borrow_mut().receive(&m.data()));
         let this = shared.clone();
         // A failed connection fires `error` without any detail and then `close`: one handler is enough.
         let on_close =

@@ -3,7 +3,7 @@
 use super::frame::FrameUniform;
 use super::gpu::Gpu;
 use super::pipeline::{Primitive, Uniform, rgba};
-use super::request::Theme;
+use crate::display::ColorScheme;
 use bytemuck::{Pod, Zeroable};
 use wgpu::{CompareFunction, PrimitiveTopology, RenderPass, RenderPipeline};
 
@@ -36,10 +36,10 @@ impl Background {
         Self { pipeline, uniform }
     }
 
-    pub(super) fn prepare(&self, gpu: &Gpu, theme: Theme) {
-        let (top, bottom) = match theme {
-            Theme::Dark => (0x20_2730, 0x10_1419),
-            Theme::Light => (0xf8_fafb, 0xdf_e5ec),
+    pub(super) fn prepare(&self, gpu: &Gpu, color_scheme: ColorScheme) {
+        let (top, bottom) = match color_scheme {
+            ColorScheme::Dark => (0x20_2730, 0x10_1419),
+            ColorScheme::Light => (0xf8_fafb, 0xdf_e5ec),
         };
         self.uniform.write(gpu, &Content { top: rgba(top, 1.0), bottom: rgba(bottom, 1.0) });
     }

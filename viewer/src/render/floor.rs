@@ -3,9 +3,9 @@
 use super::frame::FrameUniform;
 use super::gpu::Gpu;
 use super::pipeline::{Primitive, Uniform, rgba};
-use super::request::Theme;
 use super::scale::round_step;
-use crate::tools::Bounds;
+use crate::camera::Bounds;
+use crate::display::ColorScheme;
 use bytemuck::{Pod, Zeroable};
 use wgpu::{BlendState, CompareFunction, PrimitiveTopology, RenderPass, RenderPipeline};
 
@@ -42,10 +42,10 @@ impl Floor {
         Self { pipeline, uniform }
     }
 
-    pub(super) fn prepare(&self, gpu: &Gpu, place: FloorPlace, theme: Theme) {
-        let line = match theme {
-            Theme::Dark => rgba(0x9f_b2c8, 0.40),
-            Theme::Light => rgba(0x46_586e, 0.40),
+    pub(super) fn prepare(&self, gpu: &Gpu, place: FloorPlace, color_scheme: ColorScheme) {
+        let line = match color_scheme {
+            ColorScheme::Dark => rgba(0x9f_b2c8, 0.40),
+            ColorScheme::Light => rgba(0x46_586e, 0.40),
         };
         let FloorPlace { center: [x, y], height, reach } = place;
         let step = [round_step(reach / (REACH * 10.0)), 0.0, 0.0, 0.0];

@@ -2,7 +2,7 @@
 
 use super::gpu::Gpu;
 use super::pipeline::Uniform;
-use crate::tools::{Bounds, OrbitCamera};
+use crate::camera::{Bounds, OrbitCamera};
 use bytemuck::{Pod, Zeroable};
 use glam::camera::rh::{proj, view};
 use glam::{Mat4, Vec2, Vec3};

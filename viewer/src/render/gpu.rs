@@ -1,7 +1,7 @@
 //! The graphics device on a canvas, by one of the two interfaces a browser may offer.
 
+use super::device_lost::DeviceLost;
 use super::error::RenderError;
-use super::loss::Loss;
 use std::sync::Arc;
 use wasm_bindgen::prelude::*;
 use web_sys::HtmlCanvasElement;
@@ -38,7 +38,7 @@ pub(super) struct Gpu {
     pub(super) queue: Queue,
     pub(super) surface: Surface<'static>,
     pub(super) config: SurfaceConfiguration,
-    pub(super) loss: Loss,
+    pub(super) lost: DeviceLost,
     on_context_lost: Closure<dyn FnMut(JsValue)>,
 }
 
@@ -73,8 +73,8 @@ impl Gpu {
 
         // Colours are encoded by the shaders: a plain format is the only kind that both interfaces offer.
         let formats = surface.get_capabilities(&adapter).formats;
-        let plain = |f: &&TextureFormat| matches!(f, TextureFormat::Rgba8Unorm | TextureFormat::Bgra8Unorm);
-        let format = *formats.iter().find(plain).ok_or_else(|| fail("surface", format!("formats {formats:?}")))?;
+        let plain = formats.iter().find(|f| matches!(f, TextureFormat::Rgba8Unorm | TextureFormat::Bgra8Unorm));
+        let format = *plain.ok_or_else(|| fail("surface", format!("formats {formats:?}")))?;
         let config = SurfaceConfiguration {
             usage: TextureUsages::RENDER_ATTACHMENT,
             format,
@@ -88,20 +88,20 @@ impl Gpu {
         };
         surface.configure(&device, &config);
 
-        let loss = Loss::default();
-        let told = loss.clone();
-        device.set_device_lost_callback(move |reason, message| told.tell(format!("{reason:?}: {message}")));
+        let lost = DeviceLost::default();
+        let reported = lost.clone();
+        device.set_device_lost_callback(move |reason, message| reported.report(format!("{reason:?}: {message}")));
         device.on_uncaptured_error(Arc::new(|error: wgpu::Error| {
             web_sys::console::error_1(&format!("semascan: graphics error: {error}").into());
         }));
-        let told = loss.clone();
+        let reported = lost.clone();
         let on_context_lost =
-            Closure::<dyn FnMut(JsValue)>::new(move |_| told.tell("the WebGL2 context was lost".to_owned()));
+            Closure::<dyn FnMut(JsValue)>::new(move |_| reported.report("the WebGL2 context was lost".to_owned()));
         let listener = on_context_lost.as_ref().unchecked_ref();
         canvas
             .add_event_listener_with_callback(CONTEXT_LOST, listener)
             .map_err(|e| fail("canvas", format!("{e:?}")))?;
-        Ok(Self { backend, canvas, device, queue, surface, config, loss, on_context_lost })
+        Ok(Self { backend, canvas, device, queue, surface, config, lost, on_context_lost })
     }
 
     /// Sets the size of the picture in device pixels.

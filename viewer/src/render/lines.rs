@@ -66,8 +66,10 @@ impl Lines {
 
 impl LineBuffer {
     pub(super) fn write(&mut self, gpu: &Gpu, segments: &[Segment]) {
-        let vertex = |s: &Segment| Vertex { from: s.from.into(), to: s.to.into(), color: s.color, width: s.width };
-        let vertices: Vec<Vertex> = segments.iter().flat_map(|s| [vertex(s); CORNERS]).collect();
+        let mut vertices = Vec::with_capacity(segments.len() * CORNERS);
+        for Segment { from, to, color, width } in segments {
+            vertices.extend([Vertex { from: (*from).into(), to: (*to).into(), color: *color, width: *width }; CORNERS]);
+        }
         self.vertices = vertices.len() as u32;
         if vertices.is_empty() {
             return;

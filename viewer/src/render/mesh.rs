@@ -5,7 +5,8 @@ use super::gpu::Gpu;
 use super::lookup::Lookup;
 use super::mesh_vertex::{self, MeshVertex};
 use super::pipeline::{Primitive, buffer, uniform_entry};
-use super::request::{ClassMask, ColorMode, DrawRequest};
+use super::request::DrawRequest;
+use crate::display::{ClassMask, ColorMode, deviation_colors};
 use bytemuck::{Pod, Zeroable};
 use semascan_model::SemanticMesh;
 use std::ops::Range;
@@ -107,8 +108,8 @@ impl Mesh {
 
     pub(super) fn prepare(&mut self, gpu: &Gpu, request: &DrawRequest) {
         self.lookup.prepare(gpu, request);
-        self.visible = request.visible_classes;
-        let (mode, shading) = match request.color_mode {
+        self.visible = request.content.visible_classes;
+        let (mode, shading) = match request.content.color_mode {
             ColorMode::Appearance => (0, 0.55),
             ColorMode::Component => (1, 0.85),
             ColorMode::Confidence => (2, 0.6),
@@ -119,9 +120,9 @@ impl Mesh {
         };
         let content = Content {
             scale: [
-                1.0 / request.tolerance.max(1e-9),
-                super::deviation::TOP,
-                1.0 / f32::from(request.views_top.max(1)),
+                1.0 / request.content.tolerance.max(1e-9),
+                deviation_colors::TOP,
+                1.0 / f32::from(request.content.views_top.max(1)),
                 shading,
             ],
             select: [mode, 0, 0, 0],

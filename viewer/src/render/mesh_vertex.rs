@@ -27,19 +27,20 @@ pub const NO_DEVIATION: f32 = 1e30;
 
 /// The vertices of a mesh; `deviations` may be empty.
 pub fn pack(mesh: &SemanticMesh, deviations: &[f32]) -> Vec<MeshVertex> {
-    let vertex = |(i, p): (usize, semascan_model::SemanticPoint)| {
+    let mut vertices = Vec::with_capacity(mesh.len());
+    for (i, p) in mesh.vertices.iter().enumerate() {
         let [x, y, z] = p.normal.map(|c| (c.clamp(-1.0, 1.0) * 127.0).round() as i8);
         let [r, g, b] = p.color;
         let rim = mesh.boundary.get(i).copied().unwrap_or(false);
-        MeshVertex {
+        vertices.push(MeshVertex {
             position: p.position,
             normal: [x, y, z, if rim { 127 } else { 0 }],
             color: [r, g, b, (p.confidence.clamp(0.0, 1.0) * 255.0).round() as u8],
             classes: [p.label, p.defect, p.views, (p.sigma.clamp(0.0, 1.0) * 255.0).round() as u16],
             deviation: deviations.get(i).copied().filter(|d| d.is_finite()).unwrap_or(NO_DEVIATION),
-        }
-    };
-    mesh.vertices.iter().enumerate().map(vertex).collect()
+        });
+    }
+    vertices
 }
 
 /// Indices, the triangles of each component class together, and where those of each class are.

@@ -3,15 +3,15 @@
 //! | module | what |
 //! |---|---|
 //! | [`request`] | what a frame shall show: pure data |
-//! | [`colormap`], [`deviation`] | the ramps of confidence and views, the bands of deviations, shared with the legend |
 //! | [`record`], [`mesh_vertex`] | a point and a mesh as the GPU reads them |
-//! | [`pool`], [`thinning`], [`census`] | where a chunk's points lie, in which order, how many of them show |
+//! | [`pool`], [`thinning`], [`point_counts`] | where a chunk's points lie, in which order, how many of them show |
 //! | [`frustum`], [`axes`] | camera poses and the table frame as line [`segment`]s |
 //! | [`scale`] | round distances of grid lines |
-//! | [`loss`] | losing the device |
+//! | [`device_lost`] | the loss of the device |
 //! | `points`, `mesh`, `background`, `turntable`, `floor`, `lines` | the primitives (browser only) |
 //! | `frame`, `pipeline`, `lookup` | what primitives share (browser only) |
-//! | `gpu`, `self_test`, `flight`, `renderer` | device and canvas, fallback, frames on their way, the frame (browser only) |
+//! | `gpu`, `frames_in_flight`, `renderer` | device and canvas, frames not finished yet, the frame (browser only) |
+//! | `self_test`, `open` | whether a device draws, and the fallback to another (browser only) |
 //!
 //! How a page uses it:
 //!
@@ -32,12 +32,10 @@
 //! ```
 
 pub mod axes;
-pub mod census;
-pub mod colormap;
-pub mod deviation;
+pub mod device_lost;
 pub mod frustum;
-pub mod loss;
 pub mod mesh_vertex;
+pub mod point_counts;
 pub mod pool;
 pub mod record;
 pub mod request;
@@ -50,11 +48,11 @@ mod background;
 #[cfg(target_arch = "wasm32")]
 mod error;
 #[cfg(target_arch = "wasm32")]
-mod flight;
-#[cfg(target_arch = "wasm32")]
 mod floor;
 #[cfg(target_arch = "wasm32")]
 mod frame;
+#[cfg(target_arch = "wasm32")]
+mod frames_in_flight;
 #[cfg(target_arch = "wasm32")]
 mod gpu;
 #[cfg(target_arch = "wasm32")]
@@ -63,6 +61,8 @@ mod lines;
 mod lookup;
 #[cfg(target_arch = "wasm32")]
 mod mesh;
+#[cfg(target_arch = "wasm32")]
+mod open;
 #[cfg(target_arch = "wasm32")]
 mod pipeline;
 #[cfg(target_arch = "wasm32")]
@@ -74,9 +74,7 @@ mod self_test;
 #[cfg(target_arch = "wasm32")]
 mod turntable;
 
-pub use request::{
-    BackendChoice, CameraFrustum, ClassMask, ColorMode, DrawRequest, HiddenFlags, Palette, SIGMA_TOP, Theme, Turntable,
-};
+pub use request::{BackendChoice, CameraFrustum, DrawRequest, FrameContent, Turntable};
 
 #[cfg(target_arch = "wasm32")]
 pub use error::RenderError;

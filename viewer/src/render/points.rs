@@ -1,14 +1,15 @@
 //! The model's points: data textures filled block by block, drawn as round splats (see points.wgsl).
 
-use super::census::Census;
 use super::frame::FrameUniform;
 use super::gpu::Gpu;
 use super::lookup::Lookup;
 use super::pipeline::{Primitive, buffer, uniform_entry};
+use super::point_counts::PointCounts;
 use super::pool::{BLOCK_POINTS, Block, PAGE_HEIGHT, PAGE_WIDTH, Pool};
 use super::record::{EMPTY, RECORD_WORDS, pack};
-use super::request::{ColorMode, DrawRequest};
-use super::thinning::{deal, slots_within};
+use super::request::DrawRequest;
+use super::thinning::{assign_slots, slots_within};
+use crate::display::ColorMode;
 use bytemuck::{Pod, Zeroable};
 use semascan_model::SemanticCloud;
 use std::collections::BTreeMap;
@@ -50,7 +51,7 @@ pub(super) struct Points {
     page_layout: BindGroupLayout,
     pages: Vec<Page>,
     pool: Pool,
-    census: BTreeMap<[i32; 3], Census>,
+    counts: BTreeMap<[i32; 3], PointCounts>,
     lookup: Lookup,
     /// Points held, shown or not.
     held: usize,
@@ -96,7 +97,7 @@ impl Points {
             page_layout,
             pages: Vec::new(),
             pool: Pool::default(),
-            census: BTreeMap::new(),
+            counts: BTreeMap::new(),
             lookup,
             held: 0,
             slots: BLOCK_POINTS as u32,
@@ -106,7 +107,7 @@ impl Points {
     /// Puts `cloud` in the place of whatever chunk `id` held.
     pub(super) fn set_chunk(&mut self, gpu: &Gpu, id: [i32; 3], cloud: &SemanticCloud) {
         let placement = self.pool.place(id, cloud.len());
-        for (block, slots) in placement.blocks.iter().zip(deal(&cloud.positions)) {
+        for (block, slots) in placement.blocks.iter().zip(assign_slots(&cloud.positions)) {
             let mut records = [EMPTY; BLOCK_POINTS];
             for (record, point) in records.iter_mut().zip(slots) {
                 *record = point.and_then(|i| cloud.get(i)).map_or(EMPTY, |p| pack(&p));
@@ -117,8 +118,8 @@ impl Points {
             self.write(gpu, block, &[EMPTY; BLOCK_POINTS]);
         }
         self.pages.truncate(self.pool.trim());
-        let before = self.census.insert(id, Census::of(cloud));
-        self.held = self.held + cloud.len() - before.map_or(0, |census| census.points());
+        let before = self.counts.insert(id, PointCounts::of(cloud));
+        self.held = self.held + cloud.len() - before.map_or(0, |counts| counts.points());
     }
 
     /// Takes chunk `id` out.
@@ -127,20 +128,21 @@ impl Points {
             self.write(gpu, block, &[EMPTY; BLOCK_POINTS]);
         }
         self.pages.truncate(self.pool.trim());
-        self.held -= self.census.remove(&id).map_or(0, |census| census.points());
+        self.held -= self.counts.remove(&id).map_or(0, |counts| counts.points());
     }
 
     /// Takes everything out and gives the memory back.
     pub(super) fn clear(&mut self) {
         self.pool.clear();
         self.pages.clear();
-        self.census.clear();
+        self.counts.clear();
         self.held = 0;
     }
 
     /// How many points the frame shows.
     pub(super) fn shown(&self, request: &DrawRequest) -> usize {
-        let all: usize = self.census.values().map(|c| c.shown(&request.visible_classes, request.hidden_flags)).sum();
+        let all: usize =
+            self.counts.values().map(|c| c.shown(&request.content.visible_classes, request.content.hidden_flags)).sum();
         all * self.slots as usize / BLOCK_POINTS
     }
 
@@ -150,7 +152,7 @@ impl Points {
         let thinned = BLOCK_POINTS as f32 / self.slots as f32;
         let growth = if thinned > 1.0 { thinned.sqrt() * THINNED_GROWTH } else { 1.0 };
         let voxel = if request.voxel.is_finite() && request.voxel > 0.0 { request.voxel } else { 1e-3 };
-        let (mode, shading) = match request.color_mode {
+        let (mode, shading) = match request.content.color_mode {
             // The picture of the part carries its own light: only a hint of ours.
             ColorMode::Appearance => (0, 0.55),
             // Deviations are those of the mesh.
@@ -160,10 +162,10 @@ impl Points {
             ColorMode::Defect => (4, 0.85),
             ColorMode::Sigma => (6, 0.6),
         };
-        let views_scale = 1.0 / f32::from(request.views_top.max(1));
+        let views_scale = 1.0 / f32::from(request.content.views_top.max(1));
         let content = Content {
             size: [voxel * RADIUS_VOXELS * growth, MIN_PIXELS / 2.0, views_scale, shading],
-            select: [self.slots, mode, u32::from(request.hidden_flags.bits()), 0],
+            select: [self.slots, mode, u32::from(request.content.hidden_flags.bits()), 0],
         };
         gpu.queue.write_buffer(&self.uniform, 0, bytemuck::bytes_of(&content));
     }

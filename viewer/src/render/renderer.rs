@@ -1,25 +1,25 @@
 //! The renderer: owns device, canvas and primitives, draws a frame when asked.
 //!
-//! Nothing runs by itself: a still model costs nothing. After each frame the canvas tells what it shows in its data
+//! Nothing runs by itself: a still model costs nothing. After each frame the canvas says what it shows in its data
 //! attributes: `data-backend` (`webgpu`, `webgl2`), `data-points` and `data-triangles` (shown), `data-frames` (drawn) and
 //! `data-sequence` (changes of the model that the picture has taken in).
 
-mod prepare;
-
+use super::axes;
 use super::background::Background;
 use super::error::RenderError;
-use super::flight::Flight;
-use super::floor::Floor;
-use super::frame::{self, FrameUniform};
-use super::gpu::{Backend, Gpu, replace_canvas};
+use super::floor::{Floor, FloorPlace};
+use super::frame::{self, Frame, FrameUniform};
+use super::frames_in_flight::FramesInFlight;
+use super::frustum;
+use super::gpu::{Backend, Gpu};
 use super::lines::{LineBuffer, Lines};
 use super::mesh::Mesh;
 use super::pipeline::DEPTH_FORMAT;
 use super::points::Points;
-use super::request::{BackendChoice, DrawRequest};
-use super::self_test;
+use super::request::DrawRequest;
 use super::turntable::Turntable;
-use prepare::AXES_MARGIN;
+use crate::camera::Bounds;
+use glam::{Vec2, Vec3};
 use semascan_model::{SemanticCloud, SemanticMesh};
 use web_sys::HtmlCanvasElement;
 use wgpu::{
@@ -27,6 +27,10 @@ use wgpu::{
     RenderPassDepthStencilAttachment, RenderPassDescriptor, StoreOp, SurfaceTexture, TextureDescriptor,
     TextureDimension, TextureUsages, TextureView, TextureViewDescriptor,
 };
+
+/// Side of the square that holds the axes, and its distance from the corner, CSS pixels.
+const AXES_SIDE: f32 = 84.0;
+const AXES_MARGIN: f32 = 8.0;
 
 /// What a frame showed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -53,54 +57,17 @@ pub struct Renderer {
     frusta: LineBuffer,
     axes: LineBuffer,
     depth: TextureView,
-    flight: Flight,
+    in_flight: FramesInFlight,
     scale: f32,
     frames: u64,
     sequence: u64,
 }
 
 impl Renderer {
-    /// Starts to draw on `canvas`. A graphics interface counts only if it passes the self-test; before another one is
-    /// tried the canvas element is replaced by a fresh one with the same attributes, so ask for [`Renderer::canvas`]
-    /// before adding listeners.
-    ///
-    /// # Errors
-    /// [`RenderError`] if no interface, or not the one chosen, draws.
-    pub async fn new(canvas: HtmlCanvasElement, choice: BackendChoice) -> Result<Self, RenderError> {
-        let first = match choice {
-            BackendChoice::Auto => Backend::WebGpu,
-            BackendChoice::WebGpu => return Self::open(canvas, Backend::WebGpu).await,
-            BackendChoice::WebGl2 => return Self::open(canvas, Backend::WebGl2).await,
-        };
-        let webgpu = match Self::open(canvas.clone(), first).await {
-            Ok(renderer) => return Ok(renderer),
-            Err(error) => error.to_string(),
-        };
-        web_sys::console::warn_1(&format!("semascan: {webgpu}; trying webgl2").into());
-        let fresh = replace_canvas(&canvas)?;
-        let nothing = |error: RenderError| RenderError::Nothing { webgpu, webgl2: error.to_string() };
-        Self::open(fresh, Backend::WebGl2).await.map_err(nothing)
-    }
-
-    /// A new renderer on a fresh canvas in the place of one whose device was lost. With [`BackendChoice::Auto`] it takes
-    /// WebGL2: WebGPU has failed already, now or at the start. Set every chunk again.
-    ///
-    /// # Errors
-    /// As [`Renderer::new`].
-    pub async fn rebuild(self, choice: BackendChoice) -> Result<Self, RenderError> {
-        let fresh = replace_canvas(self.canvas())?;
-        drop(self);
-        let backend = match choice {
-            BackendChoice::Auto | BackendChoice::WebGl2 => Backend::WebGl2,
-            BackendChoice::WebGpu => Backend::WebGpu,
-        };
-        Self::open(fresh, backend).await
-    }
-
-    async fn open(canvas: HtmlCanvasElement, backend: Backend) -> Result<Self, RenderError> {
-        let gpu = Gpu::open(canvas, backend).await?;
+    /// A renderer on `gpu`, which may not draw although it was opened: see [`super::open`].
+    pub(super) fn on(gpu: Gpu) -> Self {
         let frame = frame::uniform(&gpu);
-        let mut renderer = Self {
+        Self {
             axes_frame: frame::uniform(&gpu),
             background: Background::new(&gpu, &frame),
             points: Points::new(&gpu, &frame),
@@ -111,17 +78,19 @@ impl Renderer {
             frusta: LineBuffer::default(),
             axes: LineBuffer::default(),
             depth: depth_buffer(&gpu),
-            flight: Flight::default(),
+            in_flight: FramesInFlight::default(),
             scale: 1.0,
             frames: 0,
             sequence: 0,
             frame,
             gpu,
-        };
-        self_test::run(&mut renderer).await?;
-        renderer.frames = 0;
-        renderer.sequence = 0;
-        Ok(renderer)
+        }
+    }
+
+    /// Forgets what was drawn for the self-test.
+    pub(super) fn restart_counts(&mut self) {
+        self.frames = 0;
+        self.sequence = 0;
     }
 
     /// The canvas element that is drawn on.
@@ -135,14 +104,14 @@ impl Renderer {
     }
 
     /// Why the device was lost, if it was.
-    pub fn loss(&self) -> Option<String> {
-        self.gpu.loss.reason()
+    pub fn lost(&self) -> Option<String> {
+        self.gpu.lost.reason()
     }
 
     /// Calls `on_lost` with the reason when the device is lost, from the page's event loop.
     pub fn on_lost(&self, on_lost: impl FnOnce(String) + 'static) {
-        let loss = self.gpu.loss.clone();
-        wasm_bindgen_futures::spawn_local(async move { on_lost(loss.wait().await) });
+        let lost = self.gpu.lost.clone();
+        wasm_bindgen_futures::spawn_local(async move { on_lost(lost.wait().await) });
     }
 
     /// Sets the size of the picture in CSS pixels and how many device pixels one of them has.
@@ -181,7 +150,7 @@ impl Renderer {
 
     /// Whether the graphics processor is still at earlier frames, so that another would only come late.
     pub fn is_busy(&self) -> bool {
-        self.flight.is_full(&self.gpu.device) && self.loss().is_none()
+        self.in_flight.is_full(&self.gpu.device) && self.lost().is_none()
     }
 
     /// Draws one frame.
@@ -189,7 +158,7 @@ impl Renderer {
     /// # Errors
     /// [`RenderError::Lost`] when the device or the surface is gone.
     pub fn draw(&mut self, request: &DrawRequest) -> Result<FrameStats, RenderError> {
-        if let Some(reason) = self.loss() {
+        if let Some(reason) = self.lost() {
             return Err(RenderError::Lost(reason));
         }
         self.prepare(request);
@@ -216,11 +185,11 @@ impl Renderer {
             });
             pass.set_bind_group(0, &self.frame.group, &[]);
             self.background.draw(&mut pass);
-            match request.mesh {
+            match request.content.mesh {
                 true => self.mesh.draw(&mut pass),
                 false => self.points.draw(&mut pass),
             }
-            match request.turntable {
+            match request.content.turntable {
                 Some(_) => self.turntable.draw(&mut pass),
                 None => self.floor.draw(&mut pass),
             }
@@ -235,16 +204,66 @@ impl Renderer {
         }
         self.gpu.queue.submit([encoder.finish()]);
         self.gpu.queue.present(texture);
-        self.flight.launch(&self.gpu.queue);
+        self.in_flight.submit(&self.gpu.queue);
         self.frames += 1;
-        let (points, triangles) = if request.mesh { (0, self.mesh.shown()) } else { (self.points.shown(request), 0) };
+        let (points, triangles) =
+            if request.content.mesh { (0, self.mesh.shown()) } else { (self.points.shown(request), 0) };
         let stats = FrameStats { points, triangles, frames: self.frames };
-        self.tell(stats);
+        self.write_statistics(stats);
         Ok(stats)
     }
 
+    /// Puts what the frame needs on the device.
+    fn prepare(&mut self, request: &DrawRequest) {
+        let gpu = &self.gpu;
+        let pixels = Vec2::new(gpu.config.width as f32, gpu.config.height as f32);
+        let model = request.bounds.filter(|b| !b.is_empty());
+        let mut scene = model.unwrap_or(Bounds::EMPTY);
+        match &request.content.turntable {
+            Some(disc) => {
+                self.turntable.prepare(gpu, disc, request.content.color_scheme);
+                let corner = Vec3::new(disc.radius, disc.radius, 0.0);
+                let height = Vec3::Z * disc.height;
+                scene = scene.union(Bounds::from_corners(height - corner, height + corner));
+            }
+            None => {
+                let place = FloorPlace::under(model);
+                self.floor.prepare(gpu, place, request.content.color_scheme);
+                scene = scene.union(place.bounds());
+            }
+        }
+        let depth = model.map_or(0.08, |b| b.radius() * 0.6).clamp(0.03, 0.3);
+        let segments: Vec<_> = request
+            .content
+            .frusta
+            .iter()
+            .flat_map(|f| frustum::segments(f, depth, request.content.color_scheme))
+            .collect();
+        for segment in &segments {
+            scene.include(segment.from);
+            scene.include(segment.to);
+        }
+        self.frusta.write(gpu, &segments);
+        let forward = request.camera.forward();
+        let right = forward.cross(Vec3::Z).normalize_or(Vec3::X);
+        self.axes.write(gpu, &axes::segments(right, right.cross(forward)));
+        if let Some(side) = self.axes_side() {
+            self.axes_frame.write(gpu, &Frame::axes(&request.camera, side, self.scale));
+        }
+        self.frame.write(gpu, &Frame::scene(&request.camera, pixels, self.scale, scene));
+        self.background.prepare(gpu, request.content.color_scheme);
+        self.points.prepare(gpu, request);
+        self.mesh.prepare(gpu, request);
+    }
+
+    /// Side of the axes' square in device pixels; none on a picture too small for it.
+    fn axes_side(&self) -> Option<f32> {
+        let side = AXES_SIDE * self.scale;
+        let room = self.gpu.config.width.min(self.gpu.config.height) as f32;
+        (side * 3.0 < room).then_some(side)
+    }
+
     fn acquire(&self) -> Result<SurfaceTexture, RenderError> {
-        let gone = |what: &str| RenderError::Lost(format!("the surface is {what}"));
         match self.gpu.surface.get_current_texture() {
             CurrentSurfaceTexture::Success(texture) | CurrentSurfaceTexture::Suboptimal(texture) => Ok(texture),
             // Once more with a fresh configuration, then give up.
@@ -252,13 +271,14 @@ impl Renderer {
                 self.gpu.surface.configure(&self.gpu.device, &self.gpu.config);
                 match self.gpu.surface.get_current_texture() {
                     CurrentSurfaceTexture::Success(texture) | CurrentSurfaceTexture::Suboptimal(texture) => Ok(texture),
-                    other => Err(gone(&format!("{other:?}"))),
+                    other => Err(RenderError::Lost(format!("the surface is {other:?}"))),
                 }
             }
         }
     }
 
-    fn tell(&self, stats: FrameStats) {
+    /// Writes what the frame showed into the canvas's data attributes.
+    fn write_statistics(&self, stats: FrameStats) {
         let data = self.gpu.canvas.dataset();
         let entries = [
             ("backend", self.backend().name().to_owned()),

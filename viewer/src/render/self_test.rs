@@ -6,8 +6,9 @@
 
 use super::error::RenderError;
 use super::renderer::Renderer;
-use super::request::{ColorMode, DrawRequest, Palette};
-use crate::tools::{Bounds, OrbitCamera};
+use super::request::{DrawRequest, FrameContent};
+use crate::camera::{Bounds, OrbitCamera};
+use crate::display::{ColorMode, Palette};
 use glam::Vec3;
 use js_sys::{Function, Promise};
 use semascan_model::{PointFlags, SemanticCloud, SemanticPoint};
@@ -29,17 +30,20 @@ pub(super) async fn run(renderer: &mut Renderer) -> Result<(), RenderError> {
     let request = DrawRequest {
         camera,
         bounds: Some(bounds),
-        color_mode: ColorMode::Component,
-        palette: Palette { components: vec![[0; 3], GREEN], defects: Vec::new() },
         voxel: 0.02,
-        ..DrawRequest::default()
+        point_budget: None,
+        content: FrameContent {
+            color_mode: ColorMode::Component,
+            palette: Palette { components: vec![[0; 3], GREEN], defects: Vec::new() },
+            ..FrameContent::default()
+        },
     };
     let mut last = Err(failed(renderer, "no frame was drawn".to_owned()));
     // The second frame is what a device that dies over its first one does not survive.
     for _ in 0..2 {
         last = renderer.draw(&request).and_then(|_| middle_is_green(renderer));
         sleep(GRACE_MS / 2).await;
-        if let Some(reason) = renderer.loss() {
+        if let Some(reason) = renderer.lost() {
             return Err(failed(renderer, format!("the device was lost: {reason}")));
         }
     }

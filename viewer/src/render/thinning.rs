@@ -6,20 +6,22 @@
 //! is the same draw call with a smaller k.
 
 use super::pool::BLOCK_POINTS;
-use crate::tools::Bounds;
+use crate::camera::Bounds;
 use glam::Vec3;
 
 /// The slots of each block in order: index of the point that lies there, or none.
-pub fn deal(positions: &[[f32; 3]]) -> Vec<[Option<usize>; BLOCK_POINTS]> {
+pub fn assign_slots(positions: &[[f32; 3]]) -> Vec<[Option<usize>; BLOCK_POINTS]> {
     let points = positions.len();
     let blocks = points.div_ceil(BLOCK_POINTS);
     let order = along_curve(positions);
     let bits = BLOCK_POINTS.trailing_zeros();
-    let reversed = |i: usize| i.reverse_bits() >> (usize::BITS - bits);
     (0..blocks)
         .map(|block| {
             let run = &order[block * points / blocks..(block + 1) * points / blocks];
-            std::array::from_fn(|slot| run.get(reversed(slot)).copied())
+            std::array::from_fn(|slot| {
+                let reversed = slot.reverse_bits() >> (usize::BITS - bits);
+                run.get(reversed).copied()
+            })
         })
         .collect()
 }
@@ -37,12 +39,12 @@ fn along_curve(positions: &[[f32; 3]]) -> Vec<usize> {
         bounds.include(Vec3::from(*p));
     }
     let edge = (bounds.max - bounds.min).max_element().max(f32::MIN_POSITIVE);
-    let key = |i: usize| {
+    let mut order: Vec<(u32, usize)> = Vec::with_capacity(positions.len());
+    for (i, p) in positions.iter().enumerate() {
         // What is not finite lands at either end.
-        let cell = ((Vec3::from(positions[i]) - bounds.min) / edge * 1023.0).to_array().map(|c| c as u32);
-        spread(cell[0]) | spread(cell[1]) << 1 | spread(cell[2]) << 2
-    };
-    let mut order: Vec<(u32, usize)> = (0..positions.len()).map(|i| (key(i), i)).collect();
+        let cell = ((Vec3::from(*p) - bounds.min) / edge * 1023.0).to_array().map(|c| c as u32);
+        order.push((spread(cell[0]) | spread(cell[1]) << 1 | spread(cell[2]) << 2, i));
+    }
     order.sort_unstable();
     order.into_iter().map(|(_, i)| i).collect()
 }
@@ -69,7 +71,7 @@ mod tests {
     fn every_point_lies_in_exactly_one_slot() {
         for n in [0, 1, 255, 256, 257, 1000, 32_768] {
             let positions: Vec<_> = square(200).into_iter().take(n).collect();
-            let blocks = deal(&positions);
+            let blocks = assign_slots(&positions);
             assert_eq!(blocks.len(), n.div_ceil(BLOCK_POINTS));
             let mut all: Vec<usize> = blocks.into_iter().flatten().flatten().collect();
             all.sort_unstable();
@@ -83,7 +85,7 @@ mod tests {
         let positions = square(side);
         for slots in [16, 40, 100] {
             let kept: Vec<usize> =
-                deal(&positions).into_iter().flat_map(|b| b.into_iter().take(slots).flatten()).collect();
+                assign_slots(&positions).into_iter().flat_map(|b| b.into_iter().take(slots).flatten()).collect();
             let share = side * side * slots / BLOCK_POINTS;
             assert!(kept.len().abs_diff(share) <= share / 5, "{slots}: {} for {share}", kept.len());
             let spacing = ((side * side) as f32 / kept.len() as f32).sqrt();
@@ -97,9 +99,9 @@ mod tests {
     }
 
     #[test]
-    fn broken_positions_are_dealt_all_the_same() {
+    fn broken_positions_get_slots_all_the_same() {
         let positions = [[f32::NAN; 3], [f32::INFINITY, 0.0, 0.0], [1.0; 3]];
-        assert_eq!(deal(&positions).concat().into_iter().flatten().count(), 3);
+        assert_eq!(assign_slots(&positions).concat().into_iter().flatten().count(), 3);
     }
 
     #[test]

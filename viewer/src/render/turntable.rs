@@ -3,8 +3,9 @@
 use super::frame::FrameUniform;
 use super::gpu::Gpu;
 use super::pipeline::{Primitive, Uniform, rgba};
-use super::request::{self, Theme};
+use super::request;
 use super::scale::round_step;
+use crate::display::ColorScheme;
 use bytemuck::{Pod, Zeroable};
 use wgpu::{BlendState, CompareFunction, PrimitiveTopology, RenderPass, RenderPipeline};
 
@@ -39,10 +40,10 @@ impl Turntable {
         Self { pipeline, uniform }
     }
 
-    pub(super) fn prepare(&self, gpu: &Gpu, disc: &request::Turntable, theme: Theme) {
-        let (fill, line, zero) = match theme {
-            Theme::Dark => (rgba(0x6d_7d90, 0.16), rgba(0x9f_b2c8, 0.55), rgba(0x5e_c8ff, 0.95)),
-            Theme::Light => (rgba(0x8a_9bb0, 0.20), rgba(0x46_586e, 0.55), rgba(0x0b_6cb8, 0.95)),
+    pub(super) fn prepare(&self, gpu: &Gpu, disc: &request::Turntable, color_scheme: ColorScheme) {
+        let (fill, line, zero) = match color_scheme {
+            ColorScheme::Dark => (rgba(0x6d_7d90, 0.16), rgba(0x9f_b2c8, 0.55), rgba(0x5e_c8ff, 0.95)),
+            ColorScheme::Light => (rgba(0x8a_9bb0, 0.20), rgba(0x46_586e, 0.55), rgba(0x0b_6cb8, 0.95)),
         };
         let shape = [disc.radius, disc.height, round_step(disc.radius / 4.0), 0.0];
         self.uniform.write(gpu, &Content { shape, fill, line, zero });

@@ -1,9 +1,9 @@
 //! View -> pose: where the camera was when it took a view, in the table frame, with covariance.
 //!
-//! The steps in the order of a view's way: [`KinematicRegistrar`] (P0 Eq. 1) gives the prior, [`SourcePoints`] the points
-//! of the object with their normals (P1's segment ICP), `projective_icp` aligns them with a [`ModelView`] of the model so
-//! far, `degeneracy` projects out the directions that the data leave unconstrained, and `joint_refinement` moves all views
-//! at once when the turn is complete. [`IcpRegistrar`] puts them together.
+//! The steps in the order of a view's way: [`KinematicRegistrar`] gives the prior, [`SourcePoints`] the points of the
+//! object with their normals (segment ICP, [Eye-in-hand 2020], section 3.2), `projective_icp` aligns them with a
+//! [`ModelView`] of the model so far, `degeneracy` projects out the directions that the data leave unconstrained, and
+//! `joint_refinement` moves all views at once when the turn is complete. [`IcpRegistrar`] puts them together.
 //!
 //! Clouds that are not organized take another way: [`SurfelCloud`] thins them and fits normals, [`gicp`] aligns them from
 //! a guess, and [`global`] without one. A view without a prior is found in the model by the latter (`relocalization`).

@@ -1,0 +1,187 @@
+//! The orbit camera: looks at a target, z stays up, moves only when asked (no inertia, so a still model costs nothing).
+//!
+//! Frames: the world is the table frame (z up, metres). The camera's view frame is OpenGL's (x right, y up, looking
+//! along -z); clip depth is 0..1 as in WebGPU.
+
+use super::{Bounds, CameraInput, StandardView};
+use glam::camera::rh::{proj, view};
+use glam::{Mat4, Vec2, Vec3};
+use std::f32::consts::{FRAC_PI_2, FRAC_PI_4, PI, TAU};
+
+/// Closest and farthest the eye may be from the target, metres.
+const DISTANCE: std::ops::RangeInclusive<f32> = 0.005..=50.0;
+
+/// Just short of straight up or down, where azimuth would lose its meaning.
+const MAX_ELEVATION: f32 = FRAC_PI_2 - 1e-3;
+
+/// Vertical field of view: 35 degrees, narrow enough that lengths near and far compare.
+const FOV_Y: f32 = 35.0 * PI / 180.0;
+
+/// A perspective camera that orbits a target with z up.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OrbitCamera {
+    target: Vec3,
+    distance: f32,
+    azimuth: f32,
+    elevation: f32,
+    viewport: Vec2,
+}
+
+impl Default for OrbitCamera {
+    fn default() -> Self {
+        let mut camera = Self {
+            target: Vec3::new(0.0, 0.0, 0.05),
+            distance: 0.6,
+            azimuth: 0.0,
+            elevation: 0.0,
+            viewport: Vec2::new(1280.0, 720.0),
+        };
+        camera.look_from(StandardView::Isometric);
+        camera
+    }
+}
+
+impl OrbitCamera {
+    /// Sets the size of the viewport in CSS pixels.
+    pub fn set_viewport(&mut self, width: f32, height: f32) {
+        self.viewport = Vec2::new(width.max(1.0), height.max(1.0));
+    }
+
+    /// Follows an input; `bounds` is the box around the model (see `HeldModel::bounds`), for [`CameraInput::Fit`].
+    pub fn apply(&mut self, input: CameraInput, bounds: Option<Bounds>) {
+        match input {
+            CameraInput::Orbit { pixels } => self.orbit(pixels),
+            CameraInput::Pan { pixels } => self.pan(pixels),
+            CameraInput::Zoom { factor, at } => self.zoom(factor, at),
+            CameraInput::Fit => self.fit(bounds.unwrap_or(Bounds::EMPTY)),
+            CameraInput::View(view) => {
+                self.look_from(view);
+                self.fit(bounds.unwrap_or(Bounds::EMPTY));
+            }
+        }
+    }
+
+    /// Turns about the target: a drag over the viewport's height is half a turn.
+    pub fn orbit(&mut self, pixels: Vec2) {
+        let angle = pixels / self.viewport.y * PI;
+        if angle.is_finite() {
+            self.azimuth = (self.azimuth - angle.x).rem_euclid(TAU);
+            self.elevation = (self.elevation + angle.y).clamp(-MAX_ELEVATION, MAX_ELEVATION);
+        }
+    }
+
+    /// Moves sideways so that the point at the target's depth follows the pointer.
+    pub fn pan(&mut self, pixels: Vec2) {
+        let step = pixels * self.metres_per_pixel(self.distance);
+        if step.is_finite() {
+            let (right, up) = self.right_and_up();
+            self.target += up * step.y - right * step.x;
+        }
+    }
+
+    /// Multiplies the distance; the point at the target's depth under `at` (CSS pixels) stays under it.
+    pub fn zoom(&mut self, factor: f32, at: Option<Vec2>) {
+        if !(factor.is_finite() && factor > 0.0) {
+            return;
+        }
+        let before = self.distance;
+        self.distance = (self.distance * factor).clamp(*DISTANCE.start(), *DISTANCE.end());
+        if let Some(at) = at.filter(|at| at.is_finite()) {
+            let offset = at - self.viewport / 2.0;
+            let (right, up) = self.right_and_up();
+            let slip = self.metres_per_pixel(before) - self.metres_per_pixel(self.distance);
+            self.target += (right * offset.x - up * offset.y) * slip;
+        }
+    }
+
+    /// Shows the whole box from the present direction; an empty box changes nothing.
+    pub fn fit(&mut self, bounds: Bounds) {
+        if bounds.is_empty() {
+            return;
+        }
+        self.frame(bounds.center(), bounds.radius());
+    }
+
+    /// Shows a sphere (`center` and `radius` in metres, table frame) from the present direction.
+    pub fn frame(&mut self, center: Vec3, radius: f32) {
+        if !(center.is_finite() && radius.is_finite()) {
+            return;
+        }
+        let aspect = self.viewport.x / self.viewport.y;
+        let half = (FOV_Y / 2.0).min(((FOV_Y / 2.0).tan() * aspect).atan());
+        self.target = center;
+        self.distance = (radius.max(0.002) * 1.08 / half.sin()).clamp(*DISTANCE.start(), *DISTANCE.end());
+    }
+
+    /// Looks from a standard direction at the same target.
+    pub fn look_from(&mut self, view: StandardView) {
+        (self.azimuth, self.elevation) = match view {
+            StandardView::Isometric => (-FRAC_PI_4, 30_f32.to_radians()),
+            StandardView::Front => (-FRAC_PI_2, 0.0),
+            StandardView::Back => (FRAC_PI_2, 0.0),
+            StandardView::Left => (PI, 0.0),
+            StandardView::Right => (0.0, 0.0),
+            StandardView::Top => (-FRAC_PI_2, MAX_ELEVATION),
+            StandardView::Bottom => (-FRAC_PI_2, -MAX_ELEVATION),
+        };
+        self.azimuth = self.azimuth.rem_euclid(TAU);
+    }
+
+    /// The point it looks at, metres, table frame.
+    pub fn target(&self) -> Vec3 {
+        self.target
+    }
+
+    /// From the eye to the target, metres.
+    pub fn distance(&self) -> f32 {
+        self.distance
+    }
+
+    /// Where the eye is, metres, table frame.
+    pub fn eye(&self) -> Vec3 {
+        self.target - self.forward() * self.distance
+    }
+
+    /// Unit vector of the direction it looks in.
+    pub fn forward(&self) -> Vec3 {
+        let (sin_a, cos_a) = self.azimuth.sin_cos();
+        let (sin_e, cos_e) = self.elevation.sin_cos();
+        -Vec3::new(cos_e * cos_a, cos_e * sin_a, sin_e)
+    }
+
+    /// Transform from the table frame to the view frame (x right, y up, looking along -z).
+    pub fn view_from_table(&self) -> Mat4 {
+        view::look_to_mat4(self.eye(), self.forward(), Vec3::Z)
+    }
+
+    /// Perspective projection of the view frame to clip space, depth 0..1.
+    pub fn clip_from_view(&self, near: f32, far: f32) -> Mat4 {
+        proj::directx::perspective(FOV_Y, self.viewport.x / self.viewport.y, near, far)
+    }
+
+    /// Near and far planes (metres from the eye) that hold `scene` entirely, as tight as depth precision likes.
+    pub fn near_far(&self, scene: Bounds) -> (f32, f32) {
+        let radius = scene.radius().max(0.01);
+        let middle = (scene.center() - self.eye()).dot(self.forward());
+        let far = (middle + radius * 1.05).max(self.distance * 0.02 + 0.001);
+        let near = (middle - radius * 1.05).max(far * 2e-3);
+        (near, far.max(near * 1.01))
+    }
+
+    /// CSS pixels that one metre at `depth` metres from the eye covers.
+    pub fn pixels_per_metre(&self, depth: f32) -> f32 {
+        1.0 / self.metres_per_pixel(depth)
+    }
+
+    fn metres_per_pixel(&self, depth: f32) -> f32 {
+        2.0 * (FOV_Y / 2.0).tan() * depth / self.viewport.y
+    }
+
+    fn right_and_up(&self) -> (Vec3, Vec3) {
+        let right = self.forward().cross(Vec3::Z).normalize();
+        (right, right.cross(self.forward()))
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,76 @@
+//! What the colours of the model mean.
+
+/// Top of the scale in [`ColorMode::Sigma`]; a label is hardly worth having from there on.
+pub const SIGMA_TOP: f32 = 0.5;
+
+/// What the colours of points and mesh mean.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ColorMode {
+    /// The part as the camera saw it.
+    #[default]
+    Appearance,
+    /// Component classes in their palette.
+    Component,
+    /// Share of the best component class, 0..=1, by [`super::color_ramp`].
+    Confidence,
+    /// Number of views, 0..=`views_top`, by [`super::color_ramp`].
+    Views,
+    /// Defect classes in their palette; sound surface is grey.
+    Defect,
+    /// Uncertainty of the component label (sigma), 0..=[`SIGMA_TOP`], by [`super::color_ramp`].
+    Sigma,
+    /// Signed distance of the mesh from a reference, by [`super::deviation_colors`].
+    Deviation,
+}
+
+impl ColorMode {
+    /// The modes that every model has, in the order of the panel. Deviation needs a reference.
+    pub const ALL: [Self; 6] =
+        [Self::Appearance, Self::Component, Self::Confidence, Self::Views, Self::Defect, Self::Sigma];
+
+    /// Stable name for addresses, styles and tests.
+    pub fn key(self) -> &'static str {
+        match self {
+            Self::Appearance => "appearance",
+            Self::Component => "component",
+            Self::Confidence => "confidence",
+            Self::Views => "views",
+            Self::Defect => "defect",
+            Self::Sigma => "sigma",
+            Self::Deviation => "deviation",
+        }
+    }
+
+    /// Name for people.
+    pub fn label(self) -> &'static str {
+        match self {
+            Self::Appearance => "Appearance",
+            Self::Component => "Component",
+            Self::Confidence => "Confidence",
+            Self::Views => "Views",
+            Self::Defect => "Defect",
+            Self::Sigma => "Uncertainty",
+            Self::Deviation => "Deviation",
+        }
+    }
+
+    /// The mode `step` places further, round in a circle.
+    pub fn stepped(self, step: i32) -> Self {
+        let here = Self::ALL.iter().position(|m| *m == self).unwrap_or(0) as i32;
+        let there = (here + step % Self::ALL.len() as i32).rem_euclid(Self::ALL.len() as i32);
+        Self::ALL[there as usize]
+    }
+
+    /// What the colours say, in a sentence.
+    pub fn explanation(self) -> &'static str {
+        match self {
+            Self::Appearance => "The surface as the camera saw it.",
+            Self::Component => "Each point in the colour of its component.",
+            Self::Confidence => "Share of the evidence that speaks for the point's component.",
+            Self::Views => "Number of views that saw the point.",
+            Self::Defect => "Each point in the colour of its defect.",
+            Self::Sigma => "How far the networks disagree about the point's component (sigma).",
+            Self::Deviation => "Distance of the mesh from the reference: positive outside, negative inside.",
+        }
+    }
+}

@@ -1,0 +1,24 @@
+//! How the model is shown, as plain data: what state, renderer and panels all speak of. It knows none of them.
+//!
+//! | module | what |
+//! |---|---|
+//! | `settings` | [`Display`]: how the person has set up the display |
+//! | `color_mode` | what the colours mean |
+//! | [`color_ramp`], [`deviation_colors`] | the colours of scalars and of deviations, the same in picture and legend |
+//! | `palette` | the colours of the classes |
+//! | `theme` | light or dark |
+//! | `visibility` | which points are shown |
+
+mod color_mode;
+pub mod color_ramp;
+pub mod deviation_colors;
+mod palette;
+mod settings;
+mod theme;
+mod visibility;
+
+pub use color_mode::{ColorMode, SIGMA_TOP};
+pub use palette::{Palette, css_color};
+pub use settings::{Display, Representation};
+pub use theme::{ColorScheme, Theme};
+pub use visibility::{ClassMask, HiddenFlags};

@@ -1,0 +1,77 @@
+//! Compares the mesh: passes a reference on to the mesh worker, and takes what comes back.
+
+use super::DeviationEvent;
+use crate::features::FeatureEvent;
+use crate::features::mesh::MeshEvent;
+use crate::features::view::{Controller, Host};
+use crate::mesh_worker::{Reply, Request};
+use crate::state::notices::Level;
+use std::rc::Rc;
+
+/// See the module.
+pub(super) struct DeviationController {
+    host: Host,
+}
+
+impl DeviationController {
+    pub(super) fn new(host: &Host) -> Rc<Self> {
+        let controller = Rc::new(Self { host: host.clone() });
+        let receiver = Rc::downgrade(&controller);
+        host.mesh_worker.subscribe(move |reply| {
+            if let Some(controller) = receiver.upgrade() {
+                controller.receive(reply);
+            }
+        });
+        controller
+    }
+
+    fn receive(&self, reply: &Reply) {
+        let ui = self.host.ui;
+        let event = match reply {
+            Reply::Mesh(_) => DeviationEvent::MeshReplaced,
+            Reply::Reference(reference) => {
+                if ui.read(|s| s.features.mesh.is_wanted()) {
+                    ui.send_feature(MeshEvent::Requested);
+                }
+                DeviationEvent::Reference(reference.clone())
+            }
+            Reply::NoReference(reason) => {
+                ui.notify(Level::Error, format!("No reference: {reason}"));
+                DeviationEvent::NoReference
+            }
+            Reply::Deviation { of_vertices, figures } => {
+                self.set_deviations(of_vertices.clone());
+                DeviationEvent::Compared(*figures)
+            }
+            Reply::Progress { .. } | Reply::Cancelled | Reply::Failed(_) => return,
+        };
+        ui.send_feature(event);
+    }
+
+    fn set_deviations(&self, of_vertices: Vec<f32>) {
+        self.host.mesh.borrow_mut().set_deviations(of_vertices);
+        (self.host.redraw)();
+    }
+
+    fn request(&self, request: &Request) {
+        if let Err(reason) = self.host.mesh_worker.send(request) {
+            self.host.ui.notify(Level::Error, reason);
+            self.host.ui.send_feature(DeviationEvent::NoReference);
+        }
+    }
+}
+
+impl Controller for DeviationController {
+    fn handle(&self, event: &FeatureEvent) {
+        match event {
+            FeatureEvent::Deviation(DeviationEvent::FileRead { name, bytes }) => {
+                self.request(&Request::Reference { name: name.clone(), bytes: bytes.clone() });
+            }
+            FeatureEvent::Deviation(DeviationEvent::Removed) => {
+                self.set_deviations(Vec::new());
+                self.request(&Request::Forget);
+            }
+            _ => {}
+        }
+    }
+}

@@ -1,0 +1,158 @@
+//! The panel of the comparison: what the mesh is compared with, and how far it deviates.
+
+use super::controller::DeviationController;
+use super::{Deviation, DeviationEvent, overlay};
+use crate::features::view::{Controller, FeatureView, Host};
+use crate::mesh_worker::{DeviationFigures, ReferenceInfo};
+use crate::state::notices::Level;
+use crate::state::units;
+use crate::ui::Ui;
+use leptos::prelude::*;
+use std::rc::Rc;
+use wasm_bindgen::JsCast;
+use wasm_bindgen_futures::{JsFuture, spawn_local};
+use web_sys::{File, HtmlInputElement};
+
+/// Files that a reference is read from.
+const ACCEPT: &str = ".ply,.obj,.stl,.glb";
+
+impl FeatureView for Deviation {
+    fn panel(ui: Ui) -> AnyView {
+        view! { <DeviationPanel ui/> }.into_any()
+    }
+
+    fn overlay(ui: Ui) -> AnyView {
+        view! { <overlay::DeviationScale ui/> }.into_any()
+    }
+
+    fn controller(host: &Host) -> Option<Rc<dyn Controller>> {
+        Some(DeviationController::new(host))
+    }
+}
+
+#[component]
+fn DeviationPanel(ui: Ui) -> impl IntoView {
+    let reference = ui.part(|s| s.features.deviation.reference.clone());
+    let reading = ui.part(|s| s.features.deviation.reading.clone());
+    let has_model = ui.part(|s| s.has_model());
+    let take_file = move |event: web_sys::Event| {
+        let Some(input) = event.target().and_then(|t| t.dyn_into::<HtmlInputElement>().ok()) else { return };
+        if let Some(file) = input.files().and_then(|files| files.get(0)) {
+            read_file(ui, file);
+        }
+        // The same file may be chosen again.
+        input.set_value("");
+    };
+    view! {
+        <section class="panel" aria-labelledby="deviation-title">
+            <header class="panel-head"><h2 id="deviation-title">"Deviation"</h2></header>
+            <div class="switch-row">
+                <span>
+                    {move || match (reading.get(), reference.get()) {
+                        (Some(name), _) => view! { {format!("Reading {name}")} <small>""</small> }.into_any(),
+                        (None, Some(reference)) => {
+                            let about = description(&reference);
+                            view! { <span data-testid="reference">{reference.name}</span> <small>{about}</small> }.into_any()
+                        }
+                        (None, None) => {
+                            view! { "Compare" <small>"with a mesh or cloud in the table frame"</small> }.into_any()
+                        }
+                    }}
+                </span>
+                <span class="row-actions">
+                    <Show when=move || reference.get().is_some()>
+                        <button
+                            class="text-button" type="button" data-testid="reference-forget"
+                            on:click=move |_| ui.send_feature(DeviationEvent::Removed)
+                        >
+                            "Remove"
+                        </button>
+                    </Show>
+                    <label class="text-button file-button" class:is-disabled=move || !has_model.get()>
+                        <input
+                            class="visually-hidden" type="file" accept=ACCEPT data-testid="reference-file"
+                            prop:disabled=move || !has_model.get() on:change=take_file
+                        />
+                        {move || if reference.get().is_some() { "Change" } else { "Load" }}
+                    </label>
+                </span>
+            </div>
+            <Show when=move || reference.get().is_some()>
+                <Figures ui/>
+            </Show>
+        </section>
+    }
+}
+
+/// The tolerance, and the deviations in figures.
+#[component]
+fn Figures(ui: Ui) -> impl IntoView {
+    let figures = ui.part(|s| s.features.deviation.figures);
+    let tolerance = ui.part(|s| s.features.deviation.tolerance);
+    let set_tolerance = move |event: web_sys::Event| {
+        let millimetres: f64 = event_target_value(&event).parse().unwrap_or(f64::NAN);
+        ui.send_feature(DeviationEvent::Tolerance(millimetres * 1e-3));
+    };
+    let data = move |of: fn(&DeviationFigures) -> f32| {
+        move || figures.get().map(|f| format!("{:.4}", f64::from(of(&f)) * 1e3))
+    };
+    let size = move |of: fn(&DeviationFigures) -> f32| {
+        move || figures.get().map_or_else(|| "–".to_owned(), |f| format!("{:.3} mm", f64::from(of(&f)) * 1e3))
+    };
+    let signed = move |of: fn(&DeviationFigures) -> f32| {
+        move || {
+            figures.get().map_or_else(
+                || "–".to_owned(),
+                // Minus is a sign, not a hyphen.
+                |f| format!("{:+.3} mm", f64::from(of(&f)) * 1e3).replace('-', "\u{2212}"),
+            )
+        }
+    };
+    view! {
+        <label class="switch-row">
+            <span>"Tolerance" <small>"plus and minus, millimetres"</small></span>
+            <input
+                class="number" type="number" min="0.001" max="100" step="0.05" data-testid="tolerance"
+                prop:value=move || format!("{}", (tolerance.get() * 1e6).round() / 1e3) on:change=set_tolerance
+            />
+        </label>
+        <dl
+            class="figures is-signed" data-testid="deviation" data-mean-mm=data(|f| f.mean) data-rms-mm=data(|f| f.rms)
+            data-p95-mm=data(|f| f.p95)
+        >
+            <div><dt>"Mean"</dt><dd>{signed(|f| f.mean)}</dd></div>
+            <div><dt>"RMS"</dt><dd>{size(|f| f.rms)}</dd></div>
+            <div><dt>"95 %"</dt><dd>{size(|f| f.p95)}</dd></div>
+            <div><dt>"Least"</dt><dd>{signed(|f| f.range[0])}</dd></div>
+            <div><dt>"Most"</dt><dd>{signed(|f| f.range[1])}</dd></div>
+        </dl>
+    }
+}
+
+/// What a reference holds, and in which unit.
+fn description(reference: &ReferenceInfo) -> String {
+    let (count, what) = match reference.triangles {
+        0 => (reference.points, "points"),
+        triangles => (triangles, "triangles"),
+    };
+    let unit = if reference.millimetres { ", in millimetres" } else { "" };
+    format!("{} {what}{unit}", units::count(count.into()))
+}
+
+/// Reads a file and compares with it from then on.
+fn read_file(ui: Ui, file: File) {
+    let name = file.name();
+    ui.send_feature(DeviationEvent::Reading(name.clone()));
+    spawn_local(async move {
+        match JsFuture::from(file.array_buffer()).await {
+            Ok(buffer) => {
+                let bytes = js_sys::Uint8Array::new(&buffer).to_vec().into();
+                ui.send_feature(DeviationEvent::FileRead { name, bytes });
+            }
+            Err(error) => {
+                ui.notify(Level::Error, format!("No reference: {name} could not be read: {error:?}"));
+                ui.send_feature(DeviationEvent::NoReference);
+            }
+        }
+    });
+}

@@ -1,0 +1,30 @@
+//! What happens to the mesh.
+
+use crate::display::Representation;
+
+/// One thing that happens to the mesh.
+#[derive(Clone, Debug, PartialEq)]
+pub enum MeshEvent {
+    /// The person chose what the model is drawn as.
+    Show(Representation),
+    /// The mesh of the model as it is now is wanted.
+    Requested,
+    /// The person wants the meshing to end.
+    CancelRequested,
+    /// So much of the mesh is made.
+    Progress {
+        /// Tiles done.
+        done: u32,
+        /// Tiles in all.
+        total: u32,
+    },
+    /// A mesh of so many triangles is there.
+    Made {
+        /// Their number.
+        triangles: u64,
+    },
+    /// The meshing was ended before it was done.
+    Cancelled,
+    /// The model changed: a mesh that is there is out of date.
+    Outdated,
+}

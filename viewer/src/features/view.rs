@@ -1,0 +1,56 @@
+//! What a tool is to the page: a panel, something over the 3D view, and work beyond changes of the state.
+
+use super::{Feature, FeatureEvent};
+use crate::mesh_worker::MeshWorker;
+use crate::scene::{HeldMesh, HeldModel, ModelChange};
+use crate::ui::Ui;
+use leptos::prelude::{AnyView, IntoAny};
+use std::cell::RefCell;
+use std::rc::Rc;
+
+/// The part of a tool that needs a browser.
+pub trait FeatureView: Feature {
+    /// The tool's panel.
+    fn panel(ui: Ui) -> AnyView {
+        let _ = ui;
+        ().into_any()
+    }
+
+    /// What the tool lays over the 3D view.
+    fn overlay(ui: Ui) -> AnyView {
+        let _ = ui;
+        ().into_any()
+    }
+
+    /// What carries out the tool's work beyond changes of the state; `None` if there is none.
+    fn controller(host: &Host) -> Option<Rc<dyn Controller>> {
+        let _ = host;
+        None
+    }
+}
+
+/// Carries out a tool's work beyond changes of the state, and lives as long as the page.
+pub trait Controller {
+    /// Follows an event of any tool, after the state has followed it.
+    fn handle(&self, event: &FeatureEvent);
+
+    /// The model has changed.
+    fn model_changed(&self, change: ModelChange) {
+        let _ = change;
+    }
+}
+
+/// What the page lends to controllers.
+#[derive(Clone)]
+pub struct Host {
+    /// The state, and the way to send events.
+    pub ui: Ui,
+    /// The model as held.
+    pub model: Rc<RefCell<HeldModel>>,
+    /// The mesh as held.
+    pub mesh: Rc<RefCell<HeldMesh>>,
+    /// The worker that meshes and compares.
+    pub mesh_worker: Rc<MeshWorker>,
+    /// Asks for a frame.
+    pub redraw: Rc<dyn Fn()>,
+}

@@ -1,0 +1,77 @@
+//! The page's side of the link: starts the worker, turns what it sends into [`LinkEvent`]s.
+
+use super::{LinkEvent, transfer};
+use js_sys::{ArrayBuffer, Object, Reflect, Uint8Array};
+use wasm_bindgen::prelude::*;
+use web_sys::{ErrorEvent, MessageEvent, Worker, WorkerOptions, WorkerType};
+
+/// Address of the worker's script, relative to the page.
+const WORKER_SCRIPT: &str = "./link_worker.js";
+
+/// What the page may send the worker after the start.
+pub(super) const DROP_CONNECTION: &str = "drop";
+
+/// A live link; it reconnects by itself until it is closed or dropped.
+pub struct Link {
+    worker: Worker,
+    _on_message: Closure<dyn FnMut(MessageEvent)>,
+    _on_error: Closure<dyn FnMut(ErrorEvent)>,
+}
+
+impl Link {
+    /// Connects to `url` (`ws://host/..` or `wss://host/..`); `on_event` is called from the page's event loop, never from
+    /// inside this call.
+    ///
+    /// # Errors
+    /// What the browser says when it cannot start a worker.
+    pub fn start(url: &str, on_event: impl FnMut(LinkEvent) + 'static) -> Result<Self, JsValue> {
+        let options = WorkerOptions::new();
+        options.set_type(WorkerType::Module);
+        options.set_name("semascan-link");
+        let worker = Worker::new_with_options(WORKER_SCRIPT, &options)?;
+
+        let sink = std::rc::Rc::new(std::cell::RefCell::new(on_event));
+        let on_event = sink.clone();
+        let on_message = Closure::<dyn FnMut(MessageEvent)>::new(move |message: MessageEvent| {
+            let bytes =
+                message.data().dyn_into::<ArrayBuffer>().map(|b| Uint8Array::new(&b).to_vec()).unwrap_or_default();
+            let event =
+                transfer::decode(&bytes).unwrap_or_else(|error| LinkEvent::Malformed { reason: error.to_string() });
+            (on_event.borrow_mut())(event);
+        });
+        worker.set_onmessage(Some(on_message.as_ref().unchecked_ref()));
+        let on_error = Closure::<dyn FnMut(ErrorEvent)>::new(move |error: ErrorEvent| {
+            // A script that does not load comes without a message.
+            let why = Reflect::get(&error, &"message".into()).ok().and_then(|m| m.as_string()).unwrap_or_default();
+            let reason =
+                format!("the decoding worker failed: {}", if why.is_empty() { "it did not load" } else { &why });
+            (sink.borrow_mut())(LinkEvent::Refused { reason });
+        });
+        worker.set_onerror(Some(on_error.as_ref().unchecked_ref()));
+
+        let start = Object::new();
+        Reflect::set(&start, &"url".into(), &url.into())?;
+        Reflect::set(&start, &"module".into(), &wasm_bindgen::module())?;
+        worker.post_message(&start)?;
+        Ok(Self { worker, _on_message: on_message, _on_error: on_error })
+    }
+
+    /// Loses the connection on purpose, as a broken network would; the link then resumes by itself. For tests.
+    ///
+    /// # Errors
+    /// What the browser says when the worker cannot be reached.
+    pub fn drop_connection(&self) -> Result<(), JsValue> {
+        self.worker.post_message(&DROP_CONNECTION.into())
+    }
+
+    /// Ends the link. No event follows.
+    pub fn close(self) {}
+}
+
+impl Drop for Link {
+    fn drop(&mut self) {
+        self.worker.set_onmessage(None);
+        self.worker.set_onerror(None);
+        self.worker.terminate();
+    }
+}

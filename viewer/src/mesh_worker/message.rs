@@ -1,0 +1,259 @@
+//! The messages between page and mesh worker, each one block of bytes that is transferred.
+//!
+//! Layout, little endian: one byte of kind, three of padding, then the body. Both ends are the same build: the layout is no
+//! public contract, but lengths are checked all the same.
+
+use crate::columns;
+use semascan_model::{SemanticCloud, SemanticMesh};
+use std::sync::Arc;
+
+/// What the page asks for.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Request {
+    /// The model is empty.
+    Clear,
+    /// A chunk of the model has this content.
+    Chunk {
+        /// Chunk coordinates.
+        id: [i32; 3],
+        /// Voxel edge in metres.
+        voxel: f32,
+        /// The points, metres, table frame.
+        cloud: Box<SemanticCloud>,
+    },
+    /// A chunk of the model is gone.
+    Gone([i32; 3]),
+    /// Make the mesh.
+    Mesh,
+    /// Stop making the mesh.
+    Cancel,
+    /// Compare with this file from now on.
+    Reference {
+        /// Name of the file.
+        name: String,
+        /// Its content.
+        bytes: Arc<[u8]>,
+    },
+    /// Compare with nothing.
+    Forget,
+}
+
+/// A reference as the panels show it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ReferenceInfo {
+    /// Name of its file.
+    pub name: String,
+    /// Triangles; 0 for a cloud.
+    pub triangles: u32,
+    /// Vertices or points.
+    pub points: u32,
+    /// Whether its numbers were taken for millimetres.
+    pub millimetres: bool,
+}
+
+/// How far a mesh deviates from a reference. Lengths in metres.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct DeviationFigures {
+    /// Mean of the signed deviations.
+    pub mean: f32,
+    /// Root of their mean square.
+    pub rms: f32,
+    /// 95th percentile of their sizes.
+    pub p95: f32,
+    /// Least and greatest.
+    pub range: [f32; 2],
+}
+
+/// What the worker answers.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Reply {
+    /// So much of the meshing is done.
+    Progress {
+        /// Tiles done.
+        done: u32,
+        /// Tiles in all.
+        total: u32,
+    },
+    /// The mesh is made.
+    Mesh(Arc<SemanticMesh>),
+    /// Meshing was stopped.
+    Cancelled,
+    /// There will be no mesh.
+    Failed(String),
+    /// A file was read and is compared with.
+    Reference(ReferenceInfo),
+    /// A file could not be compared with.
+    NoReference(String),
+    /// The mesh was compared: a signed deviation for each vertex, metres.
+    Deviation {
+        /// One value a vertex; NaN where there is none.
+        of_vertices: Vec<f32>,
+        /// All of them in figures.
+        figures: DeviationFigures,
+    },
+}
+
+/// A block that is not what the other side makes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("a message between page and mesh worker is broken")]
+pub struct Broken;
+
+impl Request {
+    /// The request as bytes.
+    pub fn encode(&self) -> Vec<u8> {
+        match self {
+            Self::Clear => block(0, &[]),
+            Self::Chunk { id, voxel, cloud } => {
+                let mut bytes = Vec::with_capacity(24 + columns::cloud_bytes(cloud));
+                bytes.extend_from_slice(&[1, 0, 0, 0]);
+                bytes.extend_from_slice(bytemuck::cast_slice(id));
+                bytes.extend_from_slice(&voxel.to_le_bytes());
+                bytes.extend_from_slice(&(cloud.len() as u32).to_le_bytes());
+                columns::put_cloud(&mut bytes, cloud);
+                bytes
+            }
+            Self::Gone(id) => block(2, &[bytemuck::cast_slice(id)]),
+            Self::Mesh => block(3, &[]),
+            Self::Cancel => block(4, &[]),
+            Self::Reference { name, bytes } => {
+                block(5, &[&(name.len() as u32).to_le_bytes(), name.as_bytes(), bytes.as_ref()])
+            }
+            Self::Forget => block(6, &[]),
+        }
+    }
+
+    /// The request that `bytes` hold.
+    ///
+    /// # Errors
+    /// [`Broken`] if they are not what [`Self::encode`] makes.
+    pub fn decode(bytes: &[u8]) -> Result<Self, Broken> {
+        let mut reader = Reader(bytes);
+        Ok(match reader.kind()? {
+            0 => Self::Clear,
+            1 => {
+                let (id, voxel, points) = (reader.id()?, reader.column::<f32>(1)?[0], reader.number()?);
+                let cloud = reader.cloud(points)?;
+                if !reader.0.is_empty() {
+                    return Err(Broken);
+                }
+                Self::Chunk { id, voxel, cloud: cloud.into() }
+            }
+            2 => Self::Gone(reader.id()?),
+            3 => Self::Mesh,
+            4 => Self::Cancel,
+            5 => {
+                let length = reader.number()?;
+                let name = String::from_utf8_lossy(&reader.column::<u8>(length)?).into_owned();
+                Self::Reference { name, bytes: reader.0.into() }
+            }
+            6 => Self::Forget,
+            _ => return Err(Broken),
+        })
+    }
+}
+
+impl Reply {
+    /// The reply as bytes.
+    pub fn encode(&self) -> Vec<u8> {
+        match self {
+            Self::Progress { done, total } => block(0, &[bytemuck::cast_slice(&[*done, *total])]),
+            Self::Mesh(mesh) => encode_mesh(mesh),
+            Self::Cancelled => block(2, &[]),
+            Self::Failed(reason) => block(3, &[reason.as_bytes()]),
+            Self::Reference(ReferenceInfo { name, triangles, points, millimetres }) => {
+                let numbers = [*triangles, *points, u32::from(*millimetres)];
+                block(4, &[bytemuck::cast_slice(&numbers), name.as_bytes()])
+            }
+            Self::NoReference(reason) => block(5, &[reason.as_bytes()]),
+            Self::Deviation { of_vertices, figures: f } => {
+                let numbers = [f.mean, f.rms, f.p95, f.range[0], f.range[1]];
+                block(6, &[bytemuck::cast_slice(&numbers), bytemuck::cast_slice(of_vertices)])
+            }
+        }
+    }
+
+    /// The reply that `bytes` hold.
+    ///
+    /// # Errors
+    /// [`Broken`] if they are not what [`Self::encode`] makes.
+    pub fn decode(bytes: &[u8]) -> Result<Self, Broken> {
+        let mut reader = Reader(bytes);
+        Ok(match reader.kind()? {
+            0 => Self::Progress { done: reader.number()? as u32, total: reader.number()? as u32 },
+            1 => Self::Mesh(Arc::new(decode_mesh(&mut reader)?)),
+            2 => Self::Cancelled,
+            3 => Self::Failed(reader.text()),
+            4 => {
+                let n = reader.column::<u32>(3)?;
+                let (triangles, points, millimetres) = (n[0], n[1], n[2] != 0);
+                Self::Reference(ReferenceInfo { name: reader.text(), triangles, points, millimetres })
+            }
+            5 => Self::NoReference(reader.text()),
+            6 => {
+                let f = reader.column::<f32>(5)?;
+                let figures = DeviationFigures { mean: f[0], rms: f[1], p95: f[2], range: [f[3], f[4]] };
+                Self::Deviation { of_vertices: reader.column(reader.0.len() / 4)?, figures }
+            }
+            _ => return Err(Broken),
+        })
+    }
+}
+
+fn block(kind: u8, body: &[&[u8]]) -> Vec<u8> {
+    let mut bytes = vec![kind, 0, 0, 0];
+    body.iter().for_each(|part| bytes.extend_from_slice(part));
+    bytes
+}
+
+fn encode_mesh(mesh: &SemanticMesh) -> Vec<u8> {
+    let numbers = [mesh.len() as u32, mesh.triangles.len() as u32];
+    let mut bytes = block(1, &[bytemuck::cast_slice(&numbers), bytemuck::cast_slice(&mesh.triangles)]);
+    bytes.reserve(mesh.len() + columns::cloud_bytes(&mesh.vertices));
+    columns::put_cloud(&mut bytes, &mesh.vertices);
+    bytes.extend(mesh.boundary.iter().map(|on_boundary| u8::from(*on_boundary)));
+    bytes
+}
+
+fn decode_mesh(reader: &mut Reader<'_>) -> Result<SemanticMesh, Broken> {
+    let (n, triangles) = (reader.number()?, reader.number()?);
+    let triangles: Vec<[u32; 3]> = reader.column(triangles)?;
+    let vertices = reader.cloud(n)?;
+    let boundary = reader.column::<u8>(n)?.into_iter().map(|on_boundary| on_boundary != 0).collect();
+    if !reader.0.is_empty() || triangles.iter().flatten().any(|v| *v as usize >= n) {
+        return Err(Broken);
+    }
+    Ok(SemanticMesh { vertices, boundary, triangles })
+}
+
+struct Reader<'a>(&'a [u8]);
+
+impl Reader<'_> {
+    fn kind(&mut self) -> Result<u8, Broken> {
+        Ok(self.column::<u8>(4)?[0])
+    }
+
+    fn number(&mut self) -> Result<usize, Broken> {
+        Ok(self.column::<u32>(1)?[0] as usize)
+    }
+
+    fn id(&mut self) -> Result<[i32; 3], Broken> {
+        self.column::<i32>(3)?.try_into().map_err(|_| Broken)
+    }
+
+    fn column<T: bytemuck::Pod>(&mut self, n: usize) -> Result<Vec<T>, Broken> {
+        columns::take(&mut self.0, n).ok_or(Broken)
+    }
+
+    fn cloud(&mut self, n: usize) -> Result<SemanticCloud, Broken> {
+        columns::take_cloud(&mut self.0, n).ok_or(Broken)
+    }
+
+    /// The rest, as text.
+    fn text(&self) -> String {
+        String::from_utf8_lossy(self.0).into_owned()
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::expect_used)]
+mod tests;

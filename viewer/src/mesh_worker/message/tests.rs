@@ -1,0 +1,70 @@
+//! Messages between page and worker come back; broken ones are refused.
+
+use super::*;
+use proptest::prelude::*;
+use semascan_model::{PointFlags, SemanticPoint};
+
+fn mesh(n: usize) -> SemanticMesh {
+    let point = |i: usize| SemanticPoint {
+        position: [i as f32, -1.5, 0.25],
+        normal: [0.0, 0.0, 1.0],
+        color: [i as u8, 2, 3],
+        label: i as u16,
+        confidence: 0.5,
+        defect: 1,
+        defect_confidence: 0.25,
+        sigma: 0.125,
+        defect_sigma: 0.75,
+        instance: 9,
+        views: 4,
+        flags: PointFlags(PointFlags::UNLABELLED),
+    };
+    let last = n.saturating_sub(1) as u32;
+    SemanticMesh {
+        vertices: (0..n).map(point).collect(),
+        boundary: (0..n).map(|i| i % 2 == 0).collect(),
+        triangles: if n > 2 { vec![[0, 1, last], [1, 2, last]] } else { Vec::new() },
+    }
+}
+
+#[test]
+fn replies_cross_unchanged() {
+    let figures = DeviationFigures { mean: 0.1, rms: 0.2, p95: 0.3, range: [-0.4, 0.5] };
+    let replies = [
+        Reply::Progress { done: 3, total: 9 },
+        Reply::Mesh(Arc::new(mesh(7))),
+        Reply::Mesh(Arc::default()),
+        Reply::Cancelled,
+        Reply::Failed("no".into()),
+        Reply::Reference(ReferenceInfo { name: "ß.stl".into(), triangles: 4, points: 5, millimetres: true }),
+        Reply::NoReference("why".into()),
+        Reply::Deviation { of_vertices: vec![0.5, -1.0], figures },
+    ];
+    for reply in replies {
+        assert_eq!(Reply::decode(&reply.encode()), Ok(reply));
+    }
+}
+
+#[test]
+fn requests_cross_unchanged() {
+    let requests = [
+        Request::Clear,
+        Request::Chunk { id: [1, -2, 3], voxel: 0.001, cloud: mesh(3).vertices.into() },
+        Request::Gone([-1, 0, 9]),
+        Request::Mesh,
+        Request::Cancel,
+        Request::Reference { name: "a.stl".into(), bytes: [1, 2, 3].into() },
+        Request::Forget,
+    ];
+    for request in requests {
+        assert_eq!(Request::decode(&request.encode()), Ok(request));
+    }
+}
+
+proptest! {
+    #[test]
+    fn arbitrary_bytes_never_panic(bytes in proptest::collection::vec(any::<u8>(), 0..200)) {
+        let _ = Request::decode(&bytes);
+        let _ = Reply::decode(&bytes);
+    }
+}

@@ -1,0 +1,18 @@
+//! The scene: the model as held, its mesh, and what of both and of the state a frame shows and a file holds.
+//!
+//! | module | what |
+//! |---|---|
+//! | [`model`] | the points, chunk by chunk, kept level with the agent |
+//! | [`mesh`] | the mesh of the model, and its deviations |
+//! | [`figures`] | the model's figures, for the state |
+//! | [`frame_content`] | from the state to what a frame shall show |
+//! | [`export`] | the visible part of model or mesh as the bytes of a file |
+
+pub mod export;
+pub mod figures;
+pub mod frame_content;
+pub mod mesh;
+pub mod model;
+
+pub use mesh::HeldMesh;
+pub use model::{HeldModel, ModelChange};

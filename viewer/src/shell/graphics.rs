@@ -1,0 +1,177 @@
+//! Getting a renderer, feeding it, and getting another one when its device is lost. The panels do not depend on any of
+//! it: without a renderer the page says why, and goes on.
+
+use super::test_hooks;
+use crate::camera::{CameraInput, CameraPointer};
+use crate::render::{BackendChoice, DrawRequest, RenderError, Renderer};
+use crate::scene::{HeldModel, ModelChange};
+use crate::state::Event;
+use crate::state::connection::GraphicsStatus;
+use crate::ui::Ui;
+use semascan_model::SemanticMesh;
+use std::cell::{Cell, RefCell};
+use std::rc::Rc;
+use wasm_bindgen::prelude::*;
+use wasm_bindgen_futures::spawn_local;
+use web_sys::{Document, HtmlCanvasElement};
+
+/// Lost devices that are replaced in the life of a page; a device that keeps going away will not stay the next time.
+const MOST_LOSSES: u32 = 3;
+
+/// Size of the viewport in CSS pixels, and device pixels in one of them.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Size {
+    pub(super) width: f32,
+    pub(super) height: f32,
+    pub(super) ratio: f32,
+}
+
+/// The renderer, if there is one, and the pointer on its canvas.
+pub(super) struct Graphics {
+    ui: Ui,
+    document: Document,
+    choice: BackendChoice,
+    on_input: Box<dyn Fn(CameraInput)>,
+    on_ready: Box<dyn Fn()>,
+    renderer: RefCell<Option<Renderer>>,
+    pointer: RefCell<Option<CameraPointer>>,
+    losses: Cell<u32>,
+}
+
+impl Graphics {
+    /// * `on_input`: takes what the pointer asks of the camera.
+    /// * `on_ready`: called when there is a renderer, which has nothing to draw yet.
+    pub(super) fn new(
+        ui: Ui,
+        document: &Document,
+        choice: BackendChoice,
+        on_input: impl Fn(CameraInput) + 'static,
+        on_ready: impl Fn() + 'static,
+    ) -> Rc<Self> {
+        Rc::new(Self {
+            ui,
+            document: document.clone(),
+            choice,
+            on_input: Box::new(on_input),
+            on_ready: Box::new(on_ready),
+            renderer: RefCell::default(),
+            pointer: RefCell::default(),
+            losses: Cell::default(),
+        })
+    }
+
+    /// Starts to draw on the page's canvas.
+    pub(super) fn open(self: &Rc<Self>, canvas: HtmlCanvasElement) {
+        let this = self.clone();
+        spawn_local(async move {
+            let opened = Renderer::new(canvas, this.choice).await;
+            this.take(opened);
+        });
+    }
+
+    /// Brings the renderer level with a change of the model.
+    pub(super) fn follow(&self, change: ModelChange, model: &HeldModel) {
+        let mut renderer = self.renderer.borrow_mut();
+        let Some(renderer) = renderer.as_mut() else {
+            return;
+        };
+        match change {
+            ModelChange::None => {}
+            ModelChange::Cleared => renderer.clear(),
+            ModelChange::Exchanged => fill(renderer, model),
+            ModelChange::Removed(id) => renderer.remove_chunk(id),
+            ModelChange::Replaced(id) => {
+                if let Some(chunk) = model.chunk(id) {
+                    renderer.set_chunk(id, &chunk.cloud);
+                }
+            }
+        }
+    }
+
+    /// Puts the whole model into the renderer.
+    pub(super) fn fill(&self, model: &HeldModel) {
+        if let Some(renderer) = self.renderer.borrow_mut().as_mut() {
+            fill(renderer, model);
+        }
+    }
+
+    /// Takes the mesh, with a deviation for each vertex if it was compared.
+    pub(super) fn show_mesh(&self, mesh: Option<(&SemanticMesh, &[f32])>) {
+        if let Some(renderer) = self.renderer.borrow_mut().as_mut() {
+            renderer.set_mesh(mesh);
+        }
+    }
+
+    /// Whether a frame would have to wait for earlier ones.
+    pub(super) fn is_busy(&self) -> bool {
+        self.renderer.borrow().as_ref().is_some_and(Renderer::is_busy)
+    }
+
+    /// Draws a frame; a renderer whose device turns out to be lost is replaced. Without one there is nothing to do.
+    pub(super) fn draw(self: &Rc<Self>, request: &DrawRequest, size: Size) {
+        let drawn = match self.renderer.borrow_mut().as_mut() {
+            Some(renderer) => {
+                renderer.resize(size.width, size.height, size.ratio);
+                renderer.draw(request)
+            }
+            None => return,
+        };
+        if let Err(error) = drawn {
+            self.replace_lost(&error.to_string());
+        }
+    }
+
+    /// The device is gone: its renderer is replaced, as long as that makes sense.
+    fn replace_lost(self: &Rc<Self>, reason: &str) {
+        let Some(renderer) = self.renderer.borrow_mut().take() else {
+            return;
+        };
+        self.pointer.borrow_mut().take();
+        self.losses.set(self.losses.get() + 1);
+        if self.losses.get() > MOST_LOSSES {
+            return self.unavailable(format!("The graphics device was lost again and again: {reason}."));
+        }
+        web_sys::console::warn_1(&format!("semascan: graphics device lost: {reason}; opening another").into());
+        self.ui.send(Event::Graphics(GraphicsStatus::Starting));
+        let this = self.clone();
+        spawn_local(async move {
+            let opened = renderer.rebuild(this.choice).await;
+            this.take(opened);
+        });
+    }
+
+    fn take(self: &Rc<Self>, opened: Result<Renderer, RenderError>) {
+        let renderer = match opened {
+            Ok(renderer) => renderer,
+            Err(error) => return self.unavailable(error.to_string()),
+        };
+        let this = self.clone();
+        match CameraPointer::attach(renderer.canvas(), move |input| (this.on_input)(input)) {
+            Ok(pointer) => drop(self.pointer.borrow_mut().replace(pointer)),
+            Err(error) => web_sys::console::error_1(&error),
+        }
+        let this = Rc::downgrade(self);
+        renderer.on_lost(move |reason| {
+            if let Some(graphics) = this.upgrade() {
+                graphics.replace_lost(&reason);
+            }
+        });
+        let backend = renderer.backend().name().to_owned();
+        self.renderer.borrow_mut().replace(renderer);
+        self.ui.send(Event::Graphics(GraphicsStatus::Ready { backend }));
+        (self.on_ready)();
+    }
+
+    fn unavailable(&self, reason: String) {
+        web_sys::console::error_1(&JsValue::from_str(&format!("semascan: {reason}")));
+        test_hooks::write_no_backend(&self.document);
+        self.ui.send(Event::Graphics(GraphicsStatus::Unavailable { reason }));
+    }
+}
+
+fn fill(renderer: &mut Renderer, model: &HeldModel) {
+    renderer.clear();
+    for (id, chunk) in model.chunks() {
+        renderer.set_chunk(id, &chunk.cloud);
+    }
+}

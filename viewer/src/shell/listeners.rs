@@ -1,0 +1,130 @@
+//! What the page listens to besides the link and the pointer: keyboard, size, the system's theme, the clock; and what
+//! the page's frame shows of the state: theme and title. Everything lives as long as the page.
+
+use super::graphics::Size;
+use super::shortcuts::{Action, Focus, action};
+use super::viewport::Viewport;
+use crate::camera::Modifiers;
+use crate::display::Theme;
+use crate::state::{AppState, Event};
+use crate::ui::Ui;
+use leptos::prelude::*;
+use std::rc::Rc;
+use std::time::Duration;
+use wasm_bindgen::prelude::*;
+use web_sys::{Document, Element, KeyboardEvent, MediaQueryListEvent, ResizeObserver, Window};
+
+/// Where the chosen theme is kept; `www/boot.js` reads it before the first paint.
+const THEME_KEY: &str = "semascan.theme";
+/// Step of the clock while something counts down, milliseconds.
+const CLOCK_MS: u32 = 250;
+/// Finer pictures cost more than they show.
+const MOST_RATIO: f64 = 2.0;
+
+/// Keys do what [`action`] says.
+pub(super) fn keyboard(window: &Window, viewport: &Rc<Viewport>) -> Result<(), JsValue> {
+    let viewport = viewport.clone();
+    let on_key = Closure::<dyn FnMut(KeyboardEvent)>::new(move |event: KeyboardEvent| {
+        let command = event.ctrl_key() || event.alt_key() || event.meta_key();
+        let modifiers = Modifiers { shift: event.shift_key(), command };
+        let focus = focus(&viewport.document);
+        let found = viewport.ui.read(|s| action(&event.key(), modifiers, focus, s));
+        if let Some(found) = found {
+            event.prevent_default();
+            match found {
+                Action::State(event) => viewport.ui.send(*event),
+                Action::Camera(input) => viewport.steer(input),
+            }
+        }
+    });
+    window.add_event_listener_with_callback("keydown", on_key.as_ref().unchecked_ref())?;
+    on_key.forget();
+    Ok(())
+}
+
+fn focus(document: &Document) -> Focus {
+    match document.active_element() {
+        Some(element) if !matches!(element.tag_name().as_str(), "BODY" | "CANVAS") => Focus::Control,
+        _ => Focus::Model,
+    }
+}
+
+/// The picture follows the size of its place on the page.
+pub(super) fn size(window: &Window, viewport: &Rc<Viewport>, place: Element) -> Result<(), JsValue> {
+    let (window, viewport, element) = (window.clone(), viewport.clone(), place.clone());
+    let measure = move || {
+        let ratio = window.device_pixel_ratio().min(MOST_RATIO) as f32;
+        viewport.resize(Size { width: element.client_width() as f32, height: element.client_height() as f32, ratio });
+    };
+    measure();
+    let on_size = Closure::<dyn FnMut(JsValue)>::new(move |_| measure());
+    ResizeObserver::new(on_size.as_ref().unchecked_ref())?.observe(&place);
+    on_size.forget();
+    Ok(())
+}
+
+/// The system's preference for dark pages, now and when it changes.
+pub(super) fn system_theme(window: &Window, ui: Ui) -> Result<(), JsValue> {
+    let Some(query) = window.match_media("(prefers-color-scheme: dark)")? else {
+        return Ok(());
+    };
+    ui.send(Event::SystemDark(query.matches()));
+    let on_change = Closure::<dyn FnMut(MediaQueryListEvent)>::new(move |e: MediaQueryListEvent| {
+        ui.send(Event::SystemDark(e.matches()));
+    });
+    query.add_event_listener_with_callback("change", on_change.as_ref().unchecked_ref())?;
+    on_change.forget();
+    Ok(())
+}
+
+/// Sets the theme before anything is shown: from the address, else as it was chosen the last time.
+pub(super) fn initial_theme(window: &Window, ui: Ui, asked: Option<Theme>) {
+    let theme = asked.or_else(|| {
+        let stored = storage(window)?.get_item(THEME_KEY).ok().flatten()?;
+        Theme::from_key(&stored)
+    });
+    ui.send(Event::Theme(theme.unwrap_or_default()));
+}
+
+/// The page's theme and title follow the state. A theme that the person chooses is kept for the next visit.
+pub(super) fn frame_of_page(window: &Window, document: &Document, ui: Ui) {
+    let theme = ui.part(|s| s.display.theme);
+    let (page, kept) = (document.clone(), storage(window));
+    Effect::new(move |before: Option<Theme>| {
+        let theme = theme.get();
+        if let Some(root) = page.document_element() {
+            // Fails only for names that are no identifiers.
+            let _ = root.set_attribute("data-theme", theme.key());
+        }
+        if let (Some(storage), Some(_)) = (&kept, before) {
+            // Storage may be full or forbidden; the choice then holds for this visit.
+            let _ = storage.set_item(THEME_KEY, theme.key());
+        }
+        theme
+    });
+    let part = ui.part(|s| s.inspection.part.clone());
+    let page = document.clone();
+    Effect::new(move |_| {
+        let part = part.get();
+        page.set_title(&if part.is_empty() { "Semascan".into() } else { format!("{part} · Semascan") });
+    });
+}
+
+/// The clock runs while something counts down.
+pub(super) fn clock(ui: Ui) {
+    let wanted = ui.part(AppState::wants_clock);
+    Effect::new(move |running: Option<Option<IntervalHandle>>| {
+        if let Some(Some(handle)) = running {
+            handle.clear();
+        }
+        if !wanted.get() {
+            return None;
+        }
+        let every = Duration::from_millis(CLOCK_MS.into());
+        set_interval_with_handle(move || ui.send(Event::Elapsed { ms: CLOCK_MS }), every).ok()
+    });
+}
+
+fn storage(window: &Window) -> Option<web_sys::Storage> {
+    window.local_storage().ok().flatten()
+}

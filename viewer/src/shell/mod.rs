@@ -1,0 +1,39 @@
+//! The shell: the page that holds state, model, camera, renderer, link and panels together.
+//!
+//! | module | what |
+//! |---|---|
+//! | [`options`] | what the page's address asks for |
+//! | [`point_budget`] | how many points a frame may have while the camera moves |
+//! | [`shortcuts`] | what a key does |
+//! | `panels` | the panels that are not a tool's (browser only) |
+//! | `start` | the entry point, which joins it all (browser only) |
+//! | `viewport` | model, camera and renderer; a frame when one is due (browser only) |
+//! | `graphics` | getting a renderer, and another one after a loss (browser only) |
+//! | `ticker` | animation frames on demand (browser only) |
+//! | `listeners` | keyboard, size, theme, clock (browser only) |
+//! | `test_hooks` | what the canvas says to tests (browser only) |
+//! | `save` | exports: files for the person (browser only) |
+
+pub mod options;
+pub mod point_budget;
+pub mod shortcuts;
+
+#[cfg(target_arch = "wasm32")]
+mod graphics;
+#[cfg(target_arch = "wasm32")]
+mod listeners;
+#[cfg(target_arch = "wasm32")]
+mod panels;
+#[cfg(target_arch = "wasm32")]
+mod save;
+#[cfg(target_arch = "wasm32")]
+mod start;
+#[cfg(target_arch = "wasm32")]
+mod test_hooks;
+#[cfg(target_arch = "wasm32")]
+mod ticker;
+#[cfg(target_arch = "wasm32")]
+mod viewport;
+
+#[cfg(target_arch = "wasm32")]
+pub use start::{Viewer, start};

@@ -1,0 +1,64 @@
+//! The header: what is inspected, whether the link stands, theme and help.
+
+use crate::display::ColorScheme;
+use crate::state::connection::Connection;
+use crate::state::{Event, units};
+use crate::ui::Ui;
+use crate::ui::icons::{HELP, Icon, THEME};
+use leptos::prelude::*;
+
+/// Brand, part, connection, buttons.
+#[component]
+pub(super) fn Header(ui: Ui) -> impl IntoView {
+    let part = ui.part(|s| s.inspection.part.clone());
+    let source = ui.part(|s| s.inspection.source.clone());
+    let dark = ui.part(|s| s.display.color_scheme() == ColorScheme::Dark);
+    let toggle = move |_| ui.send(Event::Theme(ui.read(|s| s.display.toggled_theme())));
+    view! {
+        <a class="brand" href="./" aria-label="Semascan">
+            <svg class="brand-mark" viewBox="0 0 24 24" aria-hidden="true" focusable="false">
+                <path d="M12 2.5 20.2 7.2v9.6L12 21.5 3.8 16.8V7.2z"></path>
+                <circle cx="12" cy="12" r="3.4"></circle>
+            </svg>
+            <span class="brand-name">"Semascan"</span>
+        </a>
+        <div class="subject">
+            <h1 class="subject-part" data-testid="part">
+                {move || Some(part.get()).filter(|p| !p.is_empty()).unwrap_or_else(|| "No part".into())}
+            </h1>
+            <p class="subject-source" title=move || source.get()>{move || source.get()}</p>
+        </div>
+        <ConnectionStatus ui/>
+        <button
+            class="tool" type="button" data-testid="theme-toggle"
+            aria-label=move || if dark.get() { "Switch to the light theme" } else { "Switch to the dark theme" }
+            title=move || if dark.get() { "Light theme (T)" } else { "Dark theme (T)" }
+            on:click=toggle
+        >
+            <Icon path=THEME/>
+        </button>
+        <button
+            class="tool" type="button" data-testid="help-open" aria-label="Keyboard shortcuts"
+            title="Keyboard shortcuts (?)" on:click=move |_| ui.send(Event::Help(true))
+        >
+            <Icon path=HELP/>
+        </button>
+    }
+}
+
+/// Where the connection stands.
+#[component]
+fn ConnectionStatus(ui: Ui) -> impl IntoView {
+    let connection = ui.part(|s| s.connection.clone());
+    let agent = ui.part(|s| match &s.connection {
+        Connection::Connected { agent } => format!("Connected to {agent}"),
+        Connection::Reconnecting { reason, .. } | Connection::Refused { reason } => units::sentence(reason),
+        Connection::Connecting { .. } => String::new(),
+    });
+    view! {
+        <p class="link" data-testid="connection" data-state=move || connection.get().key() title=move || agent.get()>
+            <span class="link-dot" aria-hidden="true"></span>
+            <span class="link-label">{move || connection.get().label()}</span>
+        </p>
+    }
+}

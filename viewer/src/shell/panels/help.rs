@@ -1,0 +1,96 @@
+//! The table of shortcuts.
+
+use crate::state::Event;
+use crate::ui::Ui;
+use crate::ui::icons::{CLOSE, Icon};
+use leptos::prelude::*;
+
+/// The keys of a shortcut, and what it does.
+type Shortcut = (&'static [&'static str], &'static str);
+
+/// What the pointer and the keys do, in groups.
+const GROUPS: [(&str, &[Shortcut]); 4] = [
+    (
+        "Pointer",
+        &[
+            (&["Drag"], "Orbit"),
+            (&["Shift", "Drag"], "Pan (or right button, two fingers)"),
+            (&["Wheel"], "Zoom to the pointer (or pinch)"),
+            (&["Double click"], "Fit the model into view"),
+        ],
+    ),
+    (
+        "Camera",
+        &[
+            (&["←", "→", "↑", "↓"], "Orbit; with Shift, pan"),
+            (&["+", "−"], "Zoom"),
+            (&["F"], "Fit the model into view"),
+            (&["1", "…", "7"], "Isometric, front, back, left, right, top, bottom"),
+        ],
+    ),
+    (
+        "Display",
+        &[
+            (&["C"], "Next colour mode; with Shift, previous"),
+            (&["A"], "Show all components"),
+            (&["O"], "Show or hide outliers"),
+            (&["B"], "Show or hide the background"),
+            (&["T"], "Light or dark theme"),
+        ],
+    ),
+    ("Views", &[(&["N"], "Next view"), (&["P"], "Previous view"), (&["Esc"], "Close the view"), (&["?"], "This help")]),
+];
+
+/// A modal dialog, open while the state says so.
+#[component]
+pub(super) fn Help(ui: Ui) -> impl IntoView {
+    let open = ui.part(|s| s.help_open);
+    let dialog = NodeRef::<leptos::html::Dialog>::new();
+    Effect::new(move |_| {
+        let (Some(dialog), open) = (dialog.get(), open.get()) else {
+            return;
+        };
+        match (open, dialog.open()) {
+            // Fails only where the element is not in the page.
+            (true, false) => drop(dialog.show_modal()),
+            (false, true) => dialog.close(),
+            _ => {}
+        }
+    });
+    view! {
+        <dialog
+            class="dialog" data-testid="help" aria-labelledby="help-title" node_ref=dialog
+            on:close=move |_| ui.send(Event::Help(false))
+            on:click=move |e| if is_backdrop(&e) { ui.send(Event::Help(false)) }
+        >
+            <header class="dialog-head">
+                <h2 id="help-title">"Keyboard and pointer"</h2>
+                <button
+                    class="tool" type="button" aria-label="Close" on:click=move |_| ui.send(Event::Help(false))
+                >
+                    <Icon path=CLOSE/>
+                </button>
+            </header>
+            <div class="dialog-body">
+                {GROUPS.into_iter().map(|(title, rows)| view! {
+                    <section class="keys">
+                        <h3>{title}</h3>
+                        <dl>
+                            {rows.iter().map(|(keys, what)| view! {
+                                <div>
+                                    <dt>{keys.iter().map(|k| view! { <kbd>{*k}</kbd> }).collect_view()}</dt>
+                                    <dd>{*what}</dd>
+                                </div>
+                            }).collect_view()}
+                        </dl>
+                    </section>
+                }).collect_view()}
+            </div>
+        </dialog>
+    }
+}
+
+/// A click on the dialog element itself, not on what it holds, is one beside it.
+fn is_backdrop(event: &web_sys::MouseEvent) -> bool {
+    event.target().is_some() && event.target() == event.current_target()
+}

@@ -1,0 +1,97 @@
+//! The component legend: colour, visibility, points, area and confidence by class.
+
+use crate::display::css_color;
+use crate::state::legend::Row;
+use crate::state::{Event, units};
+use crate::ui::Ui;
+use leptos::prelude::*;
+
+/// The component classes as a table.
+#[component]
+pub(super) fn LegendPanel(ui: Ui) -> impl IntoView {
+    let classes = ui.part(|s| s.legend.listed().map(|r| r.class.clone()).collect::<Vec<_>>());
+    let all = ui.part(|s| s.legend.all_visible());
+    view! {
+        <section class="panel" aria-labelledby="legend-title">
+            <header class="panel-head">
+                <h2 id="legend-title">"Components"</h2>
+                <button
+                    class="text-button" type="button" data-testid="legend-all" title="Show all (A)"
+                    prop:disabled=move || all.get() on:click=move |_| ui.send(Event::AllComponents)
+                >
+                    "Show all"
+                </button>
+            </header>
+            <Show
+                when=move || classes.with(|c| c.len() > 1)
+                fallback=|| view! { <p class="empty">"The classes of the part appear here with its inspection."</p> }
+            >
+                <table class="legend">
+                    <thead>
+                        <tr>
+                            <th scope="col">"Component"</th>
+                            <th scope="col" class="is-figure">"Points"</th>
+                            <th scope="col" class="is-figure">"Area"</th>
+                            <th scope="col" class="is-figure"><abbr title="Mean confidence">"Conf."</abbr></th>
+                        </tr>
+                    </thead>
+                    <tbody>
+                        <For each=move || classes.get() key=|c| (c.id, c.name.clone(), c.color) let:class>
+                            <LegendRow ui class=class.id/>
+                        </For>
+                    </tbody>
+                </table>
+            </Show>
+        </section>
+    }
+}
+
+/// One class.
+#[component]
+fn LegendRow(ui: Ui, class: u16) -> impl IntoView {
+    let row = ui.part(move |s| s.legend.rows.get(usize::from(class)).cloned());
+    let of = move |read: fn(&Row) -> String| row.with(|r| r.as_ref().map(read).unwrap_or_default());
+    let name = move || of(display_name);
+    let visible = move || row.with(|r| r.as_ref().is_some_and(|r| r.visible));
+    let empty = move || row.with(|r| r.as_ref().is_none_or(|r| r.figures.points == 0));
+    view! {
+        <tr
+            class="legend-row" data-testid=format!("legend-row-{class}")
+            data-class-name=move || of(|r| r.class.name.clone())
+            data-points=move || of(|r| r.figures.points.to_string())
+            data-area-mm2=move || of(|r| format!("{:.1}", r.figures.area * 1e6))
+            class:is-hidden=move || !visible() class:is-empty=empty
+        >
+            <th scope="row">
+                <label class="legend-name">
+                    <input
+                        class="swatch" type="checkbox" data-testid=format!("legend-visible-{class}")
+                        style:--swatch=move || of(|r| css_color(r.class.color))
+                        prop:checked=visible on:change=move |_| ui.send(Event::ToggleComponent(class))
+                    />
+                    <span title=name>{name}</span>
+                </label>
+                <button
+                    class="text-button legend-only" type="button" data-testid=format!("legend-only-{class}")
+                    aria-label=move || format!("Show only {}", name())
+                    on:click=move |_| ui.send(Event::OnlyComponent(class))
+                >
+                    "Only"
+                </button>
+            </th>
+            <td class="is-figure">{move || of(|r| units::count(r.figures.points))}</td>
+            <td class="is-figure">{move || of(|r| known(r, || units::area(r.figures.area)))}</td>
+            <td class="is-figure">{move || of(|r| if r.class.id == 0 { "–".into() } else { known(r, || units::percent(r.figures.confidence)) })}</td>
+        </tr>
+    }
+}
+
+/// Class 0 carries every point without evidence for a component.
+fn display_name(row: &Row) -> String {
+    if row.class.id == 0 { "unlabelled".into() } else { row.class.name.clone() }
+}
+
+/// A figure that has a meaning only where there are points.
+fn known(row: &Row, figure: impl FnOnce() -> String) -> String {
+    if row.figures.points == 0 { "–".into() } else { figure() }
+}

@@ -1,0 +1,88 @@
+//! The panels that are not a tool's, and where all panels are mounted. The page's skeleton is `www/index.html`; each panel
+//! is mounted into one of its elements.
+//!
+//! # Names that tests rely on
+//!
+//! | selector | what |
+//! |---|---|
+//! | `#viewport` | the canvas; `data-backend` (`webgpu`, `webgl2`, `none`), `data-points`, `data-triangles`, `data-frames`, `data-hash` and `data-agent-hash` (16 hex digits), `data-phase`, `data-connection`, `data-inspection`, `data-resumed` (how often a lost connection was resumed by difference) |
+//! | `[data-testid=connection]` | `data-state` = `connecting`, `connected`, `reconnecting`, `refused` |
+//! | `[data-testid=part]` | the part's name |
+//! | `[data-testid=progress]` | `data-phase`, `data-done`, `data-expected`, `data-rejected` |
+//! | `[data-testid=stage-<stage>]` | timing of a stage; `data-last-us`, `data-mean-us` (absent until known) |
+//! | `[data-testid=view-<i>]` | button of a view; `data-accepted` = `true`, `false`; `aria-pressed` |
+//! | `[data-testid=view-detail]` | the selected view at large |
+//! | `[data-testid=overlay-<kind>]` | radio in it: `none`, `labels`, `sigma`, `contribution`, as far as there are any |
+//! | `[data-testid=legend-row-<class>]` | row of component class number `<class>`; `data-class-name`, `data-points`, `data-area-mm2` |
+//! | `[data-testid=legend-visible-<class>]`, `legend-only-<class>`, `legend-all` | its checkbox, its "only" button, "show all" |
+//! | `[data-testid=color-mode-<mode>]` | radio: `appearance`, `component`, `confidence`, `views`, `defect`, `sigma` |
+//! | `[data-testid=color-scale]` | the scale of the colour ramp, or the defect classes |
+//! | `[data-testid=show-outliers]`, `show-background` | switches |
+//! | `[data-testid=theme-toggle]`, `fit`, `help-open` | buttons |
+//! | `[data-testid=help]` | the dialog of shortcuts |
+//! | `[data-testid=show-points]`, `show-mesh` | radio: what the model is shown as; `show-mesh` makes the mesh where there is none |
+//! | `[data-testid=mesh]` | the mesh's panel; `data-state` = `none`, `running`, `ready`; `data-triangles`, `data-outdated` |
+//! | `[data-testid=mesh-progress]`, `mesh-cancel`, `mesh-update` | progress of the meshing; its cancel button; make an outdated mesh anew |
+//! | `[data-testid=reference-file]`, `reference`, `reference-forget` | file input; what is compared with; its button |
+//! | `[data-testid=tolerance]` | number input, millimetres |
+//! | `[data-testid=deviation]` | figures; `data-mean-mm`, `data-rms-mm`, `data-p95-mm` |
+//! | `[data-testid=color-mode-deviation]` | radio, there with a reference |
+//! | `[data-testid=export-mesh-ply]`, `export-mesh-obj`, `export-mesh-stl`, `export-mesh-glb` | buttons, there with a mesh |
+//! | `[data-testid=export-ply]`, `export-glb` | buttons |
+//! | `[data-testid=notice]` | a message; `data-level` = `info`, `warning`, `error` |
+//! | `[data-testid=banner]` | a lost connection, or a model that is not the agent's, over a model on screen |
+//! | `[data-testid=viewport-message]` | what stands in place of the model; `data-state` |
+//! | `#status` | the live region |
+
+#![allow(unreachable_pub)] // The component macro makes a public structure of each panel's properties.
+
+mod display;
+mod export;
+mod header;
+mod help;
+mod legend;
+mod notices;
+mod overlay;
+mod picture;
+mod progress;
+mod view_detail;
+mod views;
+
+use crate::features::mounted;
+use crate::state::AppState;
+use crate::ui::Ui;
+use leptos::mount::mount_to;
+use leptos::prelude::*;
+use wasm_bindgen::{JsCast, JsValue};
+use web_sys::{Document, HtmlElement};
+
+/// Mounts every panel into the page's skeleton.
+///
+/// # Errors
+/// A missing element of the skeleton, by its id.
+pub(in crate::shell) fn mount(document: &Document, ui: Ui) -> Result<(), JsValue> {
+    let place = |id: &str| -> Result<HtmlElement, JsValue> {
+        let element =
+            document.get_element_by_id(id).ok_or_else(|| JsValue::from_str(&format!("the page has no #{id}")))?;
+        element.set_text_content(None);
+        Ok(element.unchecked_into())
+    };
+    mount_to(place("header")?, move || view! { <header::Header ui/> }).forget();
+    mount_to(place("overlay")?, move || view! { <overlay::Overlay ui/> <view_detail::ViewDetail ui/> }).forget();
+    mount_to(place("views")?, move || view! { <views::ViewStrip ui/> }).forget();
+    mount_to(place("panels")?, move || {
+        view! {
+            <progress::ProgressPanel ui/>
+            <legend::LegendPanel ui/>
+            {mounted::panels(ui)}
+            <display::DisplayPanel ui/>
+            <export::ExportPanel ui/>
+        }
+    })
+    .forget();
+    mount_to(place("help")?, move || view! { <help::Help ui/> }).forget();
+    mount_to(place("notices")?, move || view! { <notices::NoticeList ui/> }).forget();
+    let status = ui.part(AppState::status);
+    mount_to(place("status")?, move || move || status.get()).forget();
+    Ok(())
+}

@@ -1,0 +1,216 @@
+//! What lies over the 3D view: the colour modes, the scale that says what a colour means, the button that fits the
+//! model into view, and what stands there when there is no model to see.
+
+use crate::camera::CameraInput;
+use crate::display::color_ramp::css_gradient;
+use crate::display::{ColorMode, SIGMA_TOP, css_color};
+use crate::features::mounted;
+use crate::state::connection::{Connection, GraphicsStatus};
+use crate::state::{AppState, Event, units};
+use crate::ui::icons::{FIT, Icon, MODEL, UNLINKED, WARNING};
+use crate::ui::{Command, Ui};
+use leptos::prelude::*;
+use semascan_protocol::Phase;
+
+/// Everything over the canvas.
+#[component]
+pub(super) fn Overlay(ui: Ui) -> impl IntoView {
+    view! {
+        <div class="overlay-top">
+            <ColorModes ui/>
+            <button
+                class="tool is-raised" type="button" data-testid="fit" aria-label="Fit the model into view"
+                title="Fit into view (F)" on:click=move |_| ui.ask(Command::Camera(CameraInput::Fit))
+            >
+                <Icon path=FIT/>
+            </button>
+        </div>
+        <LinkBanner ui/>
+        <Message ui/>
+        <ColorScale ui/>
+        {mounted::overlays(ui)}
+    }
+}
+
+/// What the colours mean: one of six, or of seven with a reference.
+#[component]
+fn ColorModes(ui: Ui) -> impl IntoView {
+    let mode = ui.part(|s| s.display.color_mode);
+    let has_reference = ui.part(|s| s.display.has_reference);
+    let choice = move |option: ColorMode| {
+        view! {
+            <label class="segment" title=option.explanation()>
+                <input
+                    type="radio" name="color-mode" value=option.key()
+                    data-testid=format!("color-mode-{}", option.key())
+                    prop:checked=move || mode.get() == option
+                    on:change=move |_| ui.send(Event::ColorMode(option))
+                />
+                <span>{option.label()}</span>
+            </label>
+        }
+    };
+    view! {
+        <fieldset class="segments is-raised" data-testid="color-modes">
+            <legend class="visually-hidden">"Colour by"</legend>
+            {ColorMode::ALL.into_iter().map(choice).collect_view()}
+            <Show when=move || has_reference.get()>{choice(ColorMode::Deviation)}</Show>
+        </fieldset>
+    }
+}
+
+/// The scale of the ramp, absolute, or the defect classes. The scale of deviations is their tool's.
+#[component]
+fn ColorScale(ui: Ui) -> impl IntoView {
+    let mode = ui.part(|s| s.display.color_mode);
+    let top = ui.part(AppState::views_scale);
+    let defects = ui.part(|s| s.legend.defects.clone());
+    let ramp = move |title: &'static str, ticks: [String; 3]| {
+        view! {
+            <figure class="scale is-raised" data-testid="color-scale">
+                <figcaption>{title}</figcaption>
+                <div class="scale-ramp" aria-hidden="true" style:background-image=css_gradient()></div>
+                <div class="scale-ticks">{ticks.into_iter().map(|t| view! { <span>{t}</span> }).collect_view()}</div>
+            </figure>
+        }
+    };
+    let classes = move || {
+        let rows = defects.get().into_iter().skip(1).map(|class| {
+            view! {
+                <li>
+                    <span class="scale-dot" style:background-color=css_color(class.color)></span>
+                    {class.name}
+                </li>
+            }
+        });
+        let rows = rows.collect::<Vec<_>>();
+        let none = rows.is_empty().then(|| view! { <li>"This source names no defects."</li> });
+        view! {
+            <figure class="scale is-raised" data-testid="color-scale">
+                <figcaption>"Defect"</figcaption>
+                <ul class="scale-classes">{rows} {none}</ul>
+            </figure>
+        }
+    };
+    move || match mode.get() {
+        ColorMode::Confidence => ramp("Confidence", ["0 %", "50 %", "100 %"].map(String::from)).into_any(),
+        ColorMode::Sigma => {
+            let ticks = [0.0, 0.5, 1.0].map(|share| format!("{:.2}", share * SIGMA_TOP));
+            ramp("Uncertainty (sigma)", ticks).into_any()
+        }
+        ColorMode::Views => {
+            let top = top.get();
+            let middle = if top.is_multiple_of(2) { (top / 2).to_string() } else { String::new() };
+            ramp("Views that saw the point", ["0".into(), middle, top.to_string()]).into_any()
+        }
+        ColorMode::Defect => classes().into_any(),
+        ColorMode::Appearance | ColorMode::Component | ColorMode::Deviation => ().into_any(),
+    }
+}
+
+/// Says that what is seen is not live, or not whole, while there is a model to be seen.
+#[component]
+fn LinkBanner(ui: Ui) -> impl IntoView {
+    let text = ui.part(|s| match &s.connection {
+        _ if !s.has_model() => None,
+        Connection::Reconnecting { reason, .. } => {
+            Some(format!("Connection lost. {} The model may be out of date.", units::sentence(reason)))
+        }
+        Connection::Refused { reason } => Some(format!("The agent closed the connection. {}", units::sentence(reason))),
+        _ if s.model_differs() => {
+            Some("The model shown differs from the agent's. Reload the page to fetch it anew.".into())
+        }
+        _ => None,
+    });
+    move || {
+        text.get().map(|text| {
+            view! {
+                <p class="banner is-raised" data-testid="banner"><Icon path=UNLINKED/> <span>{text}</span></p>
+            }
+        })
+    }
+}
+
+/// What stands in the place of the model.
+#[derive(Clone, PartialEq)]
+struct Empty {
+    key: &'static str,
+    icon: &'static str,
+    title: &'static str,
+    text: String,
+    busy: bool,
+    reload: bool,
+}
+
+impl Empty {
+    fn new(key: &'static str, icon: &'static str, title: &'static str, text: impl Into<String>) -> Self {
+        Self { key, icon, title, text: text.into(), busy: false, reload: false }
+    }
+
+    /// The most important thing that keeps the model from being seen, if anything does.
+    fn of(state: &AppState) -> Option<Self> {
+        if let GraphicsStatus::Unavailable { reason } = &state.graphics {
+            let text =
+                format!("{} The panels, the live figures and the exports keep working.", units::sentence(reason));
+            return Some(Self { reload: true, ..Self::new("gpu", WARNING, "The 3D view is not available", text) });
+        }
+        if state.has_model() {
+            return None;
+        }
+        Some(match (&state.connection, state.progress.phase) {
+            (Connection::Connecting { .. }, _) => Self {
+                busy: true,
+                ..Self::new("connecting", UNLINKED, "Connecting to the agent", "This takes a moment.")
+            },
+            (Connection::Reconnecting { reason, .. }, _) => {
+                let text = format!("{} The viewer keeps trying.", units::sentence(reason));
+                Self { busy: true, ..Self::new("reconnecting", UNLINKED, "No connection to the agent", text) }
+            }
+            (Connection::Refused { reason }, _) => Self {
+                reload: true,
+                ..Self::new("refused", WARNING, "The agent refused the connection", units::sentence(reason))
+            },
+            (_, Phase::Failed) => {
+                let why = Some(state.progress.message.as_str()).filter(|m| !m.is_empty());
+                Self::new(
+                    "failed",
+                    WARNING,
+                    "The inspection failed",
+                    units::sentence(why.unwrap_or("The agent gave no reason.")),
+                )
+            }
+            (_, Phase::Finished) => {
+                Self::new("finished", MODEL, "The inspection found no surface", "No view could be added to the model.")
+            }
+            (_, Phase::Running) => Self {
+                busy: true,
+                ..Self::new("running", MODEL, "Capturing the first view", "The model appears here as it grows.")
+            },
+            (_, Phase::Waiting | Phase::Unspecified) => Self::new(
+                "waiting",
+                MODEL,
+                "Waiting for an inspection",
+                "The model appears here as soon as the agent captures its first view.",
+            ),
+        })
+    }
+}
+
+#[component]
+fn Message(ui: Ui) -> impl IntoView {
+    let empty = ui.part(Empty::of);
+    move || {
+        empty.get().map(|Empty { key, icon, title, text, busy, reload }| {
+            view! {
+                <div class="message is-raised" data-testid="viewport-message" data-state=key>
+                    <span class="message-icon" class:is-busy=busy><Icon path=icon/></span>
+                    <h2>{title}</h2>
+                    <p>{text}</p>
+                    {reload.then(|| view! {
+                        <button class="button" type="button" on:click=move |_| ui.ask(Command::Reload)>"Reload"</button>
+                    })}
+                </div>
+            }
+        })
+    }
+}

@@ -1,0 +1,129 @@
+//! Where the inspection stands: phase, views, figures, and how long each stage takes.
+
+use crate::state::timings::{STAGES, StageTime, stage_key, stage_label};
+use crate::state::units;
+use crate::ui::Ui;
+use crate::ui::icons::{DONE, Icon, WARNING};
+use leptos::prelude::*;
+use semascan_protocol::{Phase, Stage};
+
+/// The inspection at a glance.
+#[component]
+pub(super) fn ProgressPanel(ui: Ui) -> impl IntoView {
+    let progress = ui.part(|s| s.progress.clone());
+    let voxel = ui.part(|s| s.inspection.voxel);
+    let views = move || progress.with(|p| p.views_done.to_string());
+    let of = move || {
+        progress.with(|p| match p.views_expected {
+            0 => {
+                if p.views_done == 1 {
+                    "view".into()
+                } else {
+                    "views".into()
+                }
+            }
+            n => format!("of {n} views"),
+        })
+    };
+    view! {
+        <section
+            class="panel" aria-labelledby="progress-title" data-testid="progress"
+            data-phase=move || progress.with(|p| p.phase_key())
+            data-done=move || progress.with(|p| p.views_done)
+            data-expected=move || progress.with(|p| p.views_expected)
+            data-rejected=move || progress.with(|p| p.views_rejected)
+        >
+            <header class="panel-head">
+                <h2 id="progress-title">"Inspection"</h2>
+                <PhaseChip ui/>
+            </header>
+            <p class="headline"><span class="headline-figure">{views}</span> {of}</p>
+            <ProgressBar ui/>
+            <Show when=move || progress.with(|p| p.phase == Phase::Failed && !p.message.is_empty())>
+                <p class="callout callout-error"><Icon path=WARNING/> <span>{move || progress.with(|p| units::sentence(&p.message))}</span></p>
+            </Show>
+            <dl class="figures">
+                <div><dt>"Points"</dt><dd>{move || progress.with(|p| units::count(p.points))}</dd></div>
+                <div>
+                    <dt>"Voxel"</dt>
+                    <dd>{move || if voxel.get() > 0.0 { units::length(voxel.get()) } else { "–".into() }}</dd>
+                </div>
+                <div class:is-warning=move || progress.with(|p| p.views_rejected > 0)>
+                    <dt>"Rejected"</dt><dd>{move || progress.with(|p| p.views_rejected)}</dd>
+                </div>
+            </dl>
+            <h3 class="subhead">"Time a view" <span class="subhead-note">"last · mean"</span></h3>
+            <ol class="stages">
+                {STAGES.into_iter().map(|stage| view! { <StageBar ui stage/> }).collect_view()}
+            </ol>
+        </section>
+    }
+}
+
+/// The phase as a label.
+#[component]
+fn PhaseChip(ui: Ui) -> impl IntoView {
+    let progress = ui.part(|s| s.progress.clone());
+    view! {
+        <Show when=move || progress.with(|p| p.phase != Phase::Unspecified)>
+            <span class="chip" data-phase=move || progress.with(|p| p.phase_key())>
+                <Show when=move || progress.with(|p| p.phase == Phase::Finished)><Icon path=DONE/></Show>
+                <Show when=move || progress.with(|p| p.phase == Phase::Failed)><Icon path=WARNING/></Show>
+                {move || progress.with(|p| p.phase_label())}
+            </span>
+        </Show>
+    }
+}
+
+/// The share of the views that is done; moving to and fro where the number is not known.
+#[component]
+fn ProgressBar(ui: Ui) -> impl IntoView {
+    let state = ui.part(|s| (s.progress.fraction(), s.progress.phase));
+    // A finished inspection is complete, however many views it was expected to take.
+    let shown = move || match state.get() {
+        (_, Phase::Finished) => Some(1.0),
+        (fraction, _) => fraction,
+    };
+    let idle = move || !matches!(state.get(), (None, Phase::Running));
+    view! {
+        <div
+            class="meter" role="progressbar" aria-label="Views captured" aria-valuemin="0" aria-valuemax="100"
+            aria-valuenow=move || shown().map(|f| format!("{:.0}", f * 100.0))
+            data-phase=move || ui.follow(|s| s.progress.phase_key())
+            class:is-unknown=move || !idle()
+        >
+            <span class="meter-fill" style:width=move || format!("{:.2}%", shown().unwrap_or(0.0) * 100.0)></span>
+        </div>
+    }
+}
+
+/// The latest and the mean duration of a stage, as a bar on the common scale.
+#[component]
+fn StageBar(ui: Ui, stage: Stage) -> impl IntoView {
+    let time = ui.part(move |s| (s.timings.of(stage), s.timings.scale_us()));
+    let share = move |of: fn(&StageTime) -> Option<u64>| {
+        let (time, scale) = time.get();
+        of(&time).map(|us| us as f64 / scale.max(1) as f64 * 100.0)
+    };
+    let text = move |of: fn(&StageTime) -> Option<u64>| of(&time.get().0).map_or_else(|| "–".into(), units::duration);
+    view! {
+        <li
+            class="stage-row" data-testid=format!("stage-{}", stage_key(stage))
+            data-last-us=move || time.get().0.last_us
+            data-mean-us=move || time.get().0.mean_us
+            class:is-active=move || time.get().0.active.is_some()
+            class:is-failed=move || time.get().0.failed.gt(&0)
+        >
+            <span class="stage-name">{stage_label(stage)}</span>
+            <span class="stage-track" aria-hidden="true">
+                <span class="stage-fill" style:width=move || format!("{:.2}%", share(|t| t.last_us).unwrap_or(0.0))></span>
+                <span
+                    class="stage-mean" class:is-known=move || share(|t| t.mean_us).is_some()
+                    style:left=move || format!("{:.2}%", share(|t| t.mean_us).unwrap_or(0.0))
+                ></span>
+            </span>
+            <span class="stage-time">{move || text(|t| t.last_us)}</span>
+            <span class="stage-time is-mean">{move || text(|t| t.mean_us)}</span>
+        </li>
+    }
+}

@@ -1,0 +1,81 @@
+//! How many points a frame may have while the camera moves.
+//!
+//! A still picture always has every point. While the camera moves on a machine that cannot draw them all in time, the
+//! picture is thinned until it follows the hand again. The measure is the time from one frame to the next: no frame is
+//! drawn while the graphics processor is at earlier ones, so it is how long they take.
+
+/// Longest time between frames that still feels like moving the model, in milliseconds.
+const SLOW_MS: f64 = 45.0;
+/// Below this there is room for more points.
+const FAST_MS: f64 = 24.0;
+/// Fewest points: below it a model is no longer recognised.
+const FEWEST: usize = 40_000;
+
+/// The budget, learned frame by frame.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PointBudget {
+    budget: Option<usize>,
+    last_ms: Option<f64>,
+}
+
+impl PointBudget {
+    /// The camera moves and a frame of a model of `points` is due at `now_ms`: how many of them to draw, `None` for all.
+    pub fn moving(&mut self, now_ms: f64, points: usize) -> Option<usize> {
+        let gap = self.last_ms.replace(now_ms).map(|last| now_ms - last);
+        let present = self.budget.unwrap_or(points);
+        match gap {
+            Some(gap) if gap > SLOW_MS => self.budget = Some((present / 2).max(FEWEST)),
+            Some(gap) if gap < FAST_MS => self.budget = self.budget.map(|b| b + b / 4),
+            _ => {}
+        }
+        self.budget = self.budget.filter(|b| *b < points);
+        self.budget
+    }
+
+    /// The camera stands still: the next gap says nothing about drawing. What was learned is kept.
+    pub fn still(&mut self) {
+        self.last_ms = None;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Milliseconds a frame takes on a machine that draws `rate` points a millisecond.
+    fn frames(budget: &mut PointBudget, rate: usize, points: usize, count: usize) -> Option<usize> {
+        let mut now = 0.0;
+        let mut drawn = None;
+        for _ in 0..count {
+            drawn = budget.moving(now, points);
+            now += (drawn.unwrap_or(points) / rate) as f64 + 16.0;
+        }
+        drawn
+    }
+
+    #[test]
+    fn a_fast_machine_draws_everything() {
+        assert_eq!(frames(&mut PointBudget::default(), 1_000_000, 2_000_000, 50), None);
+    }
+
+    #[test]
+    fn a_slow_machine_settles_at_what_it_can_draw_in_time() {
+        let drawn = frames(&mut PointBudget::default(), 10_000, 2_000_000, 50).expect("it cannot draw all");
+        let ms = drawn / 10_000 + 16;
+        assert!((20..=45).contains(&ms), "{drawn} points take {ms} ms");
+    }
+
+    #[test]
+    fn it_never_thins_a_model_beyond_recognition() {
+        assert_eq!(frames(&mut PointBudget::default(), 1, 2_000_000, 50), Some(FEWEST));
+        assert_eq!(frames(&mut PointBudget::default(), 1, 1_000, 50), None, "a small model is drawn whole");
+    }
+
+    #[test]
+    fn standing_still_is_not_a_slow_frame() {
+        let mut budget = PointBudget::default();
+        budget.moving(0.0, 1_000_000);
+        budget.still();
+        assert_eq!(budget.moving(5_000.0, 1_000_000), None);
+    }
+}

@@ -1,0 +1,62 @@
+//! Exports: what is visible of the model or the mesh as files for the person, saved as if they came from a server.
+
+use super::viewport::Viewport;
+use crate::scene::export::{ExportFile, MeshFormat, PointFormat, export_mesh, export_points};
+use crate::state::notices::Level;
+use crate::state::units;
+use wasm_bindgen::prelude::*;
+use web_sys::{Blob, BlobPropertyBag, Document, HtmlAnchorElement, Url};
+
+/// Saves the visible points.
+pub(super) fn save_points(viewport: &Viewport, format: PointFormat) {
+    let cloud = viewport.model.borrow().to_cloud();
+    let file = viewport.ui.read(|state| export_points(&cloud, state, format));
+    save(viewport, file.map(|file| vec![file]).map_err(|e| e.to_string()), format.mime(), "points");
+}
+
+/// Saves the visible components of the mesh.
+pub(super) fn save_mesh(viewport: &Viewport, format: MeshFormat) {
+    let files = match viewport.mesh.borrow().mesh() {
+        Some(mesh) => viewport.ui.read(|state| export_mesh(mesh, state, format)).map_err(|e| e.to_string()),
+        None => Err("there is no mesh yet".to_owned()),
+    };
+    save(viewport, files, format.mime(), "triangles");
+}
+
+/// Hands files to the browser's downloads, and says so.
+fn save(viewport: &Viewport, files: Result<Vec<ExportFile>, String>, mime: &str, what: &str) {
+    let saved = files.and_then(|files| {
+        files.iter().try_for_each(|f| download(&viewport.document, f, mime).map_err(|e| format!("{e:?}")))?;
+        Ok(files)
+    });
+    match saved {
+        Ok(files) => {
+            for file in files {
+                let (count, size) = (units::count(file.count as u64), units::bytes(file.bytes.len() as u64));
+                viewport.ui.notify(Level::Info, format!("{} saved: {count} {what}, {size}.", file.name));
+            }
+        }
+        Err(reason) => viewport.ui.notify(Level::Error, format!("The export failed: {reason}")),
+    }
+}
+
+/// Hands `file` to the browser's downloads.
+///
+/// # Errors
+/// What the browser says when it cannot.
+fn download(document: &Document, file: &ExportFile, mime: &str) -> Result<(), JsValue> {
+    let parts = js_sys::Array::of1(&js_sys::Uint8Array::from(file.bytes.as_slice()).into());
+    let options = BlobPropertyBag::new();
+    options.set_type(mime);
+    let blob = Blob::new_with_u8_array_sequence_and_options(&parts, &options)?;
+    let address = Url::create_object_url_with_blob(&blob)?;
+    let link: HtmlAnchorElement = document.create_element("a")?.unchecked_into();
+    link.set_href(&address);
+    link.set_download(&file.name);
+    link.click();
+    // The browser has taken hold of the blob with the click; the address may go once this task is over.
+    let revoke = Closure::once_into_js(move || drop(Url::revoke_object_url(&address)));
+    let window = web_sys::window().ok_or("the page has no window")?;
+    window.set_timeout_with_callback_and_timeout_and_arguments_0(revoke.unchecked_ref(), 10_000)?;
+    Ok(())
+}

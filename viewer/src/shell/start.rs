@@ -1,0 +1,133 @@
+//! The entry point of the page: joins state, panels, model, renderer and link.
+
+use super::options::Options;
+use super::viewport::Viewport;
+use super::{listeners, panels, save, test_hooks};
+use crate::link::{Link, LinkEvent};
+use crate::scene::frame_content::frame_content;
+use crate::state::notices::Level;
+use crate::state::{AppState, Event};
+use crate::ui::{Command, Ui};
+use leptos::prelude::*;
+use std::cell::OnceCell;
+use std::rc::Rc;
+use wasm_bindgen::prelude::*;
+use web_sys::{Document, HtmlCanvasElement, UrlSearchParams, Window};
+
+/// A running page. It lives as long as the page does; scripts of the page keep it for the test hook alone.
+#[wasm_bindgen]
+pub struct Viewer {
+    link: Option<Link>,
+    _owner: Owner,
+}
+
+#[wasm_bindgen]
+impl Viewer {
+    /// Test hook: loses the connection as a broken network would; it is then resumed by itself.
+    ///
+    /// # Errors
+    /// If there is no link to lose.
+    pub fn cut_link(&self) -> Result<(), JsValue> {
+        self.link.as_ref().ok_or("the link has not started")?.drop_connection()
+    }
+}
+
+/// Starts the viewer in the page that loaded the module. Called once by `www/boot.js`, never in a worker.
+///
+/// # Errors
+/// If the page lacks a part of its skeleton.
+#[wasm_bindgen]
+pub fn start() -> Result<Viewer, JsValue> {
+    console_error_panic_hook::set_once();
+    let window = web_sys::window().ok_or("the viewer runs in a page, not in a worker")?;
+    let document = window.document().ok_or("the window has no page")?;
+    let owner = Owner::new();
+    let link = owner.with(|| run(&window, &document))?;
+    Ok(Viewer { link, _owner: owner })
+}
+
+fn run(window: &Window, document: &Document) -> Result<Option<Link>, JsValue> {
+    let location = window.location();
+    let query = UrlSearchParams::new_with_str(&location.search()?)?;
+    let options = Options::read(location.protocol()? == "https:", &location.host()?, |name| query.get(name));
+
+    let (ui, there) = ui();
+    let viewport = Viewport::new(ui, window, document, options.backend);
+    // Set once, here.
+    let _ = there.set(viewport.clone());
+    listeners::system_theme(window, ui)?;
+    listeners::initial_theme(window, ui, options.theme);
+    for text in options.complaints {
+        ui.notify(Level::Warning, text);
+    }
+    panels::mount(document, ui)?;
+    listeners::frame_of_page(window, document, ui);
+    listeners::clock(ui);
+    listeners::keyboard(window, &viewport)?;
+    follow_state(&viewport);
+
+    let place = document.query_selector(".viewport")?.ok_or("the page has no .viewport")?;
+    listeners::size(window, &viewport, place)?;
+    let canvas = document.get_element_by_id("viewport").ok_or("the page has no #viewport")?;
+    viewport.open(canvas.dyn_into::<HtmlCanvasElement>()?);
+
+    match Link::start(&options.stream, move |event| viewport.handle_link(event)) {
+        Ok(link) => Ok(Some(link)),
+        Err(error) => {
+            let reason = format!("The decoding worker cannot start: {error:?}");
+            ui.send(Event::from(LinkEvent::Refused { reason }));
+            Ok(None)
+        }
+    }
+}
+
+/// The state with the ways to it. What happened goes to the state and then to the viewport, what is wanted to the viewport:
+/// both as soon as that is put where the second value says.
+fn ui() -> (Ui, Rc<OnceCell<Rc<Viewport>>>) {
+    let state = RwSignal::new(AppState::default());
+    let viewport: Rc<OnceCell<Rc<Viewport>>> = Rc::default();
+    let handles = viewport.clone();
+    let send = UnsyncCallback::new(move |event: Event| {
+        state.update(|s| s.reduce(&event));
+        if let (Event::Feature(event), Some(viewport)) = (&event, handles.get()) {
+            viewport.handle_feature(event);
+        }
+    });
+    let executes = viewport.clone();
+    let ask = UnsyncCallback::new(move |command| {
+        if let Some(viewport) = executes.get() {
+            execute(viewport, command);
+        }
+    });
+    (Ui::new(state, send, ask), viewport)
+}
+
+/// The picture, the figures and the test hooks follow the state.
+fn follow_state(viewport: &Rc<Viewport>) {
+    let ui = viewport.ui;
+    let content = ui.part(frame_content);
+    let drawn = viewport.clone();
+    Effect::new(move |_| {
+        // Read, not only tracked: a memo that nobody reads never learns what it depends on.
+        content.with(|_| drawn.redraw());
+    });
+    let hidden = ui.part(|s| s.display.hidden_flags());
+    let counted = viewport.clone();
+    Effect::new(move |_| hidden.with(|_| counted.recount()));
+    let document = viewport.document.clone();
+    Effect::new(move |_| ui.follow(|s| test_hooks::write_state(&document, s)));
+}
+
+fn execute(viewport: &Viewport, command: Command) {
+    match command {
+        Command::Camera(input) => viewport.steer(input),
+        Command::ExportPoints(format) => save::save_points(viewport, format),
+        Command::ExportMesh(format) => save::save_mesh(viewport, format),
+        Command::Reload => {
+            if let Some(window) = web_sys::window() {
+                // Fails only in a page that is being left anyway.
+                let _ = window.location().reload();
+            }
+        }
+    }
+}

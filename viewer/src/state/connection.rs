@@ -1,0 +1,115 @@
+//! Where the link to the agent and the graphics device stand.
+
+use super::units;
+
+/// The link to the agent, as the person sees it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Connection {
+    /// The first try is under way.
+    Connecting {
+        /// Number of the try.
+        attempt: u32,
+    },
+    /// Messages flow.
+    Connected {
+        /// Name and version of the agent.
+        agent: String,
+    },
+    /// The connection broke, or could not be made, and is tried again.
+    Reconnecting {
+        /// Why it broke.
+        reason: String,
+        /// Number of the try, 0 before the first.
+        attempt: u32,
+        /// Milliseconds until the next try; 0 while it is under way.
+        retry_ms: u32,
+    },
+    /// The agent refused the viewer for good.
+    Refused {
+        /// Why.
+        reason: String,
+    },
+}
+
+impl Default for Connection {
+    fn default() -> Self {
+        Self::Connecting { attempt: 1 }
+    }
+}
+
+impl Connection {
+    /// A try begins. After a loss it stays a reconnection until it succeeds.
+    pub(super) fn connecting(&mut self, attempt: u32) {
+        match self {
+            Self::Reconnecting { attempt: a, retry_ms, .. } => (*a, *retry_ms) = (attempt, 0),
+            _ => *self = Self::Connecting { attempt },
+        }
+    }
+
+    /// The connection broke.
+    pub(super) fn lost(&mut self, reason: String, retry_ms: u32) {
+        let tries = match self {
+            Self::Reconnecting { attempt, .. } | Self::Connecting { attempt } => *attempt,
+            _ => 0,
+        };
+        *self = Self::Reconnecting { reason, attempt: tries, retry_ms };
+    }
+
+    /// Counts down to the next try.
+    pub(super) fn elapsed(&mut self, ms: u32) {
+        if let Self::Reconnecting { retry_ms, .. } = self {
+            *retry_ms = retry_ms.saturating_sub(ms);
+        }
+    }
+
+    /// Stable name for styles and tests.
+    pub fn key(&self) -> &'static str {
+        match self {
+            Self::Connecting { .. } => "connecting",
+            Self::Connected { .. } => "connected",
+            Self::Reconnecting { .. } => "reconnecting",
+            Self::Refused { .. } => "refused",
+        }
+    }
+
+    /// Short label for the header.
+    pub fn label(&self) -> String {
+        match self {
+            Self::Connecting { .. } => "Connecting".into(),
+            Self::Connected { .. } => "Connected".into(),
+            Self::Reconnecting { retry_ms: 0, .. } => "Reconnecting".into(),
+            Self::Reconnecting { retry_ms, .. } => {
+                format!("Reconnecting in {} s", retry_ms.div_ceil(1000))
+            }
+            Self::Refused { .. } => "Refused".into(),
+        }
+    }
+
+    /// A sentence for the live region; it does not change with every second of a countdown.
+    pub(super) fn sentence(&self) -> String {
+        match self {
+            Self::Connecting { .. } => "Connecting to the agent.".into(),
+            Self::Connected { .. } => "Connected.".into(),
+            Self::Reconnecting { .. } => "Connection lost. Reconnecting.".into(),
+            Self::Refused { reason } => format!("The agent refused the connection. {}", units::sentence(reason)),
+        }
+    }
+}
+
+/// The graphics device, as the person sees it.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub enum GraphicsStatus {
+    /// It is being set up.
+    #[default]
+    Starting,
+    /// It draws.
+    Ready {
+        /// `webgpu` or `webgl2`.
+        backend: String,
+    },
+    /// There is none that works, or it went away: the panels go on without the 3D view.
+    Unavailable {
+        /// Why.
+        reason: String,
+    },
+}

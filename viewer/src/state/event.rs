@@ -1,0 +1,77 @@
+//! Everything that can happen to the viewer.
+
+use super::connection::GraphicsStatus;
+use super::legend::ClassFigures;
+use super::notices::Level;
+use crate::display::{ColorMode, Theme};
+use crate::features::FeatureEvent;
+use crate::link::LinkEvent;
+
+/// One thing that happened, from the agent, the graphics device, the clock or the person.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Event {
+    /// Something happened on the link to the agent.
+    Link(Box<LinkEvent>),
+    /// The model as held was counted.
+    Figures {
+        /// By component class, in the order of the class ids.
+        classes: Vec<ClassFigures>,
+        /// Voxel edge that came with the points, in metres; 0 without points. An inspection that has not captured its
+        /// first view when the viewer connects does not know it yet.
+        voxel: f64,
+        /// Hash of the model as held.
+        hash: u64,
+    },
+    /// The graphics device changed.
+    Graphics(GraphicsStatus),
+    /// The person chose what the colours mean.
+    ColorMode(ColorMode),
+    /// The person chose a theme.
+    Theme(Theme),
+    /// The system's preference for dark pages changed.
+    SystemDark(bool),
+    /// Show or hide points marked as outliers.
+    ShowOutliers(bool),
+    /// Show or hide points outside the measuring volume.
+    ShowBackground(bool),
+    /// Show or hide a component class.
+    ToggleComponent(u16),
+    /// Show this component class and no other.
+    OnlyComponent(u16),
+    /// Show all component classes.
+    AllComponents,
+    /// Something happened to a tool.
+    Feature(FeatureEvent),
+    /// Select a view by its index, or none.
+    SelectView(Option<u32>),
+    /// Select the view that many places further, from the last one if none is selected.
+    StepView(i32),
+    /// Open or close the table of shortcuts.
+    Help(bool),
+    /// There is something to say to the person.
+    Notify {
+        /// How urgent it is.
+        level: Level,
+        /// What to say.
+        text: String,
+    },
+    /// The person has read a notice.
+    Dismiss(u64),
+    /// Time went by.
+    Elapsed {
+        /// Milliseconds since the last such event.
+        ms: u32,
+    },
+}
+
+impl From<LinkEvent> for Event {
+    fn from(event: LinkEvent) -> Self {
+        Self::Link(Box::new(event))
+    }
+}
+
+impl From<FeatureEvent> for Event {
+    fn from(event: FeatureEvent) -> Self {
+        Self::Feature(event)
+    }
+}

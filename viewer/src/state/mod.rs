@@ -1,0 +1,223 @@
+//! What the viewer knows, apart from the points themselves: [`AppState`], changed by nothing but [`AppState::reduce`].
+//!
+//! The state is plain data, free of the browser and of any framework: the panels are a function of it, and everything
+//! that can happen (a message of the agent, a lost graphics device, a click) is an [`Event`]. That is what makes the
+//! viewer's behaviour testable natively, for any order of events. How the model is shown is in [`crate::display`], what
+//! the tools know in [`crate::features`].
+//!
+//! | module | what |
+//! |---|---|
+//! | `event` | what can happen |
+//! | [`connection`] | where the link to the agent and the graphics device stand |
+//! | [`legend`] | component classes: visibility, figures |
+//! | [`notices`] | short messages to the person |
+//! | [`progress`] | where the inspection stands |
+//! | [`timings`] | how long each stage takes |
+//! | [`units`] | lengths, areas, counts and durations as people read them |
+//! | [`views`] | the captured views |
+
+pub mod connection;
+mod event;
+pub mod legend;
+pub mod notices;
+pub mod progress;
+#[cfg(test)]
+mod tests;
+pub mod timings;
+pub mod units;
+pub mod views;
+
+pub use event::Event;
+
+use crate::display::Display;
+use crate::features::Features;
+use crate::link::LinkEvent;
+use connection::{Connection, GraphicsStatus};
+use legend::Legend;
+use notices::{Level, Notices};
+use progress::RunProgress;
+use semascan_protocol::server_message::Body;
+use semascan_protocol::{Inspection, Phase, StageState};
+use timings::Timings;
+use views::Views;
+
+/// Everything the panels show.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct AppState {
+    /// The link to the agent.
+    pub connection: Connection,
+    /// How often a lost connection was resumed by difference.
+    pub resumptions: u32,
+    /// The graphics device.
+    pub graphics: GraphicsStatus,
+    /// What is being inspected; the default before the first connection.
+    pub inspection: Inspection,
+    /// Where the inspection stands.
+    pub progress: RunProgress,
+    /// How long the stages take.
+    pub timings: Timings,
+    /// Hash of the model as held, comparable with the agent's.
+    pub held_hash: u64,
+    /// The captured views.
+    pub views: Views,
+    /// The component classes.
+    pub legend: Legend,
+    /// How the model is shown.
+    pub display: Display,
+    /// What the tools know.
+    pub features: Features,
+    /// Whether the table of shortcuts is open.
+    pub help_open: bool,
+    /// Short messages to the person.
+    pub notices: Notices,
+}
+
+impl AppState {
+    /// Brings the state from before `event` to after it. Total: no event, whatever it carries, is refused or panics.
+    pub fn reduce(&mut self, event: &Event) {
+        match event {
+            Event::Link(event) => self.reduce_link(event),
+            Event::Figures { classes, voxel, hash } => {
+                self.held_hash = *hash;
+                self.legend.set_figures(classes);
+                if *voxel > 0.0 && self.inspection.voxel <= 0.0 {
+                    self.inspection.voxel = *voxel;
+                }
+            }
+            Event::Graphics(status) => self.graphics = status.clone(),
+            Event::ColorMode(mode) => self.display.set_color_mode(*mode),
+            Event::Theme(theme) => self.display.theme = *theme,
+            Event::SystemDark(dark) => self.display.system_dark = *dark,
+            Event::ShowOutliers(on) => self.display.outliers = *on,
+            Event::ShowBackground(on) => self.display.background = *on,
+            Event::ToggleComponent(class) => self.legend.toggle(*class),
+            Event::OnlyComponent(class) => self.legend.only(*class),
+            Event::AllComponents => self.legend.show_all(),
+            Event::Feature(event) => self.features.reduce(event, &mut self.display),
+            Event::SelectView(view) => self.views.select(*view),
+            Event::StepView(step) => self.views.step(*step),
+            Event::Help(open) => self.help_open = *open,
+            Event::Notify { level, text } => self.notices.push(*level, text.clone()),
+            Event::Dismiss(id) => self.notices.dismiss(*id),
+            Event::Elapsed { ms } => {
+                self.connection.elapsed(*ms);
+                self.notices.elapsed(*ms);
+            }
+        }
+    }
+
+    fn reduce_link(&mut self, event: &LinkEvent) {
+        match event {
+            LinkEvent::Connecting { attempt } => self.connection.connecting(*attempt),
+            LinkEvent::Connected { inspection, resumed, agent } => {
+                self.connection = Connection::Connected { agent: agent.clone() };
+                if *resumed && inspection.id == self.inspection.id && inspection.epoch == self.inspection.epoch {
+                    self.resumptions = self.resumptions.saturating_add(1);
+                    self.follow(inspection);
+                } else {
+                    self.begin(inspection);
+                }
+            }
+            LinkEvent::Disconnected { reason, retry_ms } => self.connection.lost(reason.clone(), *retry_ms),
+            LinkEvent::Refused { reason } => self.connection = Connection::Refused { reason: reason.clone() },
+            // The same inspection from a rebuilt map: what was said of its views still holds.
+            LinkEvent::Cleared(inspection) if self.is_rebuilt(inspection) => self.follow(inspection),
+            LinkEvent::Cleared(inspection) => self.begin(inspection),
+            LinkEvent::Message(message) => self.reduce_message(message),
+            LinkEvent::Malformed { reason } => {
+                let text = format!("A message of the agent was not understood: {reason}");
+                self.notices.push_on("malformed", Level::Warning, text);
+            }
+            // The model follows these.
+            LinkEvent::Chunk(_) | LinkEvent::ChunkGone { .. } => {}
+        }
+    }
+
+    fn reduce_message(&mut self, message: &Body) {
+        match message {
+            Body::Progress(progress) => {
+                let before = self.progress.phase;
+                self.progress.update(progress);
+                if !self.progress.may_run() {
+                    self.timings.idle();
+                }
+                self.announce_phase(before);
+            }
+            // After a reconnection the agent repeats what happened; in a run that is over nothing starts.
+            Body::Stage(stage) if stage.state() == StageState::Started && !self.progress.may_run() => {}
+            Body::Stage(stage) => self.timings.stage(stage),
+            Body::View(report) => {
+                self.timings.report(report);
+                self.views.report(report);
+            }
+            // Each of these is an event of the link of its own.
+            Body::Welcome(_) | Body::Refused(_) | Body::Clear(_) | Body::Chunk(_) | Body::Gone(_) => {}
+        }
+    }
+
+    /// Whether something counts down, so that [`Event::Elapsed`] is wanted.
+    pub fn wants_clock(&self) -> bool {
+        matches!(self.connection, Connection::Reconnecting { retry_ms, .. } if retry_ms > 0) || self.notices.fading()
+    }
+
+    /// The one sentence that a screen reader speaks when it changes.
+    pub fn status(&self) -> String {
+        let link = self.connection.sentence();
+        match self.connection {
+            Connection::Connected { .. } => format!("{link} {}", self.progress.sentence()),
+            _ => link,
+        }
+    }
+
+    /// Whether there is a model to be seen, whatever of it is hidden.
+    pub fn has_model(&self) -> bool {
+        self.progress.points > 0 || self.legend.rows.iter().any(|row| row.figures.points > 0)
+    }
+
+    /// Whether the finished model on screen is not the agent's: something of it was lost or not understood.
+    pub fn model_differs(&self) -> bool {
+        let agents = self.progress.model_hash;
+        let live = matches!(self.connection, Connection::Connected { .. });
+        live && self.progress.phase == Phase::Finished && agents != 0 && agents != self.held_hash
+    }
+
+    /// Largest number of the scale of the colour mode "views": absolute, so that a colour means the same number of
+    /// views from the first view of an inspection to the last.
+    pub fn views_scale(&self) -> u32 {
+        let expected = self.inspection.views_expected.max(self.progress.views_expected);
+        let known =
+            if expected > 0 { expected } else { self.progress.views_done.clamp(10, 65_530).next_multiple_of(10) };
+        known.clamp(2, u32::from(u16::MAX))
+    }
+
+    /// A new inspection, or the same one from an empty map; how the person set up the display stays.
+    fn begin(&mut self, inspection: &Inspection) {
+        self.legend.set_taxonomy(inspection);
+        self.legend.clear_figures();
+        self.progress = RunProgress::default();
+        self.timings = Timings::default();
+        self.views = Views::default();
+        self.features.begin(&mut self.display);
+        self.inspection = inspection.clone();
+    }
+
+    /// What is known of the inspection that is shown anyway.
+    fn follow(&mut self, inspection: &Inspection) {
+        self.legend.set_taxonomy(inspection);
+        self.inspection = inspection.clone();
+    }
+
+    /// Whether `inspection` is the one that is shown, from a map that was made anew.
+    fn is_rebuilt(&self, inspection: &Inspection) -> bool {
+        !inspection.id.is_empty() && inspection.id == self.inspection.id && inspection.epoch != self.inspection.epoch
+    }
+
+    fn announce_phase(&mut self, before: Phase) {
+        if self.progress.phase == Phase::Failed && before != Phase::Failed {
+            let why = &self.progress.message;
+            let text =
+                if why.is_empty() { "The inspection failed.".into() } else { format!("The inspection failed: {why}") };
+            self.notices.push(Level::Error, text);
+        }
+    }
+}

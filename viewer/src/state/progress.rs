@@ -1,0 +1,87 @@
+//! Where the inspection stands.
+
+use semascan_protocol::{self as wire, Phase};
+
+/// Where the inspection stands; the latest [`wire::Progress`], made consistent.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct RunProgress {
+    /// The phase; unspecified before the agent has said it.
+    pub phase: Phase,
+    /// Integrated and rejected views together.
+    pub views_done: u32,
+    /// Rejected views, at most `views_done`.
+    pub views_rejected: u32,
+    /// Expected views, at least `views_done`; 0: unknown.
+    pub views_expected: u32,
+    /// Points of the model on the agent's side.
+    pub points: u64,
+    /// Chunks of the model on the agent's side.
+    pub chunks: u32,
+    /// Hash of the agent's whole model, 0 while it grows.
+    pub model_hash: u64,
+    /// For people: why it failed.
+    pub message: String,
+}
+
+impl RunProgress {
+    /// Takes what the agent says.
+    pub(super) fn update(&mut self, p: &wire::Progress) {
+        *self = Self {
+            phase: p.phase(),
+            views_done: p.views_done,
+            views_rejected: p.views_rejected.min(p.views_done),
+            views_expected: if p.views_expected == 0 { 0 } else { p.views_expected.max(p.views_done) },
+            points: p.points,
+            chunks: p.chunks,
+            model_hash: p.model_hash,
+            message: p.message.clone(),
+        };
+    }
+
+    /// Whether stages may be at work: the inspection runs, or nothing has been said of it yet.
+    pub(super) fn may_run(&self) -> bool {
+        matches!(self.phase, Phase::Running | Phase::Unspecified)
+    }
+
+    /// Share of the expected views that are done, 0..=1; `None` where the number is not known.
+    pub fn fraction(&self) -> Option<f64> {
+        (self.views_expected > 0).then(|| f64::from(self.views_done) / f64::from(self.views_expected))
+    }
+
+    /// Stable name of the phase for styles and tests.
+    pub fn phase_key(&self) -> &'static str {
+        match self.phase {
+            Phase::Unspecified => "unknown",
+            Phase::Waiting => "waiting",
+            Phase::Running => "running",
+            Phase::Finished => "finished",
+            Phase::Failed => "failed",
+        }
+    }
+
+    /// Name of the phase for people.
+    pub fn phase_label(&self) -> &'static str {
+        match self.phase {
+            Phase::Unspecified => "Unknown",
+            Phase::Waiting => "Waiting",
+            Phase::Running => "Running",
+            Phase::Finished => "Finished",
+            Phase::Failed => "Failed",
+        }
+    }
+
+    /// A sentence for the live region.
+    pub(super) fn sentence(&self) -> String {
+        let views = match self.views_expected {
+            0 => format!("{} views", self.views_done),
+            n => format!("{} of {n} views", self.views_done),
+        };
+        match self.phase {
+            Phase::Unspecified => String::new(),
+            Phase::Waiting => "No inspection is running.".into(),
+            Phase::Running => format!("Inspection running: {views}."),
+            Phase::Finished => format!("Inspection finished: {views}, {} rejected.", self.views_rejected),
+            Phase::Failed => format!("Inspection failed: {}", self.message),
+        }
+    }
+}

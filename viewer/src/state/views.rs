@@ -1,0 +1,169 @@
+//! The captured views, as the agent reported them.
+
+use semascan_protocol::{Intrinsics, Pose, ViewReport};
+use std::sync::Arc;
+
+/// One captured view.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ViewEntry {
+    /// Its number, from 0.
+    pub index: u32,
+    /// Whether it became part of the model.
+    pub accepted: bool,
+    /// Why it was rejected.
+    pub reason: String,
+    /// Where the camera stood, `table_from_camera`; absent if that is not known.
+    pub pose: Option<Pose>,
+    /// The camera.
+    pub intrinsics: Option<Intrinsics>,
+    /// The picture, JPEG; empty if there is none.
+    pub thumbnail_jpeg: Arc<[u8]>,
+    /// Class colours over the picture, PNG; may be empty.
+    pub overlay_png: Arc<[u8]>,
+    /// Uncertainty of the labels over the picture, PNG; may be empty.
+    pub sigma_png: Arc<[u8]>,
+    /// Share of colour against depth over the picture, PNG; may be empty.
+    pub contribution_png: Arc<[u8]>,
+    /// Voxels that this view made.
+    pub points_added: u64,
+}
+
+/// What can be laid over a view's picture.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ViewOverlay {
+    /// The picture alone.
+    None,
+    /// Component classes.
+    #[default]
+    Labels,
+    /// Uncertainty of the classes.
+    Sigma,
+    /// Where a two-stream network went by colour, and where by depth (P2).
+    Contribution,
+}
+
+impl ViewOverlay {
+    /// All, in the order of the panel.
+    pub const ALL: [Self; 4] = [Self::None, Self::Labels, Self::Sigma, Self::Contribution];
+
+    /// Stable name for tests.
+    pub fn key(self) -> &'static str {
+        match self {
+            Self::None => "none",
+            Self::Labels => "labels",
+            Self::Sigma => "sigma",
+            Self::Contribution => "contribution",
+        }
+    }
+
+    /// Name for people.
+    pub fn label(self) -> &'static str {
+        match self {
+            Self::None => "Picture",
+            Self::Labels => "Labels",
+            Self::Sigma => "Uncertainty",
+            Self::Contribution => "Colour or depth",
+        }
+    }
+}
+
+impl ViewEntry {
+    /// The picture of an overlay, PNG; `None` if the view has none.
+    pub fn overlay(&self, kind: ViewOverlay) -> Option<&[u8]> {
+        let png = match kind {
+            ViewOverlay::None => return None,
+            ViewOverlay::Labels => &self.overlay_png,
+            ViewOverlay::Sigma => &self.sigma_png,
+            ViewOverlay::Contribution => &self.contribution_png,
+        };
+        (!png.is_empty()).then_some(&**png)
+    }
+}
+
+impl From<&ViewReport> for ViewEntry {
+    fn from(report: &ViewReport) -> Self {
+        Self {
+            index: report.index,
+            accepted: report.accepted,
+            reason: report.reason.clone(),
+            pose: report.table_from_camera,
+            intrinsics: report.intrinsics,
+            thumbnail_jpeg: report.thumbnail_jpeg.as_slice().into(),
+            overlay_png: report.overlay_png.as_slice().into(),
+            sigma_png: report.sigma_png.as_slice().into(),
+            contribution_png: report.contribution_png.as_slice().into(),
+            points_added: report.points_added,
+        }
+    }
+}
+
+/// The captured views in the order of their numbers, the latest [`Views::MAX`] of them.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Views {
+    list: Vec<ViewEntry>,
+    selected: Option<u32>,
+    latest: Option<u32>,
+}
+
+impl Views {
+    /// Most views that are kept for display.
+    pub const MAX: usize = 400;
+
+    /// The views in order.
+    pub fn iter(&self) -> impl ExactSizeIterator<Item = &ViewEntry> + DoubleEndedIterator {
+        self.list.iter()
+    }
+
+    /// The view of that number.
+    pub fn get(&self, index: u32) -> Option<&ViewEntry> {
+        self.list.binary_search_by_key(&index, |v| v.index).ok().map(|i| &self.list[i])
+    }
+
+    /// The view the person selected.
+    pub fn selected(&self) -> Option<&ViewEntry> {
+        self.selected.and_then(|index| self.get(index))
+    }
+
+    /// The view whose camera is drawn: the selected one, else the latest report that has a pose.
+    pub fn shown_camera(&self) -> Option<&ViewEntry> {
+        match self.selected() {
+            Some(view) => Some(view).filter(|v| v.pose.is_some()),
+            None => self.latest.and_then(|index| self.get(index)),
+        }
+    }
+
+    /// Takes a report; a second report of a view replaces the first.
+    pub(super) fn report(&mut self, report: &ViewReport) {
+        let entry = ViewEntry::from(report);
+        if entry.pose.is_some() {
+            self.latest = Some(entry.index);
+        }
+        match self.list.binary_search_by_key(&entry.index, |v| v.index) {
+            Ok(i) => self.list[i] = entry,
+            Err(i) => self.list.insert(i, entry),
+        }
+        if self.list.len() > Self::MAX {
+            let gone = self.list.remove(0).index;
+            self.selected = self.selected.filter(|s| *s != gone);
+            self.latest = self.latest.filter(|l| *l != gone);
+        }
+    }
+
+    /// Selects a view, or none; the number of a view that is not there selects none.
+    pub(super) fn select(&mut self, index: Option<u32>) {
+        self.selected = index.filter(|i| self.get(*i).is_some());
+    }
+
+    /// Selects the view `step` places further, stopping at both ends; from the last one if none is selected.
+    pub(super) fn step(&mut self, step: i32) {
+        let Some(last) = self.list.len().checked_sub(1) else {
+            return;
+        };
+        let here = self.selected.and_then(|s| self.list.binary_search_by_key(&s, |v| v.index).ok());
+        let there = match here {
+            Some(i) => i.saturating_add_signed(step as isize).min(last),
+            None => last,
+        };
+        self.selected = Some(self.list[there].index);
+    }
+}

@@ -1,0 +1,80 @@
+//! What panels are made with: the state to show, the ways to answer, the icons. The panels are real DOM, a function of
+//! [`AppState`], rendered by Leptos. They know the state, and say what the person wants through [`Ui::send`] and
+//! [`Ui::ask`]; socket, worker and graphics device are not their business, so they stay usable when any of these is gone.
+
+pub(crate) mod icons;
+
+use crate::camera::CameraInput;
+use crate::features::FeatureEvent;
+use crate::scene::export::{MeshFormat, PointFormat};
+use crate::state::notices::Level;
+use crate::state::{AppState, Event};
+use leptos::prelude::*;
+
+/// Something a person wants done that is no change of the state.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Command {
+    /// Move the camera.
+    Camera(CameraInput),
+    /// Download what is visible of the model.
+    ExportPoints(PointFormat),
+    /// Download what is visible of the mesh.
+    ExportMesh(MeshFormat),
+    /// Load the page again.
+    Reload,
+}
+
+/// What a panel gets.
+#[derive(Clone, Copy)]
+pub struct Ui {
+    state: RwSignal<AppState>,
+    send: UnsyncCallback<Event>,
+    ask: UnsyncCallback<Command>,
+}
+
+impl Ui {
+    /// * `send`: takes what happened.
+    /// * `ask`: takes what is wanted.
+    pub fn new(state: RwSignal<AppState>, send: UnsyncCallback<Event>, ask: UnsyncCallback<Command>) -> Self {
+        Self { state, send, ask }
+    }
+
+    /// A part of the state that panels follow; they are updated only when it really changes.
+    pub fn part<T: Clone + PartialEq + Send + Sync + 'static>(
+        self,
+        of: impl Fn(&AppState) -> T + Send + Sync + 'static,
+    ) -> Memo<T> {
+        let state = self.state;
+        Memo::new(move |_| state.with(&of))
+    }
+
+    /// Reads the state as it is now, without following it.
+    pub fn read<T>(self, of: impl FnOnce(&AppState) -> T) -> T {
+        self.state.with_untracked(of)
+    }
+
+    /// Follows the state as a whole.
+    pub fn follow<T>(self, of: impl FnOnce(&AppState) -> T) -> T {
+        self.state.with(of)
+    }
+
+    /// Says what happened.
+    pub fn send(self, event: Event) {
+        self.send.run(event);
+    }
+
+    /// Says what happened to a tool.
+    pub fn send_feature(self, event: impl Into<FeatureEvent>) {
+        self.send(Event::Feature(event.into()));
+    }
+
+    /// Shows a short message to the person.
+    pub fn notify(self, level: Level, text: impl Into<String>) {
+        self.send(Event::Notify { level, text: text.into() });
+    }
+
+    /// Says what is wanted.
+    pub fn ask(self, command: Command) {
+        self.ask.run(command);
+    }
+}
