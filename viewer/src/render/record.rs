@@ -6,7 +6,7 @@
 //! | 1 | red, green, blue, confidence (8 bits each) | label, defect (16 each) | views, flags (16 each) | marks |
 //!
 //! Marks: bit 31 = there is a point, bit 30 = its normal is known; bits 0..8 sigma, 8..16 defect confidence.
-//! The octahedral map folds the unit sphere onto a square (Cigolle et al. 2014).
+//! The octahedral map folds the unit sphere onto a square [Cigolle 2014].
 
 use semascan_model::SemanticPoint;
 

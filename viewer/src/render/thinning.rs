@@ -1,6 +1,6 @@
 //! Drawing fewer points without clusters or stripes: the order in which a chunk's points fill its blocks.
 //!
-//! Points are put in the order of a space-filling curve (Morton 1966), cut into one run a block, and inside a run they
+//! Points are put in the order of a space-filling curve [Morton 1966], cut into one run a block, and inside a run they
 //! lie in bit-reversed order (van der Corput 1935); the slots that a shorter run leaves empty lie between them. So the
 //! first k slots of every block hold k / 256 of its points, evenly over the surface, for every k, and a thinner picture
 //! is the same draw call with a smaller k.

@@ -83,7 +83,7 @@ impl Layers {
         name
     }
 
-    /// Expand, filter, project (Sandler et al., MobileNetV2, CVPR 2018).
+    /// Expand, filter, project (MobileNetV2, [Sandler 2018]).
     fn block(&mut self, from: &str, [inputs, outputs]: [i64; 2], stride: i64) -> String {
         let inside = inputs * EXPANSION;
         let wide = self.conv(from, [inputs, inside], 1, 1, 1, true);

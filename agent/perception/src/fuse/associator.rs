@@ -18,7 +18,7 @@ use std::collections::BTreeMap;
 pub enum AssociationTest {
     /// Common surface, as the view sees it.
     Overlap(Overlap),
-    /// P1's nearest gravity centre.
+    /// The nearest gravity centre, as in [Eye-in-hand 2020].
     GravityCentre(GravityCentre),
 }
 

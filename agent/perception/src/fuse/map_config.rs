@@ -13,7 +13,7 @@ pub enum Uncertain {
     /// They add geometry, but no evidence for any class.
     #[default]
     Geometry,
-    /// They are dropped as P0 drops them: they move no voxel, and one that nothing else has seen is marked
+    /// They are dropped, as in [Remanufacturing paper]: they move no voxel, and one that nothing else has seen is marked
     /// [`UNCERTAIN`](semascan_model::PointFlags::UNCERTAIN), so that completeness can still be measured.
     Drop,
 }

@@ -46,8 +46,7 @@ pub fn from_matrix(matrix: &Matrix4<f64>) -> Result<Isometry3<f64>, NotRigid> {
     Ok(Isometry3::from_parts(translation, UnitQuaternion::from_rotation_matrix(&rotation)))
 }
 
-/// The rotation that maximises `tr(R^T M)` (S. Umeyama, "Least-squares estimation of transformation parameters between
-/// two point patterns", 1991); `None` if `m` is not finite.
+/// The rotation that maximises `tr(R^T M)` [Umeyama 1991]; `None` if `m` is not finite.
 pub fn nearest_rotation(m: &Matrix3<f64>) -> Option<Rotation3<f64>> {
     if !m.iter().all(|v| v.is_finite()) {
         return None;

@@ -7,7 +7,7 @@ use super::registration::RegistrationInput;
 pub enum Selection {
     /// All: right where everything in the picture stands still.
     Everything,
-    /// Those with a component label (P1's segment ICP); all, where a view has hardly any.
+    /// Those with a component label (segment ICP); all, where a view has hardly any.
     Object,
     /// Those of one component class.
     Class(u16),

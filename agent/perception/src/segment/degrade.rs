@@ -32,7 +32,7 @@ pub struct Degradation {
 }
 
 impl Degradation {
-    /// The one setting of the papers' tables: masks end at an IoU of about 0.85 to 0.92, as P1's Mask R-CNN does.
+    /// The one setting of the papers' tables: masks end at an IoU of about 0.85 to 0.92, as that of [Eye-in-hand 2020] does.
     pub fn network(classes: u16, seed: u64) -> Self {
         Self { raggedness: 2.5, wavelength: 18.0, holes: 0.03, flips: 0.03, radius: (2.5, 7.0), classes, seed }
     }

@@ -8,9 +8,9 @@ use std::sync::Arc;
 /// What a segmenter says of one view.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Segmentation {
-    /// Component classes (column K of P0 Eq. 2).
+    /// Component classes (column K of [Remanufacturing paper], Eq. 2).
     pub components: ClassField,
-    /// Defect classes (column D of P0 Eq. 3); each task has an uncertainty of its own.
+    /// Defect classes (column D of [Remanufacturing paper], Eq. 3); each task has an uncertainty of its own.
     pub defects: ClassField,
     /// Instance of each pixel; 0 = not separated.
     pub instances: Vec<u16>,

@@ -6,7 +6,7 @@
 
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
-/// The robot's and turntable's readings for one capture (P0 Eq. 1). Lengths are in metres.
+/// The robot's and turntable's readings for one capture ([Remanufacturing paper], Eq. 1). Lengths are in metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Chain {
     /// End effector in the robot base.
@@ -20,7 +20,7 @@ pub struct Chain {
 }
 
 impl Chain {
-    /// Camera pose in the rotating table frame (P0 Eq. 1).
+    /// Camera pose in the rotating table frame ([Remanufacturing paper], Eq. 1).
     pub fn table_from_camera(&self) -> Isometry3<f64> {
         turn(-self.table_angle) * self.base_from_tablebase.inverse() * self.base_from_ee * self.ee_from_camera
     }

@@ -97,7 +97,7 @@ impl Default for Overlap {
     }
 }
 
-/// P1's test. An object of a class that the model does not have begins a new instance, from `next` on.
+/// The test of [Eye-in-hand 2020]. An object of a class that the model does not have begins a new instance, from `next` on.
 pub fn by_gravity_centre(
     view: &[ObjectCloud],
     model: &[ObjectCloud],

@@ -35,7 +35,7 @@ impl<const N: usize> Nearest<N> {
     }
 
     /// Makes the nearest of each lane those of it and the lane that `swap` puts in its place, by a bitonic merge
-    /// (K. E. Batcher, "Sorting networks and their applications", 1968).
+    /// [Batcher 1968].
     #[inline(always)]
     fn join(&mut self, swap: impl Fn(Vec4) -> Vec4) {
         let before = self.0;

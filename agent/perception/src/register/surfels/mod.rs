@@ -189,7 +189,7 @@ fn normal(points: &[[f32; 3]], row: &[u32], hint: &Vector3<f64>) -> [f32; 3] {
     [n.x as f32, n.y as f32, n.z as f32]
 }
 
-/// The direction in which a covariance is least (D. Eberly, "A robust eigensolver for 3x3 symmetric matrices", 2014);
+/// The direction in which a covariance is least [Eberly 2014];
 /// `None` where two directions have as good as no extent.
 fn least_direction(m: &Matrix3<f64>) -> Option<Vector3<f64>> {
     let mean = m.trace() / 3.0;

@@ -53,7 +53,7 @@ pub(super) fn voxel_normals(grid: &VoxelGrid) -> Vec<[f32; 3]> {
 }
 
 /// Unit eigenvector of the smallest eigenvalue of a symmetric matrix (xx, xy, xz, yy, yz, zz); `None` where the two
-/// smallest cannot be distinguished. Closed form after O. K. Smith (1961).
+/// smallest cannot be distinguished. Closed form after [Smith 1961].
 fn flattest([xx, xy, xz, yy, yz, zz]: [f64; 6]) -> Option<[f64; 3]> {
     let scale = [xx, xy, xz, yy, yz, zz].iter().fold(0.0_f64, |m, c| m.max(c.abs()));
     if !(scale.is_finite() && scale > 1e-20) {

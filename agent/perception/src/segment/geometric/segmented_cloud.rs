@@ -18,7 +18,7 @@ pub struct GeometricConfig {
 }
 
 impl GeometricConfig {
-    /// P1's LCCCP for a voxel edge in metres. Colour guides the supervoxels too: one that straddles a colour border has a
+    /// LCCCP for a voxel edge in metres. Colour guides the supervoxels too: one that straddles a colour border has a
     /// mean colour that belongs to neither side.
     pub fn new(voxel: f32) -> Self {
         let vccs = VccsConfig { color: 1.0, ..VccsConfig::new(voxel) };

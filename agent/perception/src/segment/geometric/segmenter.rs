@@ -14,14 +14,14 @@ use crate::view::View;
 /// Where patches come from.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum PatchMethod {
-    /// P1's method: supervoxels joined by convexity and colour; superpixels where there is no depth.
+    /// The method of [Eye-in-hand 2020]: supervoxels joined by convexity and colour; superpixels where there is no depth.
     Lcccp {
         /// Voxel edge in median pixel footprints of the view; supervoxels are four voxels wide.
         voxel_in_pixels: f32,
         /// The colour criterion.
         color: ColorCriterion,
     },
-    /// P1's alternative: superpixels of the picture.
+    /// Its alternative: superpixels of the picture.
     Slic(SlicConfig),
 }
 
@@ -50,7 +50,7 @@ pub struct GeometricSegmenter<S> {
 }
 
 impl<S: Segmenter> GeometricSegmenter<S> {
-    /// P1's method around `inner`.
+    /// The method of [Eye-in-hand 2020] around `inner`.
     pub fn new(inner: S, method: PatchMethod) -> Self {
         Self { inner, method, fusion: FusionConfig::default(), noise: Some(NoiseFilter::default()) }
     }

@@ -77,8 +77,7 @@ fn concentration(band: &Plane, share: f64) -> f64 {
 }
 
 /// Pixels unlike the four most alike of their eight neighbours: an edge or a line has its like beside it, an impulse has
-/// not (rank-ordered absolute differences; R. Garnett et al., "A universal noise removal algorithm with an impulse
-/// detector", 2005).
+/// not (rank-ordered absolute differences, [Garnett 2005]).
 pub(super) fn impulses(plane: &Plane) -> Vec<bool> {
     let (width, height) = (plane.width, plane.height);
     let mut found = vec![false; width * height];

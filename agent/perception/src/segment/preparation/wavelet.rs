@@ -60,7 +60,7 @@ impl Bands {
 }
 
 /// Median of the absolute values over 0.6745: the standard deviation of Gaussian noise whatever else a few of the values
-/// are (D. Donoho and I. Johnstone, "Ideal spatial adaptation by wavelet shrinkage", 1994). 0 without values.
+/// are [Donoho 1994]. 0 without values.
 pub(super) fn robust_deviation(values: &[f32]) -> f32 {
     let mut sizes: Vec<f32> = values.iter().map(|v| v.abs()).collect();
     if sizes.is_empty() {

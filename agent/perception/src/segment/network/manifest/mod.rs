@@ -70,7 +70,7 @@ pub enum Task {
     Defect,
     /// Single objects.
     Instance,
-    /// Component classes from a colour and a depth stream, and how much each contributes (P2).
+    /// Component classes from a colour and a depth stream, and how much each contributes [Wang 2023].
     TwoStream,
 }
 
@@ -86,7 +86,7 @@ impl Task {
     }
 }
 
-/// Where colour and depth meet (P0's fusion variants, P2's contribution layer).
+/// Where colour and depth meet: the fusion variants of [Remanufacturing paper], the contribution layer of [Wang 2023].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Fusion {
