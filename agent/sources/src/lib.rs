@@ -1,4 +1,4 @@
-//! Where views come from: a file or folder a source. Each implements [`Source`], and has a line in [`KINDS`].
+//! Where views come from: a file or folder a source. Each implements [`Source`], and has a line in the table `KINDS`.
 
 pub mod bop;
 pub mod camera_mask;
@@ -12,6 +12,9 @@ use semascan_inspection::source::{Source, SourceError};
 use semascan_inspection::spec::CameraMask;
 use std::path::Path;
 
+/// An open source, or why it cannot be opened.
+type Opened = Result<Box<dyn Source>, SourceError>;
+
 /// A kind of source that a path may name.
 struct Kind {
     /// What it is, for people who named something else.
@@ -19,7 +22,7 @@ struct Kind {
     /// Whether the file or folder is one.
     recognizes: fn(&Path) -> bool,
     /// Opens it; the camera mask is for cameras that show their own robot.
-    open: fn(&Path, &CameraMask) -> Result<Box<dyn Source>, SourceError>,
+    open: fn(&Path, &CameraMask) -> Opened,
 }
 
 /// Every kind, in the order in which they are tried.
