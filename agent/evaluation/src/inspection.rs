@@ -19,7 +19,7 @@ use semascan_perception::fuse::{OutlierFilter, SemanticMap};
 const EXACT: f64 = 1e-9;
 
 /// Judges a finished inspection; `None` where its source knows no truth. Where the poses are off, its views are fused once
-/// more with their true poses, to tell what the poses cost.
+/// more with their true poses, to measure what the poses cost.
 pub fn judge_inspection(inspected: &Inspected) -> Option<TruthRecord> {
     let mesh = inspected.source.truth()?;
     let (cloud, known) = (&inspected.cloud, &inspected.recorded.true_poses);

@@ -145,7 +145,7 @@ pub(super) fn test_source() -> SourceInfo {
     }
 }
 
-/// Asks every one of `networks` about all `views` of `domain`; `seen` hears of every view. One result a network.
+/// Asks every one of `networks` about all `views` of `domain`; `seen` is called after every view. One result a network.
 ///
 /// # Errors
 /// [`NetworkError`] naming the view or the motor.

@@ -67,7 +67,7 @@ pub struct Inspected {
     pub cloud: SemanticCloud,
     /// The record, without a judgement against truth.
     pub record: InspectionRecord,
-    /// What its events have told, true poses included.
+    /// What its events said, true poses included.
     pub recorded: Recorded,
 }
 

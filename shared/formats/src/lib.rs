@@ -2,7 +2,7 @@
 //!
 //! Readers take the bytes of a file, and a [`Resolver`] for the files that it names; writers write to any
 //! [`std::io::Write`]. What a reader finds is a [`Geometry`] whose coordinates are `f64`, in the unit and frame of the file;
-//! [`unit`] and [`offset`] make of them what single precision can hold.
+//! [`unit`](mod@unit) and [`offset`] make of them what single precision can hold.
 //!
 //! Everything that arrives is untrusted: counts are checked against the bytes that are there before anything is allocated.
 //!

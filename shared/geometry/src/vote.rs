@@ -29,8 +29,8 @@ pub fn largest<T: Copy + PartialOrd>(values: &[T], least: T) -> usize {
     values.iter().enumerate().fold((0, least), |best, (i, &value)| if value > best.1 { (i, value) } else { best }).0
 }
 
-/// One vote of weight `weight` in a running majority vote, which needs no histogram (R. S. Boyer and J S. Moore, "MJRTY:
-/// a fast majority vote algorithm", 1991): `candidate` is ahead of all others together by at least `lead` if any is.
+/// One vote of weight `weight` in a running majority vote, which needs no histogram [Boyer 1991]: `candidate` is ahead of
+/// all others together by at least `lead` if any is.
 #[inline]
 pub fn majority_vote(candidate: &mut u16, lead: &mut f32, vote: u16, weight: f32) {
     if *candidate == vote {

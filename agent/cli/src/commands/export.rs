@@ -107,7 +107,7 @@ impl ExportArgs {
             )));
         }
         write_file(&path, |file| ply::write_cloud(file, &cloud, &model.taxonomy, &model.comments))?;
-        told(&path, cloud.len(), "points");
+        log_written(&path, cloud.len(), "points");
         Ok(())
     }
 
@@ -138,19 +138,19 @@ fn write_mesh(out: &Path, format: Format, mesh: &SemanticMesh, model: &PlyModel)
         Format::Ply => {
             let path = file("mesh.ply");
             write_file(&path, |file| ply::write_semantic_mesh(file, mesh, taxonomy, &model.comments))?;
-            told(&path, mesh.triangles.len(), "triangles");
+            log_written(&path, mesh.triangles.len(), "triangles");
         }
         Format::Obj => {
             let path = file("mesh.obj");
             write_file(&path, |file| obj::write_mesh(file, mesh, taxonomy, "mesh.mtl"))?;
             write_file(&file("mesh.mtl"), |file| obj::write_materials(file, mesh, taxonomy))?;
-            told(&path, mesh.triangles.len(), "triangles");
+            log_written(&path, mesh.triangles.len(), "triangles");
         }
         Format::Stl => {
             for component in components(mesh, taxonomy)? {
                 let path = file(&format!("mesh-{}.stl", file_part(&component.name)));
                 write_file(&path, |file| stl::write_mesh(file, mesh, Some(component.label), &component.name))?;
-                told(&path, component.triangles.len(), "triangles");
+                log_written(&path, component.triangles.len(), "triangles");
             }
         }
         Format::Glb => {
@@ -158,13 +158,13 @@ fn write_mesh(out: &Path, format: Format, mesh: &SemanticMesh, model: &PlyModel)
             let part = model.comment("part").unwrap_or("part").to_owned();
             let options = GlbOptions { part, voxel: model.voxel().unwrap_or(0.0) };
             write_file(&path, |file| gltf::write_mesh(file, mesh, taxonomy, &options))?;
-            told(&path, mesh.triangles.len(), "triangles");
+            log_written(&path, mesh.triangles.len(), "triangles");
         }
     }
     Ok(())
 }
 
-fn told(path: &Path, count: usize, what: &str) {
+fn log_written(path: &Path, count: usize, what: &str) {
     tracing::info!("{}: {count} {what}", path.display());
 }
 

@@ -123,7 +123,7 @@ impl TablesArgs {
             reference_models.motors = (1..=motors).map(|k| 100 + k).collect();
         }
         let config = p0::Config { tables: self.tables(&p0::TABLES)?, reference_models, networks: self.networks()? };
-        let report = watched(|hear| p0::run(&config, hear))?;
+        let report = watched(|on_step| p0::run(&config, on_step))?;
         p0::print(&mut std::io::stderr().lock(), &report)?;
         self.write(&report)
     }
@@ -134,7 +134,7 @@ impl TablesArgs {
         // Networks know components of motors alone; one object of the others needs none of them.
         let masks = if wants(&[1, 2]) && self.only.is_none() {
             let networks = self.networks()?;
-            let masks = watched(|hear| p1::masks::run(&networks, hear))?;
+            let masks = watched(|on_step| p1::masks::run(&networks, on_step))?;
             p1::masks::print(&mut std::io::stderr().lock(), &masks)?;
             Some(masks)
         } else {
@@ -163,7 +163,7 @@ impl TablesArgs {
             only: self.only.clone(),
             workers: std::thread::available_parallelism().map_or(1, usize::from),
         };
-        let result = watched(|hear| p1::run(&config, hear));
+        let result = watched(|on_step| p1::run(&config, on_step));
         let report = result.map_err(|error| match error {
             p1::TableError::NoObject(_) => Failure::Call(error.into()),
             error => Failure::Work(error.into()),
@@ -175,7 +175,7 @@ impl TablesArgs {
     fn p2(self) -> Result<(), Failure> {
         self.not_p1()?;
         let config = p2::Config { tables: self.tables(&p2::TABLES)?, networks: self.networks()? };
-        let report = watched(|hear| p2::run(&config, hear))?;
+        let report = watched(|on_step| p2::run(&config, on_step))?;
         p2::print(&mut std::io::stderr().lock(), &report)?;
         self.write(&report)
     }
@@ -198,7 +198,7 @@ fn sigma(text: &str) -> Result<f32, String> {
     value.filter(|v| *v > 0.0 && *v <= 1.0).ok_or_else(|| "not above 0 and at most 1".into())
 }
 
-/// Runs `work` with a progress bar that is told how many steps are done, and of how many.
+/// Runs `work` with a progress bar that gets how many steps are done, and of how many.
 fn watched<T>(work: impl FnOnce(&dyn Fn(usize, usize)) -> T) -> T {
     let bar = ProgressBar::new(0);
     if let Ok(style) = ProgressStyle::with_template("{bar:40} {pos}/{len}, {elapsed} of {duration}") {

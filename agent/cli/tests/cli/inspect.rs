@@ -28,7 +28,7 @@ fn inspect_writes_the_whole_folder() {
     assert_eq!((&written["schema_version"], &written["outcome"]["state"]), (&2.into(), &"finished".into()));
     assert!(semascan_inspection::record::InspectionRecord::from_json(&text).is_ok(), "{text}");
     assert_eq!(written["views"].as_array().map(Vec::len), Some(3));
-    // Robot errors are on by default: what they cost is told.
+    // Robot errors are on by default: what they cost is printed.
     assert!(written["truth"]["at_true_poses"]["label_accuracy"].is_number(), "{text}");
     assert!(stderr(&output).contains("with the true poses"), "{}", stderr(&output));
     // Poses are judged as they are and after one rigid alignment.

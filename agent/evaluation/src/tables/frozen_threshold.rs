@@ -124,13 +124,13 @@ mod tests {
         let mut setting = NetworkSetting { models: Some(root.path().to_owned()), ..NetworkSetting::quick() };
         let shelf = setting.shelf().expect("an engine");
         let run = |setting: &NetworkSetting| {
-            let mut heard = 0;
-            let mut hear = |done: usize, _| heard = done;
-            let frozen = freeze(&shelf, setting, &mut Progress::new(&mut hear)).expect("runs");
-            (frozen, heard)
+            let mut steps_done = 0;
+            let mut report = |done: usize, _| steps_done = done;
+            let frozen = freeze(&shelf, setting, &mut Progress::new(&mut report)).expect("runs");
+            (frozen, steps_done)
         };
-        let (chosen, heard) = run(&setting);
-        assert_eq!((heard, steps(&setting), chosen.validation.len()), (4, 4, 2));
+        let (chosen, steps_done) = run(&setting);
+        assert_eq!((steps_done, steps(&setting), chosen.validation.len()), (4, 4, 2));
         let own: Vec<f32> = chosen.validation.iter().filter_map(|v| v.own).collect();
         let expected = if own.len() == 2 { own[0].min(own[1]) } else { UncertaintySettings::default().threshold };
         assert_eq!(chosen.sigma, expected);
@@ -140,7 +140,7 @@ mod tests {
         setting.test.motors = vec![77];
         assert_eq!(run(&setting).0, chosen, "test motors have no say in it");
         setting.sigma = Some(0.3);
-        let (given, heard) = run(&setting);
-        assert_eq!((given.sigma, given.rule.as_str(), heard, steps(&setting)), (0.3, "given", 0, 0));
+        let (given, steps_done) = run(&setting);
+        assert_eq!((given.sigma, given.rule.as_str(), steps_done, steps(&setting)), (0.3, "given", 0, 0));
     }
 }

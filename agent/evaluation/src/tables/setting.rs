@@ -110,24 +110,24 @@ pub(super) const NOT_TRAINED: &str = "not trained here";
 pub struct Progress<'a> {
     done: usize,
     all: usize,
-    hear: &'a mut dyn FnMut(usize, usize),
+    on_step: &'a mut dyn FnMut(usize, usize),
 }
 
 impl<'a> Progress<'a> {
-    /// `hear` is told how many steps are done, and of how many.
-    pub fn new(hear: &'a mut dyn FnMut(usize, usize)) -> Self {
-        Self { done: 0, all: 0, hear }
+    /// `on_step` gets how many steps are done, and of how many.
+    pub fn new(on_step: &'a mut dyn FnMut(usize, usize)) -> Self {
+        Self { done: 0, all: 0, on_step }
     }
 
     /// There are `steps` more to do.
     pub(super) fn expect(&mut self, steps: usize) {
         self.all += steps;
-        (self.hear)(self.done, self.all);
+        (self.on_step)(self.done, self.all);
     }
 
     /// One is done.
     pub(super) fn step(&mut self) {
         self.done += 1;
-        (self.hear)(self.done, self.all);
+        (self.on_step)(self.done, self.all);
     }
 }

@@ -64,7 +64,7 @@ struct Surface {
 /// Takes the views of `source` their way until the last one, or until `stop` is set; the model, if a view could be used.
 ///
 /// # Errors
-/// [`FuseError`] if the map cannot be set up; failing views are told to `events` instead.
+/// [`FuseError`] if the map cannot be set up; failing views are published to `events` instead.
 pub(crate) fn run(
     source: &mut dyn Source,
     segmenter: &mut dyn Segmenter,

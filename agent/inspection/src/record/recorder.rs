@@ -12,7 +12,7 @@ pub struct Recorder {
     recorded: Recorded,
 }
 
-/// What the events of an inspection have told.
+/// What the events of an inspection said.
 #[derive(Clone, Debug, Default)]
 pub struct Recorded {
     /// When the first event was published.
@@ -86,7 +86,7 @@ impl Recorder {
         }
     }
 
-    /// What has been told.
+    /// What was recorded.
     pub fn finish(self) -> Recorded {
         self.recorded
     }

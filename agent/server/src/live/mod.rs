@@ -3,8 +3,8 @@
 //! Chunks stand in the order of their last change. A client remembers how far along that order it is, one number; a
 //! chunk that changes again moves to the end, so an unsent older revision is replaced by the newer one by itself.
 //!
-//! A rebuilt map comes as a whole ([`LiveModel::renew`]): the client is told to expect a successor, gets its chunks, and
-//! is told when it has them all, so that it can go on showing the old model until then.
+//! A rebuilt map comes as a whole ([`LiveModel::renew`]): the client is sent the announcement of a successor, then its chunks,
+//! then that these were all, so that it can go on showing the old model until then.
 
 mod state;
 
@@ -53,7 +53,7 @@ impl LiveModel {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Is told whenever there may be something new.
+    /// Changes whenever there may be something new.
     pub(super) fn changes(&self) -> watch::Receiver<()> {
         self.changed.subscribe()
     }
@@ -209,7 +209,7 @@ impl LiveModel {
                 return Some(chunk.message.clone());
             }
         }
-        // The end, and that a model is whole, are told after the last chunk.
+        // The end, and that a model is whole, are sent after the last chunk.
         let progress = state.progress_for(cursor);
         if cursor.progress.as_ref() != Some(&progress) {
             cursor.progress = Some(progress.clone());

@@ -112,7 +112,7 @@ impl State {
         }
     }
 
-    /// Progress as the client at `cursor` may be told it: whether the whole model was sent depends on how far it is.
+    /// Progress as the client at `cursor` may be sent it: whether the whole model was sent depends on how far it is.
     pub(super) fn progress_for(&self, cursor: &Cursor) -> Progress {
         let sent = |whole: u64| {
             self.by_change

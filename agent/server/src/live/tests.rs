@@ -1,4 +1,4 @@
-//! What every client must be told, in which order.
+//! What every client must be sent, in which order.
 
 use super::*;
 use semascan_model::{PointFlags, SemanticPoint};
@@ -32,7 +32,7 @@ fn running() -> LiveModel {
     live
 }
 
-/// Everything a client would be sent now, as (chunk, revision), and the last phase it heard of.
+/// Everything a client would be sent now, as (chunk, revision), and the phases it was sent.
 fn drain(live: &LiveModel, cursor: &mut Cursor) -> (Vec<([i32; 3], u32)>, Vec<wire::Phase>) {
     let (mut chunks, mut phases) = (Vec::new(), Vec::new());
     while let Some(bytes) = live.next(cursor) {
@@ -100,16 +100,16 @@ fn the_end_is_told_after_the_last_chunk_and_a_new_inspection_clears() {
 
 /// Everything a client would be sent now: its order as letters, with what Progress says of the whole model.
 fn story(live: &LiveModel, cursor: &mut Cursor) -> Vec<String> {
-    let mut told = Vec::new();
+    let mut sent = Vec::new();
     while let Some(bytes) = live.next(cursor) {
-        told.push(match wire::decode_server(&bytes).expect("valid").body {
+        sent.push(match wire::decode_server(&bytes).expect("valid").body {
             Some(Body::Clear(c)) => format!("clear {} successor {}", c.inspection.expect("one").epoch, c.successor),
             Some(Body::Chunk(c)) => format!("chunk {}", c.id.expect("id").x),
             Some(Body::Progress(p)) => format!("complete {}", p.complete_epoch),
             _ => continue,
         });
     }
-    told
+    sent
 }
 
 #[test]

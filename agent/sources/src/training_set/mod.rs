@@ -111,7 +111,7 @@ impl<G: PartGenerator> TrainingSet<G> {
         range.filter(|part| !self.has(*part)).collect()
     }
 
-    /// Draws and writes a part; `on_view` hears of every finished view, from any thread.
+    /// Draws and writes a part; `on_view` is called after every view, from any thread.
     ///
     /// # Errors
     /// [`SourceError`] naming the file that cannot be written; the part is not there then.

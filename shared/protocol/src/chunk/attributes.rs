@@ -1,7 +1,7 @@
 //! Everything a point knows besides its voxel, predicted from the points before it in raster order.
 //!
-//! Surfaces are smooth: the voxels around a point that are already told lie on the same patch, carry nearly the same
-//! colour and almost always the same labels. What is told is the difference, under models chosen by how much the
+//! Surfaces are smooth: the voxels around a point that are already coded lie on the same patch, carry nearly the same
+//! colour and almost always the same labels. What is coded is the difference, under models chosen by how much the
 //! neighbours differ among themselves.
 
 use super::model::{Coder, Model, Plane, ResidualModel};
@@ -46,7 +46,7 @@ fn repeat<T, const N: usize>(mut make: impl FnMut() -> T) -> [T; N] {
     std::array::from_fn(|_| make())
 }
 
-/// What is the same for the whole chunk and then need not be told point by point.
+/// What is the same for the whole chunk and then need not be coded point by point.
 struct Shape {
     /// Shares that are the same everywhere, and their value.
     constant_shares: [Option<u8>; 4],
@@ -109,7 +109,7 @@ pub(super) fn code<C: Coder>(coder: &mut C, planes: &mut Planes, neighbours: &mu
         planes.marks[i] = marks(coder, &mut models, planes.marks[i], expected, &around);
         planes.shares[i] = shares(coder, &mut models, planes.shares[i], &shape, &around);
         planes.views[i] = views(coder, &mut models, planes.views[i], &shape, &around);
-        neighbours.tell(planes, i, &around);
+        neighbours.add(planes, i, &around);
     }
 }
 
@@ -134,11 +134,11 @@ fn normal<C: Coder>(coder: &mut C, models: &mut Models, normal: [u8; 2], around:
         17..=44 => 2,
         _ => 3,
     };
-    let mut told = [0; 2];
+    let mut coded = [0; 2];
     for (k, model) in models.normal[context].iter_mut().enumerate() {
-        told[k] = model.code(coder, normal[k], around.mean[NORMAL + k] as u8);
+        coded[k] = model.code(coder, normal[k], around.mean[NORMAL + k] as u8);
     }
-    told
+    coded
 }
 
 /// Two coordinates as they come, the third from the plane through the neighbours: along the axis nearest to the normal
@@ -153,13 +153,13 @@ fn position<C: Coder>(
     coder.enter(Plane::Position);
     let direction = octahedral::direction(normal);
     let steepest = (0..3).max_by_key(|&a| direction[a].abs()).filter(|_| around.count > 0 && direction != [0; 3]);
-    let mut told = [0; 3];
+    let mut coded = [0; 3];
     let mut slope = 0;
     for a in (0..3).filter(|&a| Some(a) != steepest) {
         let [below, above] = around.faces[a];
         let model = &mut models.tangential[a][usize::from(below) * 2 + usize::from(above)];
-        told[a] = coder.symbol(model, inner[a]);
-        slope += direction[a] * (i32::from(around.mean[INNER + a]) - i32::from(told[a]));
+        coded[a] = coder.symbol(model, inner[a]);
+        slope += direction[a] * (i32::from(around.mean[INNER + a]) - i32::from(coded[a]));
     }
     if let Some(a) = steepest {
         let quanta = QUANTA_PER_VOXEL;
@@ -172,9 +172,9 @@ fn position<C: Coder>(
         };
         let residual = (i32::from(inner[a]) - predicted).rem_euclid(quanta) as u8;
         let residual = coder.symbol(&mut models.along_normal[context], residual);
-        told[a] = (i32::from(residual) + predicted).rem_euclid(quanta) as u8;
+        coded[a] = (i32::from(residual) + predicted).rem_euclid(quanta) as u8;
     }
-    told
+    coded
 }
 
 /// Green first; red and blue are expected to differ from their means as green did.
@@ -198,7 +198,7 @@ fn color<C: Coder>(coder: &mut C, models: &mut Models, color: [u8; 3], around: &
     [told_red, told_green, told_blue]
 }
 
-/// One symbol tells which of label, defect, instance and flags differ from the nearest neighbour's.
+/// One symbol says which of label, defect, instance and flags differ from the nearest neighbour's.
 fn marks<C: Coder>(
     coder: &mut C,
     models: &mut Models,
@@ -210,16 +210,16 @@ fn marks<C: Coder>(
     let context = if around.count == 0 { 2 } else { usize::from(around.uniform) };
     let changed = (0..4).fold(0, |bits, k| bits | u8::from(marks[k] != expected[k]) << k);
     let changed = coder.symbol(&mut models.changed[context], changed);
-    let mut told = expected;
+    let mut coded = expected;
     for k in (0..4).filter(|k| changed >> k & 1 == 1) {
         coder.enter(if k == 0 { Plane::Label } else { Plane::Marks });
         let mut bytes = marks[k].to_le_bytes();
         for (byte, model) in bytes.iter_mut().zip(&mut models.mark[k]) {
             *byte = model.code(coder, *byte, 0);
         }
-        told[k] = u16::from_le_bytes(bytes);
+        coded[k] = u16::from_le_bytes(bytes);
     }
-    told
+    coded
 }
 
 fn shares<C: Coder>(
@@ -230,11 +230,11 @@ fn shares<C: Coder>(
     around: &Surroundings,
 ) -> [u8; 4] {
     coder.enter(Plane::Shares);
-    let mut told = [0; 4];
+    let mut coded = [0; 4];
     let mut surprise = 0;
     for k in 0..4 {
         if let Some(constant) = shape.constant_shares[k] {
-            told[k] = constant;
+            coded[k] = constant;
             continue;
         }
         let expected = around.mean[SHARES + k] as u8;
@@ -244,10 +244,10 @@ fn shares<C: Coder>(
             _ => 2,
         };
         let context = if surprise > 2 { 3 } else { context };
-        told[k] = models.share[context][k].code(coder, shares[k], expected);
-        surprise = told[k].abs_diff(expected);
+        coded[k] = models.share[context][k].code(coder, shares[k], expected);
+        surprise = coded[k].abs_diff(expected);
     }
-    told
+    coded
 }
 
 fn views<C: Coder>(coder: &mut C, models: &mut Models, views: u16, shape: &Shape, around: &Surroundings) -> u16 {

@@ -10,7 +10,7 @@ pub(super) const LANES: usize = 16;
 pub(super) const COLOR: usize = 0;
 /// Octahedral normal.
 pub(super) const NORMAL: usize = 3;
-/// Position in quanta, relative to the voxel of the point that is being told.
+/// Position in quanta, relative to the voxel of the point that is being coded.
 pub(super) const INNER: usize = 5;
 /// Shares.
 pub(super) const SHARES: usize = 8;
@@ -27,7 +27,7 @@ pub(super) type Record = [i16; LANES];
 const STRIDE: usize = 34;
 
 /// A neighbour that comes earlier in raster order: its distance back in the grid, its weight in predictions and what
-/// to add to its record to see it from the point that is being told.
+/// to add to its record to see it from the point that is being coded.
 struct Earlier {
     back: usize,
     weight: i16,
@@ -122,7 +122,7 @@ impl Neighbours {
         }
     }
 
-    /// What is known around point `i`: all points below `i` have been [told](Self::tell).
+    /// What is known around point `i`: all points below `i` have been [added](Self::add).
     pub(super) fn around(&self, planes: &Planes, i: usize) -> Surroundings {
         let here = at(planes.cells[i]);
         let (mut sum, mut low, mut high) = ([0_i16; LANES], [i16::MAX; LANES], [i16::MIN; LANES]);
@@ -172,7 +172,7 @@ impl Neighbours {
     }
 
     /// Adds point `i`, of which everything is known now.
-    pub(super) fn tell(&mut self, planes: &Planes, i: usize, around: &Surroundings) {
+    pub(super) fn add(&mut self, planes: &Planes, i: usize, around: &Surroundings) {
         // An unknown normal is guessed, so that it does not spoil the prediction of known ones.
         let mut record = around.mean;
         let wide = |v: u8| i16::from(v);

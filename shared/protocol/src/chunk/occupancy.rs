@@ -1,5 +1,5 @@
 //! Which voxels hold a point: an octree of five levels, breadth first, so that a node's neighbours are known before
-//! its children are told (the idea of MPEG G-PCC's neighbour-dependent contexts, ISO/IEC 23090-9, cut down to what a
+//! its children are coded (the idea of MPEG G-PCC's neighbour-dependent contexts, ISO/IEC 23090-9, cut down to what a
 //! chunk of a few hundred points can learn).
 
 use super::model::{Coder, Model, Plane};
@@ -13,7 +13,7 @@ const OCCUPIED: u16 = 1 << 8;
 #[derive(Debug)]
 pub(super) struct Octree {
     levels: [Level; LEVELS],
-    /// Bit x of row `z * edge + y`: the occupied nodes of the level that is being told, and of the next.
+    /// Bit x of row `z * edge + y`: the occupied nodes of the level that is being coded, and of the next.
     rows: Vec<u32>,
     next_rows: Vec<u32>,
 }
@@ -41,7 +41,7 @@ impl Default for Octree {
     }
 }
 
-/// Models of the children's masks, each told as two nibbles: the lower four children, then the upper four.
+/// Models of the children's masks, each coded as two nibbles: the lower four children, then the upper four.
 struct MaskModels {
     /// By the children of the node below that touch this one, and by how many of the four nodes beside are occupied.
     lower: [[Model; 3]; 16],

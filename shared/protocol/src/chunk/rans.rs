@@ -48,7 +48,7 @@ impl RansEncoder {
     }
 }
 
-/// Reads what [`RansEncoder`] wrote. Bytes past the end read as zero and are told by [`RansDecoder::at_end`].
+/// Reads what [`RansEncoder`] wrote. Bytes past the end read as zero and are detected by [`RansDecoder::at_end`].
 #[derive(Debug)]
 pub(super) struct RansDecoder<'a> {
     /// The state whose turn it is, and the other one.

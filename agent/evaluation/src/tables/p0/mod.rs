@@ -72,16 +72,16 @@ pub struct Report {
     pub table_6: Option<inspections::Report>,
 }
 
-/// Makes the tables; `hear` is told how many steps are done, and of how many.
+/// Makes the tables; `on_step` gets how many steps are done, and of how many.
 ///
 /// # Errors
 /// [`P0Error`]
-pub fn run(config: &Config, mut hear: impl FnMut(usize, usize)) -> Result<Report, P0Error> {
+pub fn run(config: &Config, mut on_step: impl FnMut(usize, usize)) -> Result<Report, P0Error> {
     let setting = &config.networks;
     let wants = |table: u32| config.tables.contains(&table);
     let views = TestDomain::ALL.len() * setting.test.count();
     let filter = wants(5) || wants(6);
-    let mut progress = Progress::new(&mut hear);
+    let mut progress = Progress::new(&mut on_step);
     for (wanted, steps) in [
         (wants(1), config.reference_models.motors.len()),
         (wants(3), views),

@@ -121,7 +121,7 @@ const PUBLISHED: [[(f64, f64, f64); 5]; 4] = [
     ],
 ];
 
-/// Inspects and measures every motor; `done` hears of each.
+/// Inspects and measures every motor; `done` is called after each.
 ///
 /// # Errors
 /// [`P0Error`] naming the motor.

@@ -76,12 +76,12 @@ pub struct Report {
     pub published: Vec<Published>,
 }
 
-/// Judges the masks of the models that are there; `hear` is told how many steps are done, and of how many.
+/// Judges the masks of the models that are there; `on_step` gets how many steps are done, and of how many.
 ///
 /// # Errors
 /// [`NetworkError`] if a model that is there cannot be used.
-pub fn run(setting: &NetworkSetting, mut hear: impl FnMut(usize, usize)) -> Result<Report, NetworkError> {
-    let mut progress = Progress::new(&mut hear);
+pub fn run(setting: &NetworkSetting, mut on_step: impl FnMut(usize, usize)) -> Result<Report, NetworkError> {
+    let mut progress = Progress::new(&mut on_step);
     let mut masks = vec![Masks { model: DETECTOR.into(), domains: Vec::new() }];
     let mut networks: Vec<(usize, NetworkSegmenter)> = Vec::new();
     let (shelf, source) = (setting.shelf()?, test_source());
@@ -223,9 +223,9 @@ mod tests {
         assert!(nothing.masks.iter().all(|m| m.domains.is_empty()));
         let dark = onnx::classifier(&[&[0.0; 3], &[-9.0; 3]], &[0.0, 5.0]);
         write(&root.path().join("dark"), manifest("semantic", &["none", "housing"]), &[dark]);
-        let mut heard = (0, 0);
-        let report = run(&networks, |done, all| heard = (done, all)).expect("a table");
-        assert_eq!(heard, (6, 6));
+        let mut last_step = (0, 0);
+        let report = run(&networks, |done, all| last_step = (done, all)).expect("a table");
+        assert_eq!(last_step, (6, 6));
         let [detector, chosen] = &report.masks[..] else { panic!("two models") };
         assert!(detector.domains.is_empty());
         assert_eq!((chosen.domains.len(), report.published.len()), (3, 9));

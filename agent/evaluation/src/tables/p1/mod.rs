@@ -74,7 +74,7 @@ pub enum TableError {
     NoObject(String),
 }
 
-/// Runs the tables; `progress` hears of every finished run: how many are done, and of how many.
+/// Runs the tables; `progress` is called after every run with how many are done, and of how many.
 ///
 /// # Errors
 /// [`TableError`]

@@ -90,17 +90,17 @@ pub struct Report {
     pub tables: Vec<Table>,
 }
 
-/// Makes the tables; `hear` is told how many steps are done, and of how many.
+/// Makes the tables; `on_step` gets how many steps are done, and of how many.
 ///
 /// # Errors
 /// [`NetworkError`] if a network that is there cannot be used.
-pub fn run(config: &Config, mut hear: impl FnMut(usize, usize)) -> Result<Report, NetworkError> {
+pub fn run(config: &Config, mut on_step: impl FnMut(usize, usize)) -> Result<Report, NetworkError> {
     let setting = &config.networks;
     let wanted = ROWS.iter().filter(|(number, _, _)| config.tables.contains(number));
     let mut names: Vec<&str> = wanted.clone().flat_map(|(_, _, rows)| rows.iter().map(|(model, _)| *model)).collect();
     names.sort_unstable();
     names.dedup();
-    let mut progress = Progress::new(&mut hear);
+    let mut progress = Progress::new(&mut on_step);
     progress.expect(TestDomain::ALL.len() * setting.test.count());
     let scored = score_singles(&names, setting, &mut progress)?;
     let judged = |model: &str| -> Option<&Judged> { scored[names.iter().position(|name| *name == model)?].as_ref() };
@@ -185,9 +185,10 @@ mod tests {
         let dark = onnx::classifier(&[&[0.0; 3], &[-9.0; 3]], &[0.0, 5.0]);
         write(&root.path().join("comparison/u-net-edge"), manifest("semantic", &["none", "housing"]), &[dark]);
         let networks = NetworkSetting { models: Some(root.path().to_owned()), ..NetworkSetting::quick() };
-        let mut heard = (0, 0);
-        let report = run(&Config { tables: vec![3, 4], networks }, |done, all| heard = (done, all)).expect("tables");
-        assert_eq!(heard, (6, 6));
+        let mut last_step = (0, 0);
+        let report =
+            run(&Config { tables: vec![3, 4], networks }, |done, all| last_step = (done, all)).expect("tables");
+        assert_eq!(last_step, (6, 6));
         assert_eq!(report.tables.iter().map(|t| t.number).collect::<Vec<_>>(), [3, 4]);
         let [there, gone, ..] = &report.tables[0].rows[..] else { panic!("rows") };
         assert_eq!((there.domains.len(), gone.domains.len()), (3, 0));

@@ -22,9 +22,9 @@ fn every_residual_comes_back() {
 
 proptest! {
     #[test]
-    fn symbols_and_bits_come_back(told in prop::collection::vec((0..16_u8, any::<u8>(), 1..=8_u32), 0..500)) {
+    fn symbols_and_bits_come_back(coded in prop::collection::vec((0..16_u8, any::<u8>(), 1..=8_u32), 0..500)) {
         let (mut encoder, mut model) = (RansEncoder::default(), Model::uniform(14));
-        for &(symbol, bits, count) in &told {
+        for &(symbol, bits, count) in &coded {
             encoder.symbol(&mut model, symbol);
             encoder.bits(bits >> (8 - count), count);
         }
@@ -32,7 +32,7 @@ proptest! {
         encoder.finish(&mut bytes);
         let mut decoder = RansDecoder::new(&bytes).expect("a stream");
         let mut model = Model::uniform(14);
-        for &(symbol, bits, count) in &told {
+        for &(symbol, bits, count) in &coded {
             prop_assert_eq!(decoder.symbol(&mut model, 0), symbol);
             prop_assert_eq!(decoder.bits(0, count), bits >> (8 - count));
         }
