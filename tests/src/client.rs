@@ -142,7 +142,8 @@ impl Client {
             Body::Progress(progress) => self.progress = progress.clone(),
             Body::View(view) => self.views.push(view.clone()),
             Body::Refused(refused) => bail!("refused: {}", refused.reason),
-            Body::Welcome(_) | Body::Stage(_) => {}
+            // Messages that no test counts.
+            _ => {}
         }
         Ok(body)
     }

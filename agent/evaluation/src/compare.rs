@@ -5,7 +5,7 @@
 //! metric values." Here global registration draws motions from consistent pairs of features [Chen 2022], and GICP
 //! [Segal 2009] is the local one.
 
-use super::Model;
+use super::MeasuredGeometry;
 use super::poses::moved;
 use nalgebra::Isometry3;
 use semascan_geometry::measure::{ClassScore, Comparison, LabelledPoint, class_scores};
@@ -59,8 +59,8 @@ pub enum AlignError {
 }
 
 /// Figures of `a`, moved by `b_from_a`, against `b`. `tau` is the distance of precision and recall in metres. `None`
-/// where nothing can be measured, which [`Model::read_pair`] rules out.
-pub fn evaluate(a: &Model, b: &Model, b_from_a: &Isometry3<f64>, tau: f64) -> Option<Evaluation> {
+/// where nothing can be measured, which [`MeasuredGeometry::read_pair`] rules out.
+pub fn evaluate(a: &MeasuredGeometry, b: &MeasuredGeometry, b_from_a: &Isometry3<f64>, tau: f64) -> Option<Evaluation> {
     let place = |by: &Isometry3<f64>, points: &[[f32; 3]]| points.iter().map(|p| moved(by, *p)).collect::<Vec<_>>();
     let forth = b.target.nearest(&place(b_from_a, &a.points));
     let back = a.target.nearest(&place(&b_from_a.inverse(), &b.points));
@@ -80,14 +80,19 @@ pub fn evaluate(a: &Model, b: &Model, b_from_a: &Isometry3<f64>, tau: f64) -> Op
 ///
 /// # Errors
 /// For each alignment on its own.
-pub fn evaluate_aligned(a: &Model, b: &Model, tau: f64, seed: u64) -> Vec<Result<AlignedEvaluation, AlignError>> {
+pub fn evaluate_aligned(
+    a: &MeasuredGeometry,
+    b: &MeasuredGeometry,
+    tau: f64,
+    seed: u64,
+) -> Vec<Result<AlignedEvaluation, AlignError>> {
     let mut fine = None;
     (seed..seed + ALIGNMENTS).map(|seed| aligned(a, b, tau, seed, &mut fine)).collect()
 }
 
 fn aligned(
-    a: &Model,
-    b: &Model,
+    a: &MeasuredGeometry,
+    b: &MeasuredGeometry,
     tau: f64,
     seed: u64,
     fine: &mut Option<(SurfelCloud, SurfelCloud)>,
@@ -96,7 +101,7 @@ fn aligned(
     let config = GlobalConfig { seed, max_unconstrained: 3, ..GlobalConfig::default() };
     let GlobalMatch { target_from_source, overlap, voxel, .. } = register_globally(&input(a), &input(b), &config)?;
     if fine.is_none() {
-        let make = |m: &Model, model| {
+        let make = |m: &MeasuredGeometry, model| {
             SurfelCloud::new(&m.points, m.facing(), voxel / FINER, NEIGHBOURS)
                 .map_err(|source| AlignError::Cloud { model, source })
         };
@@ -110,7 +115,7 @@ fn aligned(
     Ok(AlignedEvaluation { seed, b_from_a, overlap, evaluation })
 }
 
-fn input(model: &Model) -> CloudInput<'_> {
+fn input(model: &MeasuredGeometry) -> CloudInput<'_> {
     CloudInput { points: &model.points, facing: model.facing() }
 }
 

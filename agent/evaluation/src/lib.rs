@@ -4,7 +4,7 @@ mod compare;
 mod confusion;
 mod defect_area;
 mod inspection;
-mod model;
+mod measured_geometry;
 #[cfg(test)]
 #[allow(dead_code, reason = "perception's tests use the rest")]
 #[path = "../../perception/src/segment/network/fixtures/mod.rs"]
@@ -24,7 +24,7 @@ pub use compare::{
 pub use confusion::{Confusion, PixelScores};
 pub use defect_area::{DefectArea, defect_areas};
 pub use inspection::judge_inspection;
-pub use model::{Model, Target};
+pub use measured_geometry::{MeasuredGeometry, Target};
 pub use network_scores::{NetworkError, NetworkScores, Shelf, score_networks};
 pub use partition::{PartitionScore, compare_partitions};
 pub use poses::{PoseError, PosePair, align_poses, aligned_pose_errors, pose_error};

@@ -4,7 +4,9 @@ use super::Failure;
 use anyhow::{Context, anyhow};
 use clap::Args;
 use nalgebra::Isometry3;
-use semascan_evaluation::{AlignedEvaluation, Evaluation, Model, Range, evaluate, evaluate_aligned, figures, ranges};
+use semascan_evaluation::{
+    AlignedEvaluation, Evaluation, MeasuredGeometry, Range, evaluate, evaluate_aligned, figures, ranges,
+};
 use semascan_geometry::measure::{CONVENTIONS, ClassScore, SEMANTIC_CONVENTIONS};
 use semascan_inspection::record::PoseRecord;
 use serde_json::{Value, json};
@@ -65,11 +67,11 @@ impl EvaluateArgs {
             }
         }
         let (model, reference) = ((self.a.as_path(), self.scale_a), (self.b.as_path(), self.scale_b));
-        let [a, b] = Model::read_pair(model, reference, self.samples, self.seed)?;
+        let [a, b] = MeasuredGeometry::read_pair(model, reference, self.samples, self.seed)?;
         if self.align { self.protocol(&a, &b) } else { self.as_they_stand(&a, &b) }
     }
 
-    fn as_they_stand(&self, a: &Model, b: &Model) -> Result<(), Failure> {
+    fn as_they_stand(&self, a: &MeasuredGeometry, b: &MeasuredGeometry) -> Result<(), Failure> {
         let found = evaluate(a, b, &Isometry3::identity(), self.tau * 1e-3)
             .with_context(|| format!("{} and {}: nothing can be measured", self.a.display(), self.b.display()))?;
         let mut out = io::stderr().lock();
@@ -85,7 +87,7 @@ impl EvaluateArgs {
         self.print(&report)
     }
 
-    fn protocol(&self, a: &Model, b: &Model) -> Result<(), Failure> {
+    fn protocol(&self, a: &MeasuredGeometry, b: &MeasuredGeometry) -> Result<(), Failure> {
         let results = evaluate_aligned(a, b, self.tau * 1e-3, self.seed);
         let failed: Vec<String> = results.iter().filter_map(|r| r.as_ref().err().map(ToString::to_string)).collect();
         let runs: Vec<AlignedEvaluation> = results.into_iter().filter_map(Result::ok).collect();
@@ -120,7 +122,7 @@ impl EvaluateArgs {
         self.print(&report)
     }
 
-    fn head(&self, out: &mut impl Write, a: &Model, b: &Model, how: &str) -> io::Result<()> {
+    fn head(&self, out: &mut impl Write, a: &MeasuredGeometry, b: &MeasuredGeometry, how: &str) -> io::Result<()> {
         for (name, model) in [("A", a), ("B", b)] {
             let from = match model.triangles {
                 0 => format!("{} points ({} marked or not finite are left out)", model.points.len(), model.left_out),
@@ -139,8 +141,8 @@ impl EvaluateArgs {
         Ok(())
     }
 
-    fn report(&self, a: &Model, b: &Model, classes: &[ClassScore]) -> Value {
-        let model = |m: &Model, path: &Path| {
+    fn report(&self, a: &MeasuredGeometry, b: &MeasuredGeometry, classes: &[ClassScore]) -> Value {
+        let model = |m: &MeasuredGeometry, path: &Path| {
             json!({
                 "path": path.display().to_string(), "kind": m.kind(), "points": m.points.len(),
                 "left_out": m.left_out, "triangles": m.triangles,

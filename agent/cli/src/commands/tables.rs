@@ -67,10 +67,10 @@ pub(crate) struct TablesArgs {
 struct P1Report {
     /// Tables 3 to 5.
     #[serde(flatten)]
-    reconstruction: Option<p1::Report>,
+    reconstruction: Option<p1::ReconstructionTables>,
     /// Tables 1 and 2.
     #[serde(skip_serializing_if = "Option::is_none")]
-    masks: Option<p1::masks::Report>,
+    masks: Option<p1::masks::MaskTables>,
 }
 
 impl TablesArgs {
@@ -145,7 +145,7 @@ impl TablesArgs {
     }
 
     /// [Eye-in-hand 2020], Tables 3 to 5.
-    fn reconstruction(&self) -> Result<p1::Report, Failure> {
+    fn reconstruction(&self) -> Result<p1::ReconstructionTables, Failure> {
         let in_data = || Some(PathBuf::from(std::env::var_os("SEMASCAN_DATA")?).join("objects/ycb"));
         let ycb = self.ycb.clone().or_else(|| in_data().filter(|folder| folder.is_dir()));
         match &ycb {

@@ -41,7 +41,7 @@ pub struct Domain {
 
 /// The table.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Report {
+pub struct Table5 {
     /// How the figures are to be read.
     pub setting: String,
     /// The models, as an inspection takes them.
@@ -69,7 +69,7 @@ pub fn run(
     setting: &NetworkSetting,
     sigma: f32,
     progress: &mut Progress<'_>,
-) -> Result<Report, NetworkError> {
+) -> Result<Table5, NetworkError> {
     let source = test_source();
     let chosen = shelf.chosen(&source.taxonomy)?;
     let config = NetworkConfig::default();
@@ -105,7 +105,7 @@ pub fn run(
         setting.test.views,
         augmentations.join(" and ")
     );
-    Ok(Report {
+    Ok(Table5 {
         setting,
         models: chosen.iter().map(|(_, m)| format!("{} {}", m.name, m.version)).collect(),
         sigma,
@@ -121,7 +121,7 @@ pub fn run(
 ///
 /// # Errors
 /// If `out` fails.
-pub fn print(out: &mut dyn Write, report: &Report) -> io::Result<()> {
+pub fn print(out: &mut dyn Write, report: &Table5) -> io::Result<()> {
     writeln!(out, "P0, Table 5: ensemble and filter at sigma {} ({})", report.sigma, report.models.join(", "))?;
     writeln!(
         out,

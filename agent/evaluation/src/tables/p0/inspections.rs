@@ -76,7 +76,7 @@ pub struct Motor {
 
 /// The table.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Report {
+pub struct Table6 {
     /// How the figures are to be read.
     pub setting: String,
     /// Threshold of sigma.
@@ -110,7 +110,7 @@ pub fn run(
     setting: &NetworkSetting,
     sigma: f32,
     progress: &mut Progress<'_>,
-) -> Result<Report, P0Error> {
+) -> Result<Table6, P0Error> {
     let (mut sums, mut motors, mut taxonomy) = (Sums::default(), Vec::new(), Taxonomy::from_names::<&str>(&[], &[]));
     for &seed in &setting.test.motors {
         let (motor, truth, areas, classes) = inspect(shelf, setting, sigma, seed)?;
@@ -126,7 +126,7 @@ pub fn run(
         completeness: components.iter().map(|c| c.figures.completeness).sum::<f64>() / n,
     };
     let all = sums.classes.values().fold([0; 3], |a, b| [a[0] + b[0], a[1] + b[1], a[2] + b[2]]);
-    Ok(Report {
+    Ok(Table6 {
         setting: describe(setting),
         sigma,
         components,
@@ -231,7 +231,7 @@ fn describe(setting: &NetworkSetting) -> String {
 ///
 /// # Errors
 /// If `out` fails.
-pub fn print(out: &mut dyn Write, report: &Report) -> io::Result<()> {
+pub fn print(out: &mut dyn Write, report: &Table6) -> io::Result<()> {
     write!(out, "{:<36}", format!("P0, Table 6, %, sigma {}", report.sigma))?;
     report.components.iter().try_for_each(|c| write!(out, "{:>14.13}", c.name))?;
     writeln!(out, "{:>10}{:>10}", "mean", "points")?;

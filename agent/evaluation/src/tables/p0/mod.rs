@@ -54,29 +54,29 @@ pub enum P0Error {
 
 /// The tables that were asked for.
 #[derive(Clone, Debug, Serialize)]
-pub struct Report {
+pub struct P0Tables {
     /// Table 1.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub table_1: Option<reference_models::Report>,
+    pub table_1: Option<reference_models::Table1>,
     /// Table 3, and the single networks of Table 5.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub table_3: Option<networks::Report>,
+    pub table_3: Option<networks::Table3>,
     /// The threshold of Tables 5 and 6.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub threshold: Option<FrozenThreshold>,
     /// Table 5.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub table_5: Option<ensemble::Report>,
+    pub table_5: Option<ensemble::Table5>,
     /// Table 6.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub table_6: Option<inspections::Report>,
+    pub table_6: Option<inspections::Table6>,
 }
 
 /// Makes the tables; `on_step` gets how many steps are done, and of how many.
 ///
 /// # Errors
 /// [`P0Error`]
-pub fn run(config: &Config, mut on_step: impl FnMut(usize, usize)) -> Result<Report, P0Error> {
+pub fn run(config: &Config, mut on_step: impl FnMut(usize, usize)) -> Result<P0Tables, P0Error> {
     let setting = &config.networks;
     let wants = |table: u32| config.tables.contains(&table);
     let views = TestDomain::ALL.len() * setting.test.count();
@@ -99,14 +99,14 @@ pub fn run(config: &Config, mut on_step: impl FnMut(usize, usize)) -> Result<Rep
     let sigma = threshold.as_ref().map_or(1.0, |t| t.sigma);
     let table_5 = wants(5).then(|| ensemble::run(&shelf, setting, sigma, progress)).transpose()?;
     let table_6 = wants(6).then(|| inspections::run(&shelf, setting, sigma, progress)).transpose()?;
-    Ok(Report { table_1, table_3, threshold, table_5, table_6 })
+    Ok(P0Tables { table_1, table_3, threshold, table_5, table_6 })
 }
 
 /// Writes the tables for people.
 ///
 /// # Errors
 /// If `out` fails.
-pub fn print(out: &mut dyn Write, report: &Report) -> io::Result<()> {
+pub fn print(out: &mut dyn Write, report: &P0Tables) -> io::Result<()> {
     if let Some(table) = &report.table_1 {
         reference_models::print(out, table)?;
         writeln!(out)?;

@@ -48,7 +48,7 @@ pub struct Row {
 
 /// The table.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Report {
+pub struct Table3 {
     /// How the figures are to be read.
     pub setting: String,
     /// Ours, the paper's beside them.
@@ -59,7 +59,7 @@ pub struct Report {
 ///
 /// # Errors
 /// [`NetworkError`] if one that is there cannot be used.
-pub fn run(setting: &NetworkSetting, progress: &mut Progress<'_>) -> Result<Report, NetworkError> {
+pub fn run(setting: &NetworkSetting, progress: &mut Progress<'_>) -> Result<Table3, NetworkError> {
     let names = VARIANTS.map(|(model, _, _)| model);
     let scored = score_singles(&names, setting, progress)?;
     let row = |((model, variant, published), scored): (&Variant, Option<Judged>)| {
@@ -83,14 +83,14 @@ pub fn run(setting: &NetworkSetting, progress: &mut Progress<'_>) -> Result<Repo
         test.size.0,
         test.size.1
     );
-    Ok(Report { setting, rows })
+    Ok(Table3 { setting, rows })
 }
 
 /// Writes the table for people.
 ///
 /// # Errors
 /// If `out` fails.
-pub fn print(out: &mut dyn Write, report: &Report) -> io::Result<()> {
+pub fn print(out: &mut dyn Write, report: &Table3) -> io::Result<()> {
     write!(out, "{:<36}{:>10}", "P0, Table 3 and 5: mean IoU", "pictures")?;
     for domain in TestDomain::ALL {
         write!(out, "{:>14}", domain.name())?;

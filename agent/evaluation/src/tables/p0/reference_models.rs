@@ -8,7 +8,7 @@
 
 use super::P0Error;
 use crate::tables::inspect;
-use crate::{AlignedEvaluation, Model, Range, evaluate_aligned, ranges};
+use crate::{AlignedEvaluation, MeasuredGeometry, Range, evaluate_aligned, ranges};
 use semascan_inspection::spec::InspectionSpec;
 use semascan_model::{PointFlags, SemanticCloud};
 use semascan_simulation::{VirtualCell, VirtualCellSpec};
@@ -75,7 +75,7 @@ pub struct Row {
 
 /// The table, ours and the published one.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Report {
+pub struct Table1 {
     /// What was run.
     pub config: Config,
     /// How the figures are to be read.
@@ -125,7 +125,7 @@ const PUBLISHED: [[(f64, f64, f64); 5]; 4] = [
 ///
 /// # Errors
 /// [`P0Error`] naming the motor.
-pub fn run(config: &Config, mut done: impl FnMut()) -> Result<Report, P0Error> {
+pub fn run(config: &Config, mut done: impl FnMut()) -> Result<Table1, P0Error> {
     let (mut ours, mut points) = (Vec::new(), Vec::new());
     for motor in &config.motors {
         let (row, counts) = one(config, *motor)?;
@@ -133,7 +133,7 @@ pub fn run(config: &Config, mut done: impl FnMut()) -> Result<Report, P0Error> {
         points.push(counts);
         done();
     }
-    Ok(Report { config: config.clone(), setting: setting(config), ours, points, published: published() })
+    Ok(Table1 { config: config.clone(), setting: setting(config), ours, points, published: published() })
 }
 
 /// What the figures are of.
@@ -156,7 +156,7 @@ fn one(config: &Config, motor: u64) -> Result<(Row, (usize, usize)), P0Error> {
     let inspected = inspect(spec, Box::new(cell))?;
     let c = reconstructed(&inspected.cloud, motor);
     let truth = inspected.source.truth().ok_or(P0Error::NoView(motor))?;
-    let l = Model::sampled(
+    let l = MeasuredGeometry::sampled(
         &format!("truth of motor {motor}"),
         &truth.vertices,
         &truth.triangles,
@@ -179,12 +179,12 @@ fn one(config: &Config, motor: u64) -> Result<(Row, (usize, usize)), P0Error> {
 }
 
 /// The model's points, without strays and without the turntable.
-fn reconstructed(cloud: &SemanticCloud, motor: u64) -> Model {
+fn reconstructed(cloud: &SemanticCloud, motor: u64) -> MeasuredGeometry {
     let kept = |i: &usize| !cloud.flags[*i].has(PointFlags::OUTLIER | PointFlags::BACKGROUND);
     let kept: Vec<usize> = (0..cloud.len()).filter(kept).collect();
     let points = kept.iter().map(|&i| cloud.positions[i]).collect();
     let normals = kept.iter().map(|&i| cloud.normals[i]).collect();
-    Model::of_points(&format!("model of motor {motor}"), points, normals)
+    MeasuredGeometry::of_points(&format!("model of motor {motor}"), points, normals)
 }
 
 fn row(model: &str, ranges: &[Range]) -> Row {
@@ -220,7 +220,7 @@ fn published() -> Vec<Row> {
 ///
 /// # Errors
 /// If `out` fails.
-pub fn print(out: &mut dyn Write, report: &Report) -> io::Result<()> {
+pub fn print(out: &mut dyn Write, report: &Table1) -> io::Result<()> {
     writeln!(out, "P0, Table 1: min / mean / max over ten alignments")?;
     writeln!(
         out,

@@ -65,7 +65,7 @@ pub struct Published {
 
 /// The tables.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Report {
+pub struct MaskTables {
     /// How the figures are to be read.
     pub setting: String,
     /// Objects of ours, in the order of the figures.
@@ -80,7 +80,7 @@ pub struct Report {
 ///
 /// # Errors
 /// [`NetworkError`] if a model that is there cannot be used.
-pub fn run(setting: &NetworkSetting, mut on_step: impl FnMut(usize, usize)) -> Result<Report, NetworkError> {
+pub fn run(setting: &NetworkSetting, mut on_step: impl FnMut(usize, usize)) -> Result<MaskTables, NetworkError> {
     let mut progress = Progress::new(&mut on_step);
     let mut masks = vec![Masks { model: DETECTOR.into(), domains: Vec::new() }];
     let mut networks: Vec<(usize, NetworkSegmenter)> = Vec::new();
@@ -110,7 +110,7 @@ pub fn run(setting: &NetworkSetting, mut on_step: impl FnMut(usize, usize)) -> R
     let iou = |(table, object): (u32, &str)| {
         Some(Published { table, object: object.into(), iou: published::mask_iou(object)? })
     };
-    Ok(Report {
+    Ok(MaskTables {
         setting: describe(&setting.test),
         objects: TestViews::taxonomy().components.iter().skip(1).map(|c| c.name.clone()).collect(),
         masks,
@@ -166,7 +166,7 @@ fn describe(test: &TestViews) -> String {
 ///
 /// # Errors
 /// If `out` fails.
-pub fn print(out: &mut dyn Write, report: &Report) -> io::Result<()> {
+pub fn print(out: &mut dyn Write, report: &MaskTables) -> io::Result<()> {
     write!(out, "{:<30}", "P1, Tables 1, 2: mask IoU, %")?;
     for domain in TestDomain::ALL {
         write!(out, "{:>26}", format!("{}: net, fused", domain.name()))?;

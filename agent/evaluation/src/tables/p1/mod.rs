@@ -10,7 +10,7 @@ mod methods;
 mod objects;
 mod print;
 pub mod published;
-mod report;
+mod reconstruction_tables;
 mod score;
 mod stitching;
 mod toys;
@@ -18,7 +18,7 @@ mod toys;
 pub use methods::{Method, MethodError};
 pub use objects::{Dataset, Setting, TableObject, objects};
 pub use print::print;
-pub use report::{Aggregate, Difference, ObjectRow, Report, Run, Step};
+pub use reconstruction_tables::{Aggregate, Difference, ObjectRow, ReconstructionTables, Run, Step};
 pub use score::MethodScore;
 
 use methods::{Capture, hard, reconstruct};
@@ -78,7 +78,7 @@ pub enum TableError {
 ///
 /// # Errors
 /// [`TableError`]
-pub fn run(config: &Config, progress: impl Fn(usize, usize)) -> Result<Report, TableError> {
+pub fn run(config: &Config, progress: impl Fn(usize, usize)) -> Result<ReconstructionTables, TableError> {
     let folder = tempfile::tempdir()?;
     let mut objects = objects(folder.path(), config.ycb.as_deref())?;
     if let Some(only) = &config.only {
@@ -117,7 +117,7 @@ pub fn run(config: &Config, progress: impl Fn(usize, usize)) -> Result<Report, T
         }
         Ok::<(), TableError>(())
     })?;
-    Ok(Report::new(config, &objects, runs.into_iter().flatten().collect()))
+    Ok(ReconstructionTables::new(config, &objects, runs.into_iter().flatten().collect()))
 }
 
 /// One object in one cell, by all methods.

@@ -1,13 +1,13 @@
 //! The tables for people.
 
-use super::{Aggregate, Method, Report};
+use super::{Aggregate, Method, ReconstructionTables};
 use std::io::{self, Write};
 
 /// Writes the tables, published figures beside ours.
 ///
 /// # Errors
 /// If `out` fails.
-pub fn print(report: &Report, out: &mut dyn Write) -> io::Result<()> {
+pub fn print(report: &ReconstructionTables, out: &mut dyn Write) -> io::Result<()> {
     writeln!(out, "P1, {} runs of {} views each", report.seeds, report.views)?;
     writeln!(out, "setting: {}", report.setting)?;
     for convention in &report.conventions {
@@ -61,7 +61,7 @@ pub fn print(report: &Report, out: &mut dyn Write) -> io::Result<()> {
 }
 
 fn table(
-    report: &Report,
+    report: &ReconstructionTables,
     out: &mut dyn Write,
     title: &str,
     figure: fn(&Aggregate) -> f64,
@@ -89,7 +89,7 @@ fn table(
     writeln!(out)
 }
 
-fn masks(report: &Report, out: &mut dyn Write) -> io::Result<()> {
+fn masks(report: &ReconstructionTables, out: &mut dyn Write) -> io::Result<()> {
     let columns = ["network", "SLIC fusion", "LCCCP fusion", "P1: network", "P1: fusion", "misidentified views"];
     write!(out, "\n{:<30}", "mask IoU, % (P1: Tables 1, 2)")?;
     for column in columns {

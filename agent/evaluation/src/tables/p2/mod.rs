@@ -83,7 +83,7 @@ pub struct Table {
 
 /// The tables.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Report {
+pub struct P2Tables {
     /// How the figures are to be read.
     pub setting: String,
     /// Those that were asked for.
@@ -94,7 +94,7 @@ pub struct Report {
 ///
 /// # Errors
 /// [`NetworkError`] if a network that is there cannot be used.
-pub fn run(config: &Config, mut on_step: impl FnMut(usize, usize)) -> Result<Report, NetworkError> {
+pub fn run(config: &Config, mut on_step: impl FnMut(usize, usize)) -> Result<P2Tables, NetworkError> {
     let setting = &config.networks;
     let wanted = ROWS.iter().filter(|(number, _, _)| config.tables.contains(number));
     let mut names: Vec<&str> = wanted.clone().flat_map(|(_, _, rows)| rows.iter().map(|(model, _)| *model)).collect();
@@ -131,14 +131,14 @@ pub fn run(config: &Config, mut on_step: impl FnMut(usize, usize)) -> Result<Rep
         test.motors.len(),
         test.views
     );
-    Ok(Report { setting: text, tables: wanted.map(table).collect() })
+    Ok(P2Tables { setting: text, tables: wanted.map(table).collect() })
 }
 
 /// Writes the tables for people.
 ///
 /// # Errors
 /// If `out` fails.
-pub fn print(out: &mut dyn Write, report: &Report) -> io::Result<()> {
+pub fn print(out: &mut dyn Write, report: &P2Tables) -> io::Result<()> {
     for table in &report.tables {
         write!(out, "P2 on the virtual cell, {:<26}{:<14}", table.title, "%")?;
         for column in ["Acc", "ave_acc", "mean IoU", "precision", "recall"] {

@@ -80,7 +80,7 @@ pub struct Step {
 
 /// The tables.
 #[derive(Clone, Debug, Serialize)]
-pub struct Report {
+pub struct ReconstructionTables {
     /// What was run, for people.
     pub setting: String,
     /// How figures are taken.
@@ -105,7 +105,7 @@ pub struct Report {
     pub runs: Vec<Run>,
 }
 
-impl Report {
+impl ReconstructionTables {
     pub(super) fn new(config: &Config, objects: &[TableObject], runs: Vec<Run>) -> Self {
         let rows: Vec<ObjectRow> = objects
             .iter()

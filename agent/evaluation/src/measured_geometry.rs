@@ -19,7 +19,7 @@ pub enum Target {
 
 /// A cloud or a mesh.
 #[derive(Clone, Debug)]
-pub struct Model {
+pub struct MeasuredGeometry {
     /// Its file.
     pub path: PathBuf,
     /// What is measured from: the cloud's points, or samples of the mesh, metres.
@@ -38,7 +38,7 @@ pub struct Model {
     pub triangles: usize,
 }
 
-impl Model {
+impl MeasuredGeometry {
     /// Reads a model and the reference that it is compared with: PLY, PCD, OBJ, STL, glTF or GLB, and the metres that the
     /// unit of each is; of a mesh, `samples` seeded points are taken. Both are moved by the [`common_offset`] of the
     /// reference.
@@ -195,7 +195,7 @@ mod tests {
     #[test]
     fn marked_and_lost_points_are_passed_over() {
         let (_folder, path) = written("a.ply", CLOUD);
-        let [model, _] = Model::read_pair((&path, 1.0), (&path, 1.0), 10, 1).expect("a cloud");
+        let [model, _] = MeasuredGeometry::read_pair((&path, 1.0), (&path, 1.0), 10, 1).expect("a cloud");
         assert_eq!((model.kind(), model.points.len(), model.left_out), ("cloud", 2, 2));
         assert_eq!(model.labels, [(1, true), (2, false)]);
         assert!(matches!(model.facing(), Facing::Normals([[0.0, 0.0, 1.0], _])));
@@ -216,7 +216,7 @@ mod tests {
             ("bad.pcd", "FIELDS x\n", "DATA"),
         ] {
             let (_folder, path) = written(name, content);
-            let message = Model::read_pair((&path, 1.0), (&path, 1.0), 10, 1).expect_err(name).to_string();
+            let message = MeasuredGeometry::read_pair((&path, 1.0), (&path, 1.0), 10, 1).expect_err(name).to_string();
             assert!(message.contains(name) && message.contains(word), "{message}");
         }
     }
@@ -230,7 +230,7 @@ mod tests {
         };
         let (_folder, path) = written("a.obj", &square(0.0));
         let (_other, shifted) = written("b.obj", &square(0.005));
-        let [a, b] = Model::read_pair((&path, 1.0), (&shifted, 1.0), 100, 1).expect("two squares");
+        let [a, b] = MeasuredGeometry::read_pair((&path, 1.0), (&shifted, 1.0), 100, 1).expect("two squares");
         for (distance, _) in b.target.nearest(&a.points).into_iter().flatten() {
             assert!((distance - 0.005).abs() < 1e-6, "{distance}");
         }
