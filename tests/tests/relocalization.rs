@@ -6,10 +6,11 @@ use image::GrayImage;
 use nalgebra::{Isometry3, Point3};
 use semascan_evaluation::{PosePair, align_poses, aligned_pose_errors, judge_aligned, pose_error};
 use semascan_inspection::Inspected;
-use semascan_inspection::record::{InspectionRecord, RegistrationRecord, ViewRecord};
+use semascan_inspection::record::isometry;
 use semascan_inspection::source::Source;
 use semascan_inspection::spec::{CameraMask, InspectionSpec, LabelSource, RegistrationMethod};
 use semascan_model::SemanticCloud;
+use semascan_model::record::{InspectionRecord, RegistrationRecord, ViewRecord};
 use semascan_simulation::{VirtualCell, VirtualCellSpec};
 use semascan_tests::data;
 use semascan_tests::inspect::inspect_with;
@@ -47,7 +48,7 @@ fn is_frame(view: &ViewRecord) -> bool {
 fn poses(record: &InspectionRecord, cell: &VirtualCell) -> Result<Vec<PosePair>> {
     let pair = |view: &ViewRecord| {
         let truth = cell.view(view.index).and_then(|v| v.truth).context("no truth")?.table_from_camera;
-        Ok(PosePair { estimate: view.pose.as_ref().context("no pose")?.into(), truth })
+        Ok(PosePair { estimate: isometry(view.pose.as_ref().context("no pose")?), truth })
     };
     record.views.iter().filter(|v| v.accepted).map(pair).collect()
 }
@@ -132,7 +133,7 @@ fn a_real_scene_without_camera_poses_is_put_together() -> Result<()> {
     let record = inspect(unposed, RegistrationMethod::Icp)?.record;
     let both = reference.views.iter().zip(&record.views).filter(|(a, b)| a.accepted && b.accepted);
     let pairs: Vec<PosePair> = both
-        .map(|(a, b)| Some(PosePair { truth: a.pose.as_ref()?.into(), estimate: b.pose.as_ref()?.into() }))
+        .map(|(a, b)| Some(PosePair { truth: isometry(a.pose.as_ref()?), estimate: isometry(b.pose.as_ref()?) }))
         .collect::<Option<_>>()
         .context("poses")?;
     let errors = aligned_pose_errors(&pairs);
@@ -195,7 +196,7 @@ const BY_OPEN3D: [([f64; 3], [f64; 3]); 4] = [
 fn five_real_clouds_without_poses_make_one_room() -> Result<()> {
     let folder = data::folder("point-clouds/pairwise")?;
     let record = inspect(open(&folder.display().to_string())?, RegistrationMethod::Icp)?.record;
-    let found: Option<Vec<Isometry3<f64>>> = record.views.iter().map(|v| v.pose.as_ref().map(Into::into)).collect();
+    let found: Option<Vec<Isometry3<f64>>> = record.views.iter().map(|v| v.pose.as_ref().map(isometry)).collect();
     let found = found.context("a view was left out")?;
     let middle = Point3::new(0.0, 0.0, 2.2);
     for (pair, (translation, rotation)) in found.windows(2).zip(BY_OPEN3D) {

@@ -3,7 +3,7 @@
 //! The fused labels are projected back into each view: a pixel with depth takes the label of the nearest model point
 //! within 4 mm, and is compared with the recorded mask.
 
-use nalgebra::Isometry3;
+use semascan_inspection::record::isometry;
 use semascan_inspection::source::Source;
 use semascan_inspection::spec::CameraMask;
 use semascan_model::SemanticCloud;
@@ -65,7 +65,7 @@ fn fused_labels_agree_with_the_recorded_masks() {
     while let Some(view) = views.next_view() {
         let view = view.expect("reads");
         let estimate = inspected.record.views[view.index as usize].pose.as_ref().expect("every view has a pose");
-        let table_from_camera = Isometry3::from(estimate);
+        let table_from_camera = isometry(estimate);
         let labels = view.labels.as_ref().expect("the scene has masks");
         for (i, &z) in view.depth.metres.iter().enumerate().filter(|(_, z)| **z > 0.0) {
             let (u, v) = (i as u32 % view.depth.width, i as u32 / view.depth.width);

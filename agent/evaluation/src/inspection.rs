@@ -8,10 +8,9 @@ use crate::truth::{TruthReport, judge, judge_aligned};
 use nalgebra::Isometry3;
 use semascan_geometry::measure::ClassScore;
 use semascan_inspection::Inspected;
-use semascan_inspection::record::{
-    AlignedTruth, ClassTruth, Convention, PoseErrorRecord, TruePoses, TruthAtTruePoses, TruthRecord,
-};
+use semascan_inspection::record::{TruePoses, pose_record};
 use semascan_inspection::source::TrueMesh;
+use semascan_model::record::{AlignedTruth, ClassTruth, Convention, PoseErrorRecord, TruthAtTruePoses, TruthRecord};
 use semascan_model::{ClassDef, SemanticCloud, Taxonomy};
 use semascan_perception::fuse::{OutlierFilter, SemanticMap};
 
@@ -45,7 +44,7 @@ fn aligned(cloud: &SemanticCloud, mesh: &TrueMesh, known: &[TruePoses]) -> Optio
     let truth_from_model = align_poses(&estimated.iter().map(|(_, pair)| *pair).collect::<Vec<_>>())?;
     let report = judge_aligned(cloud, mesh, &truth_from_model);
     Some(AlignedTruth {
-        truth_from_model: (&truth_from_model).into(),
+        truth_from_model: pose_record(&truth_from_model),
         label_accuracy: report.accuracy,
         hd95: report.surface.map(|s| s.hd95),
         mean_error: report.surface.map(|s| s.mean),

@@ -64,7 +64,8 @@ impl Iterator for Events {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::event::{Outcome, Stage, StageStatus};
+    use crate::event::StageStatus;
+    use semascan_model::record::{Outcome, Stage};
     use std::time::Duration;
 
     fn bus() -> EventBus {

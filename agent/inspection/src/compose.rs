@@ -1,11 +1,9 @@
 //! From a specification to the stages that do it: the one place that puts segmenter and registrar together.
 
-use crate::record::NetworksRecord;
 use crate::source::{KeyframeRule, Keyframes, Source, SourceError, SourceInfo, WithTaxonomy};
-use crate::spec::{
-    BackgroundMethod, InspectionSpec, LabelSource, MaskRefinement, NetworkSpec, RegistrationMethod, SpecError,
-};
+use crate::spec::{BackgroundMethod, InspectionSpec, MaskRefinement, NetworkSpec, RegistrationMethod, SpecError};
 use semascan_model::Taxonomy;
+use semascan_model::record::{LabelSource, NetworksRecord};
 use semascan_perception::register::{IcpConfig, IcpRegistrar, KinematicRegistrar, Registrar, Selection};
 use semascan_perception::segment::geometric::PatchMethod;
 use semascan_perception::segment::network::{

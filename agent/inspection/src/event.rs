@@ -4,10 +4,9 @@
 //! what it speaks of (the view with its pictures, the model) while that is at hand; this part does not serialise, and an
 //! event that was read back is without it.
 
-use crate::record::{RefinementRecord, ViewPose, ViewRecord};
 use crate::source::Turntable;
 use jiff::Timestamp;
-use schemars::JsonSchema;
+use semascan_model::record::{Outcome, RefinementRecord, Stage, ViewPose, ViewRecord};
 use semascan_model::{InspectionId, Taxonomy};
 use semascan_perception::fuse::{SemanticMap, TouchedChunk};
 use semascan_perception::register::Registration;
@@ -93,35 +92,6 @@ pub enum EventKind {
     },
 }
 
-/// The stages of the way of one view.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Stage {
-    /// Capture or read.
-    Acquire,
-    /// Class probabilities.
-    Segment,
-    /// Camera pose.
-    Register,
-    /// Integration into the map.
-    Fuse,
-    /// All poses together, after the last view.
-    Refine,
-}
-
-impl Stage {
-    /// Lower-case name.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Acquire => "acquire",
-            Self::Segment => "segment",
-            Self::Register => "register",
-            Self::Fuse => "fuse",
-            Self::Refine => "refine",
-        }
-    }
-}
-
 /// How a stage of one view stands.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "state", rename_all = "snake_case")]
@@ -134,21 +104,6 @@ pub enum StageStatus {
         seconds: f64,
     },
     /// It failed.
-    Failed {
-        /// Why.
-        reason: String,
-    },
-}
-
-/// How an inspection ended.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(tag = "state", rename_all = "snake_case")]
-pub enum Outcome {
-    /// Every view was taken its way.
-    Finished,
-    /// Somebody stopped it; the model is that of the views until then.
-    Stopped,
-    /// There is no model.
     Failed {
         /// Why.
         reason: String,

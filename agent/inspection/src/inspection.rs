@@ -2,13 +2,14 @@
 
 use crate::bus::{EventBus, Events};
 use crate::compose::{Composition, SetupFailure, compose};
-use crate::event::{EventKind, Outcome, SharedModel};
+use crate::event::{EventKind, SharedModel};
 use crate::pipeline::{self, PipelineConfig};
-use crate::record::{InspectionRecord, Recorded, Recorder, SCHEMA_VERSION, Setting, SoftwareRecord};
+use crate::record::{Recorded, Recorder, pose_record};
 use crate::source::{Source, SourceInfo};
 use crate::spec::InspectionSpec;
 use crate::summary::summarize;
 use jiff::Timestamp;
+use semascan_model::record::{InspectionRecord, Outcome, SCHEMA_VERSION, Setting, SoftwareRecord};
 use semascan_model::{InspectionId, SemanticCloud};
 use semascan_perception::fuse::FuseError;
 use std::sync::Arc;
@@ -181,7 +182,7 @@ impl Inspection {
             settings: info.settings.into_iter().map(|(name, value)| Setting { name, value }).collect(),
             voxel: Some(voxel),
             points: cloud.len() as u64,
-            base_from_table: recorded.base_from_table.as_ref().map(Into::into),
+            base_from_table: recorded.base_from_table.as_ref().map(pose_record),
             refinement: recorded.refinement.clone(),
             views: recorded.views.clone(),
             components,

@@ -1,24 +1,8 @@
 //! From the map to what an inspection is after: the components and defects of a part, with points, area and confidence.
 
-use schemars::JsonSchema;
 use semascan_geometry::measure::surfel_area;
+use semascan_model::record::ClassSummary;
 use semascan_model::{ClassDef, PointFlags, SemanticCloud, Taxonomy};
-use serde::{Deserialize, Serialize};
-
-/// Figures of one class, over the points that are neither outliers nor background.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct ClassSummary {
-    /// Class.
-    pub class: u16,
-    /// Its name.
-    pub name: String,
-    /// Points that carry it.
-    pub points: u64,
-    /// Area in square metres.
-    pub area: f64,
-    /// Mean share of the evidence.
-    pub confidence: f64,
-}
 
 /// Figures of every component class and every defect class but `none`, in order; `voxel` in metres.
 pub fn summarize(cloud: &SemanticCloud, taxonomy: &Taxonomy, voxel: f64) -> (Vec<ClassSummary>, Vec<ClassSummary>) {

@@ -1,8 +1,8 @@
 //! What happens in an inspection, as messages of the control lane.
 
 use super::thumbnail::{contribution_overlay, overlay, sigma_overlay, thumbnail};
-use semascan_inspection::event::{EventKind, ProcessedView, Stage, StageStatus};
-use semascan_inspection::record::{PoseRecord, ViewRecord};
+use semascan_inspection::event::{EventKind, ProcessedView, StageStatus};
+use semascan_model::record::{PoseRecord, Stage, ViewRecord};
 use semascan_model::{InspectionId, Taxonomy};
 use semascan_perception::view::Intrinsics;
 use semascan_protocol::{self as wire, Inspection, Pose, StageEvent, StageTiming, ViewReport};

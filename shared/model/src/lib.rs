@@ -4,6 +4,7 @@ mod cloud;
 mod column;
 mod id;
 mod mesh;
+pub mod record;
 mod taxonomy;
 
 pub use cloud::{POINT_COLUMNS, PointFlags, SemanticCloud, SemanticPoint};

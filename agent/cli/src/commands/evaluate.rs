@@ -8,7 +8,7 @@ use semascan_evaluation::{
     AlignedEvaluation, Evaluation, MeasuredGeometry, Range, evaluate, evaluate_aligned, figures, ranges,
 };
 use semascan_geometry::measure::{CONVENTIONS, ClassScore, SEMANTIC_CONVENTIONS};
-use semascan_inspection::record::PoseRecord;
+use semascan_inspection::record::pose_record;
 use serde_json::{Value, json};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -203,7 +203,7 @@ fn classes_json(scores: &[ClassScore]) -> Value {
 fn run_json(run: &AlignedEvaluation) -> Value {
     let Evaluation { comparison, classes } = &run.evaluation;
     json!({
-        "seed": run.seed, "overlap": run.overlap, "b_from_a": PoseRecord::from(&run.b_from_a),
+        "seed": run.seed, "overlap": run.overlap, "b_from_a": pose_record(&run.b_from_a),
         "metrics": comparison, "classes": classes_json(classes),
     })
 }

@@ -1,6 +1,6 @@
 //! What an inspection found, for people, on stderr.
 
-use semascan_inspection::record::{InspectionRecord, NetworksRecord, TruthRecord, ViewRecord};
+use semascan_model::record::{InspectionRecord, NetworksRecord, TruthRecord, ViewRecord};
 use semascan_perception::segment::network::UncertaintyFigures;
 use std::io::{self, Write};
 use std::path::Path;

@@ -2,7 +2,7 @@
 
 use super::Failure;
 use clap::Args;
-use semascan_inspection::record::InspectionRecord;
+use semascan_model::record::InspectionRecord;
 use std::io::Write;
 
 /// Arguments of `semascan schema`.

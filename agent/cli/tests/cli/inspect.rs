@@ -26,7 +26,7 @@ fn inspect_writes_the_whole_folder() {
     let written: serde_json::Value = serde_json::from_str(&text).expect("JSON");
     assert_eq!(printed, written);
     assert_eq!((&written["schema_version"], &written["outcome"]["state"]), (&2.into(), &"finished".into()));
-    assert!(semascan_inspection::record::InspectionRecord::from_json(&text).is_ok(), "{text}");
+    assert!(semascan_model::record::InspectionRecord::from_json(&text).is_ok(), "{text}");
     assert_eq!(written["views"].as_array().map(Vec::len), Some(3));
     // Robot errors are on by default: what they cost is printed.
     assert!(written["truth"]["at_true_poses"]["label_accuracy"].is_number(), "{text}");

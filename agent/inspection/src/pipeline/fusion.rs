@@ -3,9 +3,12 @@
 
 use super::{PipelineConfig, Segmented, Surface, run_stage};
 use crate::bus::EventBus;
-use crate::event::{EventKind, ProcessedView, SharedModel, Stage};
-use crate::record::{StageTime, ViewPose, ViewRecord, rows};
+use crate::event::{EventKind, ProcessedView, SharedModel};
+use crate::record::{
+    misidentification_record, pose_record, refinement_record, registration_record, rows, view_networks_record,
+};
 use crate::source::SourceInfo;
+use semascan_model::record::{Stage, StageTime, ViewPose, ViewRecord};
 use semascan_perception::fuse::{
     Associator, FuseError, Integration, LabelledView, MapConfig, Misidentification, SemanticMap, TouchedChunk,
     voxel_for,
@@ -72,12 +75,12 @@ impl<'a> Fusion<'a> {
             accepted: result.is_ok(),
             points_added: result.as_ref().map_or(0, |i| i.points_added),
             reason: result.err(),
-            pose: registration.map(|r| (&r.table_from_camera).into()),
-            prior: registration.and_then(|r| r.prior.as_ref()).map(Into::into),
+            pose: registration.map(|r| pose_record(&r.table_from_camera)),
+            prior: registration.and_then(|r| r.prior.as_ref()).map(pose_record),
             covariance: registration.map(|r| rows(&r.covariance)),
-            registration: registration.map(|r| (&r.method).into()),
-            networks: fused.segmentation.as_ref().and_then(|s| s.network.as_deref()).map(Into::into),
-            misidentified: fused.misidentified.iter().map(Into::into).collect(),
+            registration: registration.map(|r| registration_record(&r.method)),
+            networks: fused.segmentation.as_ref().and_then(|s| s.network.as_deref()).map(view_networks_record),
+            misidentified: fused.misidentified.iter().map(misidentification_record).collect(),
             timings,
         };
         let Fused { segmentation, registration, .. } = fused;
@@ -156,8 +159,8 @@ impl<'a> Fusion<'a> {
                 rebuilt = Some(chunks);
             }
             let poses = self.accepted.iter().zip(&refinement.table_from_camera);
-            let poses = poses.map(|(&view, pose)| ViewPose { view, pose: pose.into() }).collect();
-            self.events.publish(EventKind::Refined { poses, refinement: (&refinement).into() });
+            let poses = poses.map(|(&view, pose)| ViewPose { view, pose: pose_record(pose) }).collect();
+            self.events.publish(EventKind::Refined { poses, refinement: refinement_record(&refinement) });
             Ok(())
         });
         let marked = model.write().mark_outliers(&self.config.filter);

@@ -8,10 +8,10 @@
 mod fusion;
 
 use crate::bus::EventBus;
-use crate::event::{EventKind, SharedModel, Stage, StageStatus};
-use crate::record::StageTime;
+use crate::event::{EventKind, SharedModel, StageStatus};
 use crate::source::Source;
 use fusion::Fusion;
+use semascan_model::record::{Stage, StageTime};
 use semascan_perception::fuse::{AssociationTest, FuseError, OutlierFilter, UncertaintyRule};
 use semascan_perception::organized::OrganizedCloud;
 use semascan_perception::register::Registrar;

@@ -1,9 +1,10 @@
 //! A subscriber that makes the record of an inspection from its events.
 
-use super::view::{RefinementRecord, ViewRecord};
-use crate::event::{EventKind, InspectionEvent, Outcome};
+use super::isometry;
+use crate::event::{EventKind, InspectionEvent};
 use jiff::Timestamp;
 use nalgebra::Isometry3;
+use semascan_model::record::{Outcome, RefinementRecord, ViewRecord};
 use semascan_perception::view::PoseEvidence;
 
 /// Follows an inspection and keeps what its record is made of.
@@ -76,7 +77,7 @@ impl Recorder {
                         view.pose = Some(refined.pose);
                     }
                     if let Some(poses) = recorded.true_poses.iter_mut().find(|p| p.view == refined.view) {
-                        poses.estimate = (&refined.pose).into();
+                        poses.estimate = isometry(&refined.pose);
                     }
                 }
                 recorded.refinement = Some(refinement.clone());

@@ -6,8 +6,8 @@
 mod network;
 
 pub use network::NetworkSpec;
+pub use semascan_model::record::LabelSource;
 
-use schemars::JsonSchema;
 use semascan_perception::fuse::{AssociationTest, OutlierFilter};
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
@@ -62,19 +62,6 @@ pub enum CameraMask {
     None,
     /// A PNG of the pictures' size; pixels other than 0 are ignored.
     File(PathBuf),
-}
-
-/// Where labels come from.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum LabelSource {
-    /// Recorded masks or simulated truth that come with the views.
-    #[default]
-    Source,
-    /// Trained networks.
-    Network,
-    /// Geometry only.
-    None,
 }
 
 /// What is done to the pictures before they are labelled.
@@ -201,17 +188,6 @@ impl From<CameraMask> for String {
             CameraMask::Auto => "auto".into(),
             CameraMask::None => "none".into(),
             CameraMask::File(path) => path.display().to_string(),
-        }
-    }
-}
-
-impl LabelSource {
-    /// As it stands in specifications and records.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Source => "source",
-            Self::Network => "network",
-            Self::None => "none",
         }
     }
 }

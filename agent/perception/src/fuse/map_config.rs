@@ -3,20 +3,7 @@
 use crate::organized::OrganizedCloud;
 use crate::segment::{COMPONENT_SIGMA_LIMIT, DEFECT_SIGMA_LIMIT};
 use nalgebra::Point3;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
-
-/// What becomes of pixels whose component class is too uncertain.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
-pub enum Uncertain {
-    /// They add geometry, but no evidence for any class.
-    #[default]
-    Geometry,
-    /// They are dropped, as in [Remanufacturing paper]: they move no voxel, and one that nothing else has seen is marked
-    /// [`UNCERTAIN`](semascan_model::PointFlags::UNCERTAIN), so that completeness can still be measured.
-    Drop,
-}
+pub use semascan_model::record::Uncertain;
 
 /// When a pixel's label is too uncertain, and what becomes of the pixel.
 #[derive(Clone, Copy, Debug, PartialEq)]

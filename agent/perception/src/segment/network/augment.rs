@@ -6,8 +6,7 @@ use super::manifest::{Channel, Input};
 use super::preprocess::bilinear;
 use rand::{Rng, RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+pub use semascan_model::record::Augmentation;
 use std::borrow::Cow;
 
 /// Largest turn of a warp, radians: 6 degrees.
@@ -20,20 +19,6 @@ const CONTRAST: f32 = 0.15;
 const BRIGHTNESS: f32 = 0.06;
 /// Largest standard deviation of added noise, of 1.
 const NOISE: f32 = 0.02;
-
-/// A kind of change.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
-pub enum Augmentation {
-    /// None.
-    Identity,
-    /// Left and right exchanged.
-    Flip,
-    /// A small turn and change of size about the middle, drawn anew for each view.
-    Warp,
-    /// Contrast, brightness and noise of the colours, drawn anew for each view.
-    Light,
-}
 
 /// A change with its numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -60,19 +45,19 @@ pub(super) enum Drawn {
     },
 }
 
-impl Augmentation {
-    /// Draws the numbers; the same seed gives the same.
-    pub(super) fn draw(self, seed: u64) -> Drawn {
+impl Drawn {
+    /// Draws the numbers of `kind`; the same seed gives the same.
+    pub(super) fn new(kind: Augmentation, seed: u64) -> Self {
         let mut random = Pcg64Mcg::seed_from_u64(seed);
         let mut within = |limit: f32| limit * (2.0 * random.random::<f32>() - 1.0);
-        match self {
-            Self::Identity => Drawn::Identity,
-            Self::Flip => Drawn::Flip,
-            Self::Warp => {
+        match kind {
+            Augmentation::Identity => Self::Identity,
+            Augmentation::Flip => Self::Flip,
+            Augmentation::Warp => {
                 let (angle, zoom) = (within(TURN), 1.0 + within(ZOOM));
-                Drawn::Warp { turn: (zoom * angle.cos(), zoom * angle.sin()) }
+                Self::Warp { turn: (zoom * angle.cos(), zoom * angle.sin()) }
             }
-            Self::Light => Drawn::Light {
+            Augmentation::Light => Self::Light {
                 contrast: 1.0 + within(CONTRAST),
                 brightness: within(BRIGHTNESS),
                 noise: within(NOISE).abs(),
@@ -230,7 +215,7 @@ mod tests {
         for (kind, tolerance) in [(Augmentation::Identity, 0.0), (Augmentation::Flip, 0.0), (Augmentation::Warp, 0.004)]
         {
             for seed in 0..5 {
-                let drawn = kind.draw(seed);
+                let drawn = Drawn::new(kind, seed);
                 let changed = drawn.apply(&tensor, &input(), SIZE);
                 let (back, valid) = (drawn.undo(&changed, SIZE), drawn.known(SIZE));
                 let known = |i: usize| valid.as_ref().is_none_or(|v| v[i % n]);
@@ -250,13 +235,13 @@ mod tests {
 
     #[test]
     fn a_warp_moves_things_and_never_mixes_depths() {
-        let drawn = Augmentation::Warp.draw(3);
+        let drawn = Drawn::new(Augmentation::Warp, 3);
         let changed = drawn.apply(&tensor(), &input(), SIZE);
         let n = SIZE.0 * SIZE.1;
         assert!(changed[..n].iter().zip(&tensor()[..n]).any(|(a, b)| (a - b).abs() > 0.05));
         assert!(changed[n..].iter().all(|z| *z == 0.25 || *z == 0.75));
-        assert_ne!(Augmentation::Warp.draw(3), Augmentation::Warp.draw(4));
-        assert_eq!(Augmentation::Warp.draw(3), drawn);
+        assert_ne!(Drawn::new(Augmentation::Warp, 3), Drawn::new(Augmentation::Warp, 4));
+        assert_eq!(Drawn::new(Augmentation::Warp, 3), drawn);
     }
 
     #[test]

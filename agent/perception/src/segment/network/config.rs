@@ -1,24 +1,11 @@
 //! What is asked of networks, and what an inspection's record says of it.
 
 use super::augment::Augmentation;
-use super::engine::EngineDescription;
-use super::manifest::{Fusion, Manifest, NetworkFile, Task};
+use super::manifest::Manifest;
 use super::region::Window;
-use super::uncertainty::{Statistic, UncertaintyFigures, UncertaintySettings};
+use super::uncertainty::{UncertaintyFigures, UncertaintySettings};
 use crate::segment::sigma_limits::DEFECT_SIGMA_LIMIT;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
-
-/// Where networks look.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
-pub enum Region {
-    /// At the measuring volume and a margin around it; all else is taken to be none, with certainty.
-    #[default]
-    Volume,
-    /// At the whole picture.
-    Whole,
-}
+pub use semascan_model::record::{ModelReport, NetworkReport, Region};
 
 /// How networks are asked.
 #[derive(Clone, Debug, PartialEq)]
@@ -77,25 +64,6 @@ impl NetworkConfig {
     }
 }
 
-/// One model in a record.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct ModelReport {
-    /// Its name.
-    pub name: String,
-    /// Version of its weights.
-    pub version: String,
-    /// What it says.
-    pub task: Task,
-    /// Kind of network.
-    pub architecture: String,
-    /// Feature extractor.
-    pub backbone: String,
-    /// How colour and depth meet.
-    pub fusion: Fusion,
-    /// Files and their checksums.
-    pub networks: Vec<NetworkFile>,
-}
-
 impl From<&Manifest> for ModelReport {
     fn from(m: &Manifest) -> Self {
         Self {
@@ -108,33 +76,6 @@ impl From<&Manifest> for ModelReport {
             networks: m.networks.clone(),
         }
     }
-}
-
-/// What labelled an inspection, and how.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct NetworkReport {
-    /// The models.
-    pub models: Vec<ModelReport>,
-    /// What ran them.
-    pub engine: EngineDescription,
-    /// The augmentations.
-    pub augmentations: Vec<Augmentation>,
-    /// Their seed.
-    pub seed: u64,
-    /// What sigma is.
-    pub statistic: Statistic,
-    /// Subtracted from the number of predictions.
-    pub ddof: u32,
-    /// Coverage factor k of the expanded uncertainty.
-    pub coverage: f32,
-    /// Component pixels with a larger sigma are uncertain.
-    pub threshold: f32,
-    /// Defect pixels with a larger sigma are uncertain.
-    pub defect_threshold: f32,
-    /// Where the networks looked.
-    pub region: Region,
-    /// Pixels around the measuring volume.
-    pub margin: u32,
 }
 
 /// What networks said of one view, beyond its labels.

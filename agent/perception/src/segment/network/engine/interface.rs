@@ -1,7 +1,6 @@
 //! What every engine provides: it loads networks, and they run on tensors.
 
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+pub use semascan_model::record::{EngineDescription, Provider};
 use std::fmt::Debug;
 use std::path::{Path, PathBuf};
 
@@ -72,53 +71,6 @@ pub(super) fn one_by_one(
         }
     }
     Ok(joined)
-}
-
-/// What an engine is, for people and records.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-pub struct EngineDescription {
-    /// `onnxruntime` or `tract`.
-    pub name: String,
-    /// Its version.
-    pub version: String,
-    /// What computes: `cpu`, `cuda` ...
-    pub provider: Provider,
-    /// The library it was loaded from.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub library: Option<PathBuf>,
-}
-
-/// What computes (ONNX Runtime's execution providers).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
-pub enum Provider {
-    /// The processor.
-    #[default]
-    Cpu,
-    /// Nvidia's GPUs.
-    Cuda,
-    /// Nvidia's GPUs, with networks compiled for them.
-    TensorRt,
-    /// Intel's processors, GPUs and NPUs.
-    OpenVino,
-    /// Apple's GPUs and neural engines.
-    CoreMl,
-}
-
-impl Provider {
-    /// All there are.
-    pub const ALL: [Self; 5] = [Self::Cpu, Self::Cuda, Self::TensorRt, Self::OpenVino, Self::CoreMl];
-
-    /// As it stands in configurations.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Cpu => "cpu",
-            Self::Cuda => "cuda",
-            Self::TensorRt => "tensorrt",
-            Self::OpenVino => "openvino",
-            Self::CoreMl => "coreml",
-        }
-    }
 }
 
 /// Why networks cannot be run.

@@ -11,7 +11,7 @@ mod tests;
 mod validate;
 
 pub use output::{Activation, Output};
-use schemars::JsonSchema;
+pub use semascan_model::record::{Fusion, NetworkFile, Task};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
@@ -58,62 +58,6 @@ pub struct Manifest {
     /// What it was measured to be, for people and reports.
     #[serde(default)]
     pub metrics: toml::Table,
-}
-
-/// What a network says of a picture.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum Task {
-    /// Component classes.
-    Semantic,
-    /// Defect classes.
-    Defect,
-    /// Single objects.
-    Instance,
-    /// Component classes from a colour and a depth stream, and how much each contributes [Wang 2023].
-    TwoStream,
-}
-
-impl Task {
-    /// As it stands in the file.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Semantic => "semantic",
-            Self::Defect => "defect",
-            Self::Instance => "instance",
-            Self::TwoStream => "two-stream",
-        }
-    }
-}
-
-/// Where colour and depth meet: the fusion variants of [Remanufacturing paper], the contribution layer of [Wang 2023].
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum Fusion {
-    /// One of them only.
-    None,
-    /// In the input.
-    Early,
-    /// Features are added.
-    IntermediateAdd,
-    /// Features are joined by a convolution.
-    IntermediateConv,
-    /// Outputs are added.
-    LateAdd,
-    /// Outputs are joined by a network.
-    LateNetwork,
-    /// Outputs are weighed pixel by pixel.
-    Contribution,
-}
-
-/// One `.onnx` file.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct NetworkFile {
-    /// Its name, in the model's folder.
-    pub file: String,
-    /// SHA-256 of its bytes, hexadecimal.
-    pub sha256: String,
 }
 
 /// One channel of the input.

@@ -147,7 +147,7 @@ impl NetworkSegmenter {
     fn augmentations(&self, view: u32) -> Vec<Drawn> {
         let draw = |(place, kind): (usize, &super::augment::Augmentation)| {
             let key = (u64::from(view) << 32 | place as u64).to_le_bytes();
-            kind.draw(xxh3_64_with_seed(&key, self.config.seed))
+            Drawn::new(*kind, xxh3_64_with_seed(&key, self.config.seed))
         };
         self.config.augmentations.iter().enumerate().map(draw).collect()
     }

@@ -10,21 +10,7 @@
 
 use crate::segment::sigma_limits::COMPONENT_SIGMA_LIMIT;
 use rayon::prelude::*;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
-
-/// What sigma of a pixel is.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
-pub enum Statistic {
-    /// `sqrt(sum_c u_c^2)`.
-    #[default]
-    Norm,
-    /// u of the predicted class.
-    Predicted,
-    /// The largest u_c.
-    Largest,
-}
+pub use semascan_model::record::{Statistic, UncertaintyFigures};
 
 /// How uncertainty is computed.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -77,29 +63,6 @@ pub struct Estimate {
     pub figures: UncertaintyFigures,
 }
 
-/// A picture's uncertainty in numbers. Means are over the pixels whose predicted class is not none.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct UncertaintyFigures {
-    /// Pixels the networks looked at.
-    pub pixels: u64,
-    /// Those whose predicted class is not none.
-    pub foreground: u64,
-    /// Pixels of the foreground that are uncertain.
-    pub uncertain: u64,
-    /// Mean sigma.
-    pub sigma: f64,
-    /// Mean data part.
-    pub data: f64,
-    /// Mean model part.
-    pub model: f64,
-    /// Mean expanded uncertainty U = k u of the predicted class.
-    pub expanded: f64,
-    /// Mean 2.5 % quantile of the predicted class's probability.
-    pub quantile_low: f64,
-    /// Mean 97.5 % quantile.
-    pub quantile_high: f64,
-}
-
 /// Pixels that are worked on together, and summed together: the sums do not depend on the number of threads.
 const TOGETHER: usize = 4096;
 
@@ -120,9 +83,9 @@ impl Predictions {
             whole.sigma.extend(part.sigma);
             whole.data.extend(part.data);
             whole.model.extend(part.model);
-            whole.figures.add(&part.figures);
+            add(&mut whole.figures, &part.figures);
         }
-        whole.figures.divide();
+        divide(&mut whole.figures);
         whole
     }
 
@@ -195,7 +158,7 @@ impl Predictions {
             figures.uncertain += u64::from(sigma > settings.threshold);
             let expanded = settings.coverage * variance(predicted).iter().sum::<f32>().sqrt();
             let said = [sigma, w.sqrt(), b.sqrt(), expanded, low, high];
-            figures.means().into_iter().zip(said).for_each(|(sum, value)| *sum += f64::from(value));
+            means(figures).into_iter().zip(said).for_each(|(sum, value)| *sum += f64::from(value));
         }
         estimate
     }
@@ -209,25 +172,25 @@ impl Predictions {
     }
 }
 
-impl UncertaintyFigures {
-    fn means(&mut self) -> [&mut f64; 6] {
-        let Self { sigma, data, model, expanded, quantile_low, quantile_high, .. } = self;
-        [sigma, data, model, expanded, quantile_low, quantile_high]
-    }
+/// The figures that are means over the foreground.
+fn means(figures: &mut UncertaintyFigures) -> [&mut f64; 6] {
+    let UncertaintyFigures { sigma, data, model, expanded, quantile_low, quantile_high, .. } = figures;
+    [sigma, data, model, expanded, quantile_low, quantile_high]
+}
 
-    fn add(&mut self, other: &Self) {
-        self.pixels += other.pixels;
-        self.foreground += other.foreground;
-        self.uncertain += other.uncertain;
-        let mut other = *other;
-        self.means().into_iter().zip(other.means()).for_each(|(sum, value)| *sum += *value);
-    }
+/// Adds counts and sums.
+fn add(sum: &mut UncertaintyFigures, other: &UncertaintyFigures) {
+    sum.pixels += other.pixels;
+    sum.foreground += other.foreground;
+    sum.uncertain += other.uncertain;
+    let mut other = *other;
+    means(sum).into_iter().zip(means(&mut other)).for_each(|(sum, value)| *sum += *value);
+}
 
-    /// Sums become means.
-    fn divide(&mut self) {
-        let n = self.foreground.max(1) as f64;
-        self.means().into_iter().for_each(|sum| *sum /= n);
-    }
+/// Sums become means.
+fn divide(figures: &mut UncertaintyFigures) {
+    let n = figures.foreground.max(1) as f64;
+    means(figures).into_iter().for_each(|sum| *sum /= n);
 }
 
 /// Quantiles of a sample, linear between its values; zeros of none.

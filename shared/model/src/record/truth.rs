@@ -1,11 +1,11 @@
 //! What the record says of the model against truth. Each figure has its convention beside it.
 
 use super::view::PoseRecord;
-use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// The model against truth. Lengths in metres.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct TruthRecord {
     /// How the figures are to be read.
     pub conventions: Vec<Convention>,
@@ -32,7 +32,8 @@ pub struct TruthRecord {
 }
 
 /// How a figure is to be read.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Convention {
     /// The figure, or a word that figures are explained with.
     pub name: String,
@@ -41,7 +42,8 @@ pub struct Convention {
 }
 
 /// Error of one view's pose.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct PoseErrorRecord {
     /// Position in the capture order.
     pub view: u32,
@@ -52,7 +54,8 @@ pub struct PoseErrorRecord {
 }
 
 /// A model after one rigid alignment of its poses to the true ones.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct AlignedTruth {
     /// The alignment.
     pub truth_from_model: PoseRecord,
@@ -69,7 +72,8 @@ pub struct AlignedTruth {
 }
 
 /// A model of the same views with their true poses.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct TruthAtTruePoses {
     /// Share of retained points that carry their true class.
     pub label_accuracy: f64,
@@ -80,7 +84,8 @@ pub struct TruthAtTruePoses {
 }
 
 /// Truth about one class.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ClassTruth {
     /// Class.
     pub class: u16,

@@ -1,12 +1,12 @@
 //! What the record says of one view: its pose, how that was estimated, and how long it took.
 
 use super::networks::ViewNetworksRecord;
-use crate::event::Stage;
-use schemars::JsonSchema;
+use super::stage::Stage;
 use serde::{Deserialize, Serialize};
 
 /// One view.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ViewRecord {
     /// Position in the capture order, from 0.
     pub index: u32,
@@ -43,7 +43,8 @@ pub struct ViewRecord {
 }
 
 /// How a view's pose was estimated.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(tag = "method", rename_all = "snake_case")]
 pub enum RegistrationRecord {
     /// From the robot's and turntable's readings alone.
@@ -71,7 +72,8 @@ pub enum RegistrationRecord {
 }
 
 /// An alignment with the model by ICP. Lengths in metres.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct IcpRecord {
     /// Iterations.
     pub iterations: u32,
@@ -90,7 +92,8 @@ pub struct IcpRecord {
 }
 
 /// A registration with the model without a prior. Lengths in metres.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct GlobalRecord {
     /// Seed of everything random in it.
     pub seed: u64,
@@ -114,7 +117,8 @@ pub struct GlobalRecord {
 }
 
 /// An object of a view that is not what its label says (gravity-centre or overlap test of the association).
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct MisidentificationRecord {
     /// Instance in the view.
     pub instance: u16,
@@ -129,7 +133,8 @@ pub struct MisidentificationRecord {
 }
 
 /// The refinement of all poses together, after the last view. Lengths in metres.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct RefinementRecord {
     /// Pairs of views that were matched.
     pub edges: usize,
@@ -142,7 +147,8 @@ pub struct RefinementRecord {
 }
 
 /// Rigid transform.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct PoseRecord {
     /// Unit quaternion.
     pub rotation: QuaternionRecord,
@@ -151,7 +157,8 @@ pub struct PoseRecord {
 }
 
 /// Unit quaternion; `w` is the real part.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct QuaternionRecord {
     /// i.
     pub x: f64,
@@ -164,7 +171,8 @@ pub struct QuaternionRecord {
 }
 
 /// The pose of a view, `table_from_camera`.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ViewPose {
     /// Position in the capture order.
     pub view: u32,
@@ -173,7 +181,8 @@ pub struct ViewPose {
 }
 
 /// Time of one stage.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct StageTime {
     /// Stage.
     pub stage: Stage,

@@ -1,8 +1,8 @@
 //! Reads `inspection.json`. Version 1 had free strings and bare tuples: it is brought to version 2 as JSON, then read.
 
 use super::{InspectionRecord, SCHEMA_VERSION};
+use crate::InspectionId;
 use jiff::Timestamp;
-use semascan_model::InspectionId;
 use serde_json::{Map, Value, json};
 
 /// Why a record cannot be read.
@@ -141,9 +141,7 @@ fn named(value: &Value, names: &[&str]) -> Value {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::event::{Outcome, Stage};
-    use crate::record::RegistrationRecord;
-    use crate::spec::LabelSource;
+    use crate::record::{LabelSource, Outcome, RegistrationRecord, Stage};
 
     const VERSION_1: &str = include_str!("fixtures/version1.json");
     const WITH_NETWORKS: &str = include_str!("fixtures/version1_networks.json");
@@ -189,6 +187,7 @@ mod tests {
         assert!(error("[").contains("no record"));
     }
 
+    #[cfg(feature = "schema")]
     #[test]
     fn the_schema_names_every_field_of_the_record() {
         let schema = InspectionRecord::json_schema();
