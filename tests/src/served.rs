@@ -5,7 +5,7 @@ use anyhow::Result;
 use semascan_inspection::spec::InspectionSpec;
 use semascan_inspection::{Inspected, Inspection};
 use semascan_model::InspectionId;
-use semascan_server::{AccessRule, LiveModel, LiveStream, Server, ServerConfig};
+use semascan_server::{AccessRule, LiveModel, LiveStream, Server, ServerConfig, WebFiles};
 use std::net::{Ipv4Addr, SocketAddr};
 use std::sync::Arc;
 use std::thread::JoinHandle;
@@ -34,7 +34,7 @@ impl Served {
         let config = ServerConfig {
             address: SocketAddr::from((Ipv4Addr::LOCALHOST, 0)),
             access: AccessRule::default(),
-            web_dir: None,
+            files: WebFiles::Embedded(|_| None),
         };
         let server = Server::bind(&config, Arc::clone(&live))?;
         let address = server.local_address()?;

@@ -1,29 +1,14 @@
-//! The command line of the edge agent: see `semascan --help`.
-//!
-//! Exit codes: 0 done, 1 the work failed, 2 the call was wrong. People's text goes to stderr, `--json` to stdout.
+//! The binary `semascan`: the commands, and the viewer's files that they serve.
 
-mod commands;
-
-use clap::Parser;
+use rust_embed::RustEmbed;
 use std::process::ExitCode;
 
+/// What `cargo xtask web` built; a binary made before that has none and says so.
+#[derive(RustEmbed)]
+#[folder = "../../www/dist"]
+#[allow_missing = true]
+struct Viewer;
+
 fn main() -> ExitCode {
-    let cli = commands::Cli::parse();
-    tracing_subscriber::fmt()
-        .with_writer(std::io::stderr)
-        .with_target(false)
-        .without_time()
-        .with_env_filter(
-            tracing_subscriber::EnvFilter::try_from_default_env()
-                .unwrap_or_else(|_| tracing_subscriber::EnvFilter::new("info")),
-        )
-        .init();
-    match cli.run() {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(failure) => {
-            let (code, error) = failure.into_parts();
-            tracing::error!("{}", commands::format_error(&error));
-            ExitCode::from(code)
-        }
-    }
+    semascan_cli::run(|name| Viewer::get(name).map(|file| file.data))
 }

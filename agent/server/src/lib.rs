@@ -17,4 +17,4 @@ pub use guard::AccessRule;
 pub use live::{LiveModel, StreamTotals};
 pub use live_stream::LiveStream;
 pub use server::{ServeError, Server, ServerConfig};
-pub use web::has_embedded_viewer;
+pub use web::{EmbeddedFiles, WebFiles};

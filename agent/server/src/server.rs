@@ -13,7 +13,6 @@ use axum::routing::{any, get};
 use semascan_protocol::{MAX_CLIENT_MESSAGE, SUBPROTOCOL};
 use std::future::Future;
 use std::net::SocketAddr;
-use std::path::PathBuf;
 use std::sync::Arc;
 use tokio::net::{TcpListener, TcpSocket};
 
@@ -27,8 +26,8 @@ pub struct ServerConfig {
     pub address: SocketAddr,
     /// Who may talk to it.
     pub access: AccessRule,
-    /// Serve the viewer from this folder in place of the embedded files.
-    pub web_dir: Option<PathBuf>,
+    /// The viewer's files.
+    pub files: WebFiles,
 }
 
 /// Why the server cannot run.
@@ -68,8 +67,7 @@ impl Server {
     pub fn bind(config: &ServerConfig, live: Arc<LiveModel>) -> Result<Self, ServeError> {
         let address = config.address;
         let listener = listen(address).map_err(|source| ServeError::Bind { address, source })?;
-        let files = config.web_dir.clone().map_or(WebFiles::Embedded, WebFiles::Folder);
-        let shared = Shared { live, files: Arc::new(files) };
+        let shared = Shared { live, files: Arc::new(config.files.clone()) };
         let router = Router::new()
             .route("/ws", any(stream))
             .route("/healthz", get(|| async { "ok" }))

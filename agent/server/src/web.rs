@@ -3,15 +3,11 @@
 use axum::body::Body;
 use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
-use rust_embed::RustEmbed;
 use std::borrow::Cow;
 use std::path::{Component, Path, PathBuf};
 
-/// What `cargo xtask web` built; a binary made before that has none and says so.
-#[derive(RustEmbed)]
-#[folder = "../../www/dist"]
-#[allow_missing = true]
-struct Embedded;
+/// Files that a binary holds: the content of the one of that name.
+pub type EmbeddedFiles = fn(&str) -> Option<Cow<'static, [u8]>>;
 
 /// Scripts from this origin only, and WebAssembly; sockets to this host (`ws:` for Safari, which does not count them
 /// to `'self'`).
@@ -21,9 +17,9 @@ const CONTENT_SECURITY_POLICY: &str = "default-src 'self'; script-src 'self' 'wa
 
 /// Where the viewer's files come from.
 #[derive(Clone, Debug)]
-pub(super) enum WebFiles {
-    /// This binary.
-    Embedded,
+pub enum WebFiles {
+    /// The binary that serves them.
+    Embedded(EmbeddedFiles),
     /// A folder, read at every request.
     Folder(PathBuf),
 }
@@ -59,15 +55,10 @@ impl WebFiles {
 
     fn read(&self, name: &str) -> Option<Cow<'static, [u8]>> {
         match self {
-            Self::Embedded => Embedded::get(name).map(|f| f.data),
+            Self::Embedded(files) => files(name),
             Self::Folder(folder) => std::fs::read(folder.join(name)).ok().map(Cow::Owned),
         }
     }
-}
-
-/// Whether this binary holds the viewer.
-pub fn has_embedded_viewer() -> bool {
-    Embedded::iter().any(|name| name.starts_with("index.html"))
 }
 
 /// Encodings that the client accepts, best first: (file suffix, header value); the plain file always comes last.

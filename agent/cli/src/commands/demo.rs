@@ -5,6 +5,7 @@ use super::serve::{Job, ReachArgs, serve, use_threads};
 use super::{Failure, run};
 use clap::Args;
 use semascan_inspection::spec::InspectionSpec;
+use semascan_server::EmbeddedFiles;
 
 /// What the demo shows.
 const DEMO_SOURCE: &str = "virtual:starter-motor?seed=7&views=12";
@@ -29,13 +30,13 @@ pub(crate) struct DemoArgs {
 }
 
 impl DemoArgs {
-    pub(crate) fn run(self) -> Result<(), Failure> {
+    pub(crate) fn run(self, viewer: EmbeddedFiles) -> Result<(), Failure> {
         use_threads(self.reach.threads)?;
         let mut spec = InspectionSpec::default();
         spec.source.uri = Some(self.source);
         spec.source.voxel_mm = self.voxel;
         spec.source.pace_s = self.pace;
         let job = Job { inspection: run::prepare(spec)?, out: None };
-        serve(&self.reach, &CellConfig::default(), !self.no_open, Some(job))
+        serve(&self.reach, &CellConfig::default(), viewer, !self.no_open, Some(job))
     }
 }

@@ -5,7 +5,7 @@ use anyhow::anyhow;
 use clap::Args;
 use semascan_perception::segment::network::engine::{self, Engine, EngineChoice, EngineError, OnnxRuntime};
 use semascan_perception::segment::network::{Provider, installed, search_path};
-use semascan_server::has_embedded_viewer;
+use semascan_server::EmbeddedFiles;
 use serde::Serialize;
 use serde_json::{Value, json};
 use std::io::Write;
@@ -43,10 +43,11 @@ struct Finding {
 }
 
 impl DoctorArgs {
-    pub(crate) fn run(self) -> Result<(), Failure> {
+    pub(crate) fn run(self, embedded: EmbeddedFiles) -> Result<(), Failure> {
         let config = config::read(self.config.as_deref()).map_err(Failure::Call)?;
         let network = &config.inspection.network;
-        let findings = [runtime(network.onnxruntime.as_deref(), network.provider), tract(), networks(), viewer()];
+        let findings =
+            [runtime(network.onnxruntime.as_deref(), network.provider), tract(), networks(), viewer(embedded)];
         let mut out = std::io::stderr().lock();
         for finding in &findings {
             let mark = match finding.health {
@@ -125,8 +126,8 @@ fn networks() -> Finding {
 }
 
 /// The viewer's files.
-fn viewer() -> Finding {
-    let (health, text) = if has_embedded_viewer() {
+fn viewer(embedded: EmbeddedFiles) -> Finding {
+    let (health, text) = if ["index.html", "index.html.br"].iter().any(|name| embedded(name).is_some()) {
         (Health::Ok, "built in")
     } else {
         (Health::Failed, "is not built in; build it with: cargo xtask web")

@@ -24,6 +24,7 @@ use clap::{Parser, Subcommand};
 use semascan_inspection::SetupFailure;
 use semascan_inspection::source::SourceError;
 use semascan_perception::segment::network::SelectError;
+use semascan_server::EmbeddedFiles;
 
 /// Semantic 3D inspection of used parts.
 #[derive(Debug, Parser)]
@@ -108,18 +109,18 @@ impl<E: Into<anyhow::Error>> From<E> for Failure {
 }
 
 impl Cli {
-    /// Runs the command.
-    pub(crate) fn run(self) -> Result<(), Failure> {
+    /// Runs the command; `viewer` holds the viewer's files.
+    pub(crate) fn run(self, viewer: EmbeddedFiles) -> Result<(), Failure> {
         match self.command {
             #[cfg(feature = "demo")]
-            Command::Demo(args) => args.run(),
-            Command::Serve(args) => args.run(),
+            Command::Demo(args) => args.run(viewer),
+            Command::Serve(args) => args.run(viewer),
             Command::Inspect(args) => args.run(),
             #[cfg(feature = "demo")]
             Command::Evaluate(args) => args.run(),
             Command::Export(args) => args.run(),
             Command::Models(args) => args.run(),
-            Command::Doctor(args) => args.run(),
+            Command::Doctor(args) => args.run(viewer),
             #[cfg(feature = "demo")]
             Command::Tables(args) => args.run(),
             Command::Schema(args) => args.run(),

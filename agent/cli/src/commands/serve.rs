@@ -7,7 +7,7 @@ use anyhow::{Context, anyhow};
 use clap::Args;
 use semascan_inspection::bus::Events;
 use semascan_inspection::{Inspection, InspectionHandle};
-use semascan_server::{AccessRule, LiveModel, LiveStream, Server, ServerConfig};
+use semascan_server::{AccessRule, EmbeddedFiles, LiveModel, LiveStream, Server, ServerConfig, WebFiles};
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -53,7 +53,7 @@ pub(crate) struct ServeArgs {
 }
 
 impl ServeArgs {
-    pub(crate) fn run(self) -> Result<(), Failure> {
+    pub(crate) fn run(self, viewer: EmbeddedFiles) -> Result<(), Failure> {
         use_threads(self.reach.threads)?;
         let config = config::read(self.config.as_deref()).map_err(Failure::Call)?;
         let mut spec = self.inspection.apply(config.inspection.clone());
@@ -62,7 +62,7 @@ impl ServeArgs {
             Some(_) => Some(Job { inspection: run::prepare(spec)?, out: self.out }),
             None => None,
         };
-        serve(&self.reach, &config, false, job)
+        serve(&self.reach, &config, viewer, false, job)
     }
 }
 
@@ -76,6 +76,7 @@ pub(crate) struct Job {
 pub(crate) fn serve(
     reach: &ReachArgs,
     config: &CellConfig,
+    viewer: EmbeddedFiles,
     open_browser: bool,
     job: Option<Job>,
 ) -> Result<(), Failure> {
@@ -89,7 +90,8 @@ pub(crate) fn serve(
     }
     let allowed_hosts = [reach.allow_hosts.clone(), config.serve.allow_hosts.clone()].concat();
     let web_dir = reach.web_dir.clone().or_else(|| config.serve.web_dir.clone());
-    let settings = ServerConfig { address, access: AccessRule { allowed_hosts }, web_dir };
+    let files = web_dir.map_or(WebFiles::Embedded(viewer), WebFiles::Folder);
+    let settings = ServerConfig { address, access: AccessRule { allowed_hosts }, files };
 
     let live = Arc::new(LiveModel::new());
     let runtime = tokio::runtime::Runtime::new().context("cannot start the network runtime")?;
