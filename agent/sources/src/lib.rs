@@ -26,7 +26,7 @@ struct Kind {
 }
 
 /// Every kind, in the order in which they are tried.
-const KINDS: [Kind; 2] = [
+const KINDS: &[Kind] = &[
     Kind {
         name: "a BOP scene folder (with scene_camera.json)",
         recognizes: BopSource::is_scene,
@@ -54,6 +54,9 @@ pub fn open(uri: &str, mask: &CameraMask) -> Result<Box<dyn Source>, SourceError
     }
     match KINDS.iter().find(|kind| (kind.recognizes)(path)) {
         Some(kind) => (kind.open)(path, mask),
-        None => Err(refuse(format!("neither {}", KINDS.map(|kind| kind.name).join(" nor ")))),
+        None => {
+            let names: Vec<&str> = KINDS.iter().map(|kind| kind.name).collect();
+            Err(refuse(format!("neither {}", names.join(" nor "))))
+        }
     }
 }
