@@ -105,6 +105,7 @@ fn acquire(
         publish_stage(events, index, Stage::Acquire, StageStatus::Started);
         // One count of the views: the inspection's.
         let view = view.map(|view| View { index, ..view }).map_err(|e| e.to_string());
+        let view = view.and_then(|view| view.check_sizes().map(|()| view).map_err(|e| e.to_string()));
         let status = match &view {
             Ok(_) => StageStatus::Finished { seconds },
             Err(reason) => StageStatus::Failed { reason: reason.clone() },

@@ -172,9 +172,74 @@ pub struct View {
     pub truth: Option<ViewTruth>,
 }
 
+/// A part of a view that has another size than its camera's picture.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("the {part} has {found} pixels, the camera's picture {width} x {height}")]
+pub struct SizeMismatch {
+    /// The part: colour, depth or labels.
+    pub part: &'static str,
+    /// Its pixels.
+    pub found: usize,
+    /// Columns of the camera's picture.
+    pub width: u32,
+    /// Rows of the camera's picture.
+    pub height: u32,
+}
+
+impl View {
+    /// Checks that colour, depth and labels have the size of the camera's picture, so that stages need not.
+    ///
+    /// # Errors
+    /// [`SizeMismatch`] naming the first part that has another size.
+    pub fn check_sizes(&self) -> Result<(), SizeMismatch> {
+        let Intrinsics { width, height, .. } = self.intrinsics;
+        let pixels = width as usize * height as usize;
+        let refuse = |part, found| Err(SizeMismatch { part, found, width, height });
+        if self.rgb.dimensions() != (width, height) {
+            return refuse("colour picture", self.rgb.pixels().len());
+        }
+        if (self.depth.width, self.depth.height) != (width, height) || self.depth.metres.len() != pixels {
+            return refuse("depth picture", self.depth.metres.len());
+        }
+        let labels = self.labels.as_deref();
+        for column in labels.into_iter().flat_map(|l| [&l.components, &l.defects, &l.instances]) {
+            if column.len() != pixels {
+                return refuse("recorded labels", column.len());
+            }
+        }
+        Ok(())
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_part_of_another_size_is_named() {
+        let view = View {
+            index: 0,
+            stamp: None,
+            intrinsics: Intrinsics { width: 4, height: 3, fx: 4.0, fy: 4.0, cx: 1.5, cy: 1.0 },
+            rgb: Arc::new(RgbImage::new(4, 3)),
+            depth: Arc::new(DepthImage { width: 4, height: 3, metres: vec![0.5; 12] }),
+            pose: PoseEvidence::None,
+            labels: Some(Arc::new(RecordedLabels {
+                components: vec![0; 12],
+                defects: vec![0; 12],
+                instances: vec![0; 12],
+            })),
+            truth: None,
+        };
+        assert_eq!(view.check_sizes(), Ok(()));
+        let part = |view: View| view.check_sizes().expect_err("another size").part;
+        assert_eq!(part(View { rgb: Arc::new(RgbImage::new(3, 4)), ..view.clone() }), "colour picture");
+        let depth = Arc::new(DepthImage { width: 4, height: 3, metres: vec![0.5; 11] });
+        assert_eq!(part(View { depth, ..view.clone() }), "depth picture");
+        let mut labels = view.labels.clone();
+        labels.as_mut().map(Arc::make_mut).expect("labels").defects.pop();
+        assert_eq!(part(View { labels, ..view }), "recorded labels");
+    }
 
     #[test]
     fn a_scaled_camera_sees_the_same_rays() {
