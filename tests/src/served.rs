@@ -9,7 +9,6 @@ use semascan_server::{AccessRule, LiveModel, LiveStream, Server, ServerConfig, W
 use std::net::{Ipv4Addr, SocketAddr};
 use std::sync::Arc;
 use std::thread::JoinHandle;
-use std::time::Duration;
 
 /// A small simulated part: a second or so of computing.
 pub const SMALL_MOTOR: &str = "virtual:starter-motor?seed=7&views=5&size=320x240&errors=none&cell=2.5";
@@ -49,9 +48,15 @@ impl Served {
     ///
     /// # Errors
     /// If it cannot begin.
-    pub fn inspect(&self, uri: &str, pace: Duration) -> Result<Running> {
-        let mut spec = InspectionSpec::default();
-        spec.source.pace_s = pace.as_secs_f64();
+    pub fn inspect(&self, uri: &str) -> Result<Running> {
+        self.inspect_with(InspectionSpec::default(), uri)
+    }
+
+    /// Inspects `uri` as `spec` says on threads of its own, published to the clients.
+    ///
+    /// # Errors
+    /// If it cannot begin.
+    pub fn inspect_with(&self, spec: InspectionSpec, uri: &str) -> Result<Running> {
         let inspection = Inspection::new(spec, open(uri)?)?;
         let (id, events, live) = (inspection.id(), inspection.subscribe(), Arc::clone(&self.live));
         let handle = inspection.start();

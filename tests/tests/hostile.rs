@@ -58,7 +58,7 @@ async fn bad_messages_are_refused_with_a_reason_and_others_go_on() {
     };
     assert!(reason.contains("second Hello"), "{reason}");
 
-    served.inspect(SMALL_MOTOR, Duration::ZERO).expect("begins");
+    served.inspect(SMALL_MOTOR).expect("begins");
     good.finish(&mut holdings).await.expect("the good client goes on");
     assert_eq!(holdings.hash(), served.live.hash());
 }

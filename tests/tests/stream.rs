@@ -1,20 +1,23 @@
 //! The live stream over real sockets: every client, however it comes and goes, ends with the same model.
 
+use semascan_inspection::spec::{InspectionSpec, RegistrationMethod};
 use semascan_protocol::Phase;
 use semascan_tests::client::{Client, Holdings};
 use semascan_tests::served::{SMALL_MOTOR, Served};
-use std::time::Duration;
+use std::collections::BTreeSet;
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_client_from_the_start_and_one_that_comes_late_hold_the_same_model() {
     let served = Served::start().expect("serves");
     let mut early = Holdings::default();
     let mut client = Client::connect(served.address, &mut early).await.expect("connects");
-    let inspection = served.inspect(SMALL_MOTOR, Duration::ZERO).expect("begins");
+    let inspection = served.inspect(SMALL_MOTOR).expect("begins");
     client.finish(&mut early).await.expect("finishes");
     assert_eq!(client.progress.phase(), Phase::Finished);
     assert_eq!(client.progress.views_done, 5);
-    assert_eq!(client.views.len(), 5);
+    // The reports are sent again with the refined model.
+    let views: BTreeSet<u32> = client.views.iter().map(|v| v.index).collect();
+    assert_eq!(views.len(), 5);
     assert!(client.views.iter().all(|v| v.accepted && !v.thumbnail_jpeg.is_empty() && !v.overlay_png.is_empty()));
 
     let mut late = Holdings::default();
@@ -33,7 +36,10 @@ async fn a_client_from_the_start_and_one_that_comes_late_hold_the_same_model() {
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_cut_connection_resumes_by_difference() {
     let served = Served::start().expect("serves");
-    let inspection = served.inspect(SMALL_MOTOR, Duration::from_millis(200)).expect("begins");
+    // Without refinement there is one epoch: what was held before the cut is still of use.
+    let mut spec = InspectionSpec { registration: RegistrationMethod::Kinematic, ..InspectionSpec::default() };
+    spec.source.pace_s = 0.2;
+    let inspection = served.inspect_with(spec, SMALL_MOTOR).expect("begins");
     let mut holdings = Holdings::default();
     let mut client = Client::connect(served.address, &mut holdings).await.expect("connects");
     while client.progress.views_done < 2 {
@@ -61,10 +67,10 @@ async fn a_new_inspection_clears_and_ends_with_its_own_model() {
     let served = Served::start().expect("serves");
     let mut holdings = Holdings::default();
     let mut client = Client::connect(served.address, &mut holdings).await.expect("connects");
-    served.inspect(SMALL_MOTOR, Duration::ZERO).expect("begins");
+    served.inspect(SMALL_MOTOR).expect("begins");
     client.finish(&mut holdings).await.expect("finishes");
     let first = holdings.hash();
-    let second = served.inspect(&SMALL_MOTOR.replace("seed=7", "seed=8"), Duration::ZERO).expect("begins");
+    let second = served.inspect(&SMALL_MOTOR.replace("seed=7", "seed=8")).expect("begins");
     while holdings.inspection.id != second.id.to_string() {
         client.step(&mut holdings).await.expect("streams");
     }
@@ -82,7 +88,7 @@ async fn a_slow_client_skips_revisions_and_still_ends_with_the_model() {
     let (mut fast_holdings, mut slow_holdings) = (Holdings::default(), Holdings::default());
     let mut fast = Client::connect(served.address, &mut fast_holdings).await.expect("connects");
     let mut slow = Client::connect(served.address, &mut slow_holdings).await.expect("connects");
-    let inspection = served.inspect(SMALL_MOTOR, Duration::ZERO).expect("begins");
+    let inspection = served.inspect(SMALL_MOTOR).expect("begins");
     // The slow one does not read at all until the inspection is over.
     fast.finish(&mut fast_holdings).await.expect("finishes");
     inspection.wait().expect("inspects");

@@ -168,6 +168,9 @@ impl Inspection {
             (map.cloud(), map.config().voxel)
         };
         let (components, defects) = summarize(&cloud, &info.taxonomy, voxel);
+        // A source may count while it is used up: its settings are those of the end.
+        let settings = source.info().settings.iter();
+        let settings = settings.map(|(name, value)| Setting { name: name.clone(), value: value.clone() }).collect();
         let record = InspectionRecord {
             schema_version: SCHEMA_VERSION,
             id,
@@ -179,7 +182,7 @@ impl Inspection {
             source: info.uri,
             labels: spec.labels,
             networks,
-            settings: info.settings.into_iter().map(|(name, value)| Setting { name, value }).collect(),
+            settings,
             voxel: Some(voxel),
             points: cloud.len() as u64,
             base_from_table: recorded.base_from_table.as_ref().map(pose_record),

@@ -19,7 +19,7 @@
 //! let view = LabelledView {
 //!     index: 0,
 //!     cloud: OrganizedCloud::new(camera, &depth, None),
-//!     rgb: RgbImage::new(64, 48),
+//!     rgb: RgbImage::new(64, 48).into(),
 //!     segmentation: Segmentation {
 //!         components: ClassField::Hard(vec![2; pixels]),
 //!         defects: ClassField::Hard(vec![0; pixels]),
