@@ -2,9 +2,9 @@
 
 use crate::process::line;
 use crate::report::{heading, note};
-use crate::workspace::{Workspace, cargo};
+use crate::workspace::cargo;
 use crate::{onnx_runtime, web};
-use anyhow::{Context, Result};
+use anyhow::Result;
 use clap::Args;
 use std::ffi::OsString;
 use std::process::Command;
@@ -20,23 +20,15 @@ pub(crate) struct Options {
     arguments: Vec<OsString>,
 }
 
-/// Builds the web files and all of the agent that does not hold them, side by side; then builds and becomes the agent.
+/// Builds the web files, then the agent that embeds them, and becomes the agent.
 pub(crate) fn run(options: &Options) -> Result<()> {
-    let profile: &[&str] = if options.dev { &[] } else { &["--release"] };
-    let root = Workspace::find()?.root;
-    let library = cargo()
-        .current_dir(&root)
-        .args(["build", "--quiet", "--package", "semascan-cli", "--lib"])
-        .args(profile)
-        .spawn()
-        .context("cargo cannot be started")?;
-    let workspace = web::run(&web::Options { dev: options.dev });
+    let workspace = web::run(&web::Options { dev: options.dev })?;
     heading("Agent");
-    // What is wrong with the library is said by the build of the binary, whose output is shown.
-    let _ = library.wait_with_output();
-    let workspace = workspace?;
     let mut agent = cargo();
-    agent.current_dir(&workspace.root).args(["run", "--package", "semascan-cli", "--bin", "semascan"]).args(profile);
+    agent.current_dir(&workspace.root).args(["run", "--package", "semascan-cli", "--bin", "semascan"]);
+    if !options.dev {
+        agent.arg("--release");
+    }
     agent.args(["--", "demo"]);
     if options.dev {
         agent.arg("--web-dir").arg(workspace.dist());
