@@ -6,17 +6,14 @@
 //! f64 and centred on the object: a rotation about a camera half a metre away would drown.
 
 use super::model_view::ModelView;
+use super::normal_equations::{BINS, Linearised, RUN, Run, Sums};
 use super::source_points::SourcePoints;
-use nalgebra::{Isometry3, Matrix6, Point3, Vector6};
+use nalgebra::{Isometry3, Point3};
 use rayon::prelude::*;
 use semascan_geometry::vector::{cross, dot, sub};
 
 /// Points of one task: fixed, so that sums do not depend on the number of threads.
 const BLOCK: usize = 4096;
-/// Bins of the residual histogram.
-const BINS: usize = 512;
-/// Neighbours in a row of the picture whose residuals are compared.
-const RUN: usize = 16;
 
 /// Which pairs count, and how much.
 #[derive(Clone, Copy, Debug)]
@@ -29,28 +26,6 @@ pub struct Gate {
     pub tukey: f32,
     /// Only pairs of one component class count, where both have one.
     pub same_label: bool,
-}
-
-/// The objective around the current pose, as normal equations over a twist (rotation, translation) of the source about
-/// `centre`, in the target's frame.
-#[derive(Clone, Debug)]
-pub struct Linearised {
-    /// `sum w J'J`.
-    pub hessian: Matrix6<f64>,
-    /// `sum w J'r`.
-    pub gradient: Vector6<f64>,
-    /// Sum of weights.
-    pub weight: f64,
-    /// Pairs within the gate, whatever their residual.
-    pub pairs: u32,
-    /// `sum min(r^2, tukey^2)` over all source points; those without a pair count as outside.
-    pub truncated_cost: f64,
-    /// So many neighbouring points share their error and count as one witness; 1 if all are independent.
-    pub correlation: f64,
-    /// Standard deviation of the residuals, from the median of their absolute values, metres; 0 without pairs.
-    pub sigma: f64,
-    /// Centre of the twist in the target's frame.
-    pub centre: Point3<f64>,
 }
 
 /// Linearises the objective for `source`, whose points `target_from_source` takes to the target's camera frame;
@@ -72,7 +47,7 @@ pub fn linearise(
     for block in &blocks {
         total.add(block);
     }
-    total.finish(centre, gate)
+    total.finish(centre, gate.distance.into())
 }
 
 /// What is the same for all points.
@@ -83,32 +58,6 @@ struct Pairing<'a> {
     centre: [f32; 3],
     gate: &'a Gate,
     camera: [f32; 4],
-}
-
-struct Sums {
-    hessian: [f64; 21],
-    gradient: [f64; 6],
-    weight: f64,
-    cost: f64,
-    pairs: u32,
-    histogram: Vec<u32>,
-    /// Squares of the sums of runs over their lengths, and squares of single residuals: equal where errors are
-    /// independent, apart by the length of the run where all in it err alike.
-    of_runs: [f64; 2],
-}
-
-impl Default for Sums {
-    fn default() -> Self {
-        Self {
-            hessian: [0.0; 21],
-            gradient: [0.0; 6],
-            weight: 0.0,
-            cost: 0.0,
-            pairs: 0,
-            histogram: vec![0; BINS],
-            of_runs: [0.0; 2],
-        }
-    }
 }
 
 impl<'a> Pairing<'a> {
@@ -192,92 +141,4 @@ impl<'a> Pairing<'a> {
         run.end(&mut sums.of_runs);
         sums
     }
-}
-
-impl Sums {
-    #[inline]
-    fn push(&mut self, j: &[f32; 6], w: f32, r: f32, outside: f64) {
-        let mut k = 0;
-        for a in 0..6 {
-            let wj = w * j[a];
-            for jb in &j[a..] {
-                self.hessian[k] += f64::from(wj * jb);
-                k += 1;
-            }
-            self.gradient[a] += f64::from(wj * r);
-        }
-        self.weight += f64::from(w);
-        self.cost += f64::from(r * r) - outside;
-    }
-
-    fn add(&mut self, other: &Self) {
-        self.hessian.iter_mut().zip(&other.hessian).for_each(|(a, b)| *a += b);
-        self.gradient.iter_mut().zip(&other.gradient).for_each(|(a, b)| *a += b);
-        self.histogram.iter_mut().zip(&other.histogram).for_each(|(a, b)| *a += b);
-        self.of_runs.iter_mut().zip(&other.of_runs).for_each(|(a, b)| *a += b);
-        self.weight += other.weight;
-        self.cost += other.cost;
-        self.pairs += other.pairs;
-    }
-
-    fn finish(self, centre: Point3<f64>, gate: &Gate) -> Linearised {
-        let mut hessian = Matrix6::zeros();
-        let mut k = 0;
-        for a in 0..6 {
-            for b in a..6 {
-                hessian[(a, b)] = self.hessian[k];
-                hessian[(b, a)] = self.hessian[k];
-                k += 1;
-            }
-        }
-        Linearised {
-            hessian,
-            gradient: Vector6::from_column_slice(&self.gradient),
-            weight: self.weight,
-            pairs: self.pairs,
-            truncated_cost: self.cost,
-            // Alike along rows and columns: a patch of so many pixels has one error.
-            correlation: (self.of_runs[0] / self.of_runs[1].max(f64::MIN_POSITIVE)).max(1.0).powi(2),
-            sigma: 1.4826 * median_of(&self.histogram, self.pairs) * f64::from(gate.distance) / BINS as f64,
-            centre,
-        }
-    }
-}
-
-/// Residuals of neighbours in a row.
-#[derive(Default)]
-struct Run {
-    sum: f64,
-    squares: f64,
-    count: f64,
-}
-
-impl Run {
-    fn push(&mut self, r: f64) {
-        self.sum += r;
-        self.squares += r * r;
-        self.count += 1.0;
-    }
-
-    fn end(&mut self, of_runs: &mut [f64; 2]) {
-        if self.count > 1.0 {
-            of_runs[0] += self.sum * self.sum / self.count;
-            of_runs[1] += self.squares / self.count;
-        }
-        *self = Self::default();
-    }
-}
-
-/// Median of a histogram in bins, linear within the bin; 0 if it is empty.
-fn median_of(histogram: &[u32], count: u32) -> f64 {
-    let half = f64::from(count) / 2.0;
-    let mut below = 0.0;
-    for (i, &n) in histogram.iter().enumerate() {
-        let n = f64::from(n);
-        if n > 0.0 && below + n >= half {
-            return i as f64 + (half - below) / n;
-        }
-        below += n;
-    }
-    0.0
 }

@@ -10,6 +10,7 @@ use super::relocalization::{Proposal, camera_as_frame, find};
 use super::se3::adjoint;
 use super::selection::Selection;
 use super::source_points::SourcePoints;
+use super::texture::ViewTexture;
 use nalgebra::{Isometry3, Matrix6};
 
 /// Points that take part in an alignment: more do not make it better.
@@ -134,6 +135,7 @@ impl Registrar for IcpRegistrar {
         self.pending = Some(Pending {
             view: RefinedView {
                 surface: ModelView::of(input.cloud, pose, coarse, label, |i| wanted[i]),
+                texture: ViewTexture::of(&input.view.rgb, input.cloud, coarse, |i| wanted[i]),
                 points: source.thinned(source.len().div_ceil(KEPT_POINTS)),
                 prior: prior.table_from_camera,
                 covariance: prior.covariance,

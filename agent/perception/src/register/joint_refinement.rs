@@ -3,32 +3,56 @@
 //! A small pose graph whose edges are not fixed measurements but live surfaces: every pair of views that see common
 //! ground is linearised projectively like a single ICP, and one Gauss-Newton step moves all cameras together, each held
 //! by its kinematic prior. Errors that sequential registration laid onto late views are spread over the whole turn, and
-//! a sensor's ripple, which differs from view to view, averages out.
+//! a sensor's ripple, which differs from view to view, averages out. Beside the surfaces, the pictures are aligned
+//! ([`super::photometric`]): they hold what slides along a surface, and what the depth sensor errs in.
 
-use super::correspondences::{Gate, Linearised, linearise};
+use super::correspondences::{Gate, linearise};
 use super::degeneracy::project_out_degenerate;
 use super::model_view::ModelView;
+use super::normal_equations::Linearised;
+use super::photometric::{self, PhotometricGate, RANGE};
 use super::se3::{about, exp, halves, log, turned};
 use super::source_points::SourcePoints;
-use nalgebra::{DMatrix, DVector, Isometry3, Matrix6, Point3};
+use super::texture::ViewTexture;
+use nalgebra::{DMatrix, DVector, Isometry3, Matrix6, Point3, Vector6};
 use rayon::prelude::*;
 
 /// Most other views that a view is paired with: enough for closure, and time stays linear in the number of views.
 const MOST_PARTNERS: usize = 12;
 /// Least share of a view's points on another view for the two to be paired.
 const LEAST_OVERLAP: f64 = 0.1;
-/// Gates of the rounds in metres per metre of distance from the camera: from drift to noise.
-const ROUNDS: [f64; 8] = [6e-3, 4e-3, 3e-3, 2e-3, 2e-3, 2e-3, 2e-3, 2e-3];
+/// One stage of the way from coarse to fine.
+struct Stage {
+    /// Level of the pictures' pyramid.
+    level: usize,
+    /// Gates of its rounds in metres per metre of distance from the camera, from drift to noise; the last one stays.
+    gates: &'static [f64],
+    rounds: u32,
+}
+
+const STAGES: [Stage; 3] = [
+    Stage { level: 2, gates: &[6e-3, 4e-3, 3e-3, 2e-3], rounds: 8 },
+    Stage { level: 1, gates: &[2e-3], rounds: 8 },
+    Stage { level: 0, gates: &[2e-3], rounds: 12 },
+];
+/// The widest and the narrowest gate.
+const GATES: (f64, f64) = (6e-3, 2e-3);
+/// Least gate in standard deviations of the residuals: a narrower one would cut them off.
+const WIDE_ENOUGH: f64 = 4.0;
+/// How far a textured point may lie from what the other view sees in its pixel, metres per metre of distance.
+const SEEN: f64 = 0.015;
 /// Tukey's constant in standard deviations.
 const TUKEY: f64 = 4.685;
 /// Smallest standard deviation that residuals are believed to have, metres.
 const SIGMA_FLOOR: f64 = 5e-6;
+/// Smallest standard deviation that differences of normalised grey values are believed to have.
+const GREY_FLOOR: f64 = 0.02;
 /// Points that decide whether two views overlap.
 const PROBES: usize = 1500;
 /// Fewest pairs that make an edge.
 const FEWEST_PAIRS: u32 = 200;
-/// A round that moves no object by more ends the refinement, metres.
-const STILL: f64 = 1e-6;
+/// A round that moves no object by more ends a stage, in pixels of its pictures.
+const STILL: f64 = 0.01;
 
 /// What the refinement keeps of a view: a coarse picture of its surface, and its prior.
 #[derive(Clone, Debug)]
@@ -37,10 +61,20 @@ pub struct RefinedView {
     pub surface: ModelView,
     /// The points that are matched into other views.
     pub points: SourcePoints,
+    /// Its picture; `None` where it shows too little.
+    pub texture: Option<ViewTexture>,
     /// Pose from kinematics.
     pub prior: Isometry3<f64>,
     /// Over (rotation, translation), camera frame.
     pub covariance: Matrix6<f64>,
+}
+
+impl RefinedView {
+    /// Edge of a pixel at `level` of the pictures' pyramid on the object, metres.
+    fn footprint(&self, level: usize) -> f64 {
+        let depth = self.points.centroid().map_or(0.0, |centre| centre.z);
+        self.surface.intrinsics.footprint(depth) * f64::from(1_u32 << level)
+    }
 }
 
 /// What the refinement did.
@@ -89,19 +123,24 @@ pub(super) fn refine(views: &[RefinedView], config: &JointConfig) -> Option<Join
         return None;
     }
     let problem = Problem { views, centred: &centred, stiffness: &stiffness, edges: &edges, config };
-    let mut sigmas = problem.sigmas(&poses);
-    let bound = 3.0 * median(&sigmas).max(SIGMA_FLOOR);
+    let mut noise = problem.noise(&poses);
+    let bound = 3.0 * median(noise.iter().map(|n| n.geometric)).max(SIGMA_FLOOR);
     let fit_before = problem.fit(&poses, bound);
+    let before = poses.clone();
     let mut rounds = 0;
-    for reach in ROUNDS {
-        let moved = problem.round(&mut poses, &mut sigmas, reach)?;
-        rounds += 1;
-        if moved < STILL {
-            break;
+    for stage in STAGES {
+        let still = STILL * median(views.iter().map(|v| v.footprint(stage.level)));
+        for round in 0..stage.rounds as usize {
+            let gate = stage.gates[round.min(stage.gates.len() - 1)];
+            let moved = problem.round(&mut poses, &mut noise, gate, stage.level)?;
+            rounds += 1;
+            if round + 1 >= stage.gates.len() && moved < still {
+                break;
+            }
         }
     }
     let fit_after = problem.fit(&poses, bound);
-    (fit_after < fit_before).then_some(JointRefinement {
+    (problem.objective(&poses, &noise) < problem.objective(&before, &noise)).then_some(JointRefinement {
         table_from_camera: poses,
         edges: edges.len(),
         rounds,
@@ -133,10 +172,23 @@ fn partners(views: &[RefinedView], poses: &[Isometry3<f64>], source: usize) -> V
 }
 
 /// Median of positive values; 0 without any.
-fn median(values: &[f64]) -> f64 {
-    let mut positive: Vec<f64> = values.iter().copied().filter(|v| *v > 0.0).collect();
+fn median(values: impl Iterator<Item = f64>) -> f64 {
+    let mut positive: Vec<f64> = values.filter(|v| *v > 0.0).collect();
     positive.sort_unstable_by(f64::total_cmp);
     positive.get(positive.len() / 2).copied().unwrap_or(0.0)
+}
+
+/// How far the residuals of an edge scatter.
+#[derive(Clone, Copy, Debug)]
+struct Noise {
+    /// Standard deviation of distances, metres; 0 where nothing is paired.
+    geometric: f64,
+    /// Neighbouring points that share their distance's error.
+    geometric_correlation: f64,
+    /// Standard deviation of differences of normalised grey values.
+    photometric: f64,
+    /// Neighbouring points that share their difference's error.
+    photometric_correlation: f64,
 }
 
 struct Problem<'a> {
@@ -152,22 +204,63 @@ impl Problem<'_> {
     /// One edge with pairs up to `reach` (times the distance) and Tukey's constant `tukey` (metres).
     fn linearise(&self, edge: &Edge, poses: &[Isometry3<f64>], reach: f64, tukey: f64) -> Linearised {
         let (centre, _) = &self.centred[edge.source];
-        let distance = (reach * centre.z) as f32;
+        let distance = (reach * centre.z).max(WIDE_ENOUGH * tukey / TUKEY) as f32;
         let tukey = (tukey as f32).min(distance);
         let gate = Gate { distance, cosine: 0.75, tukey, same_label: self.config.same_label };
         let target_from_source = poses[edge.target].inverse() * poses[edge.source];
         linearise(&self.views[edge.source].points, &self.views[edge.target].surface, &target_from_source, centre, &gate)
     }
 
-    /// Standard deviation of each edge's residuals, metres; 0 where nothing is paired.
-    fn sigmas(&self, poses: &[Isometry3<f64>]) -> Vec<f64> {
-        self.edges.par_iter().map(|edge| self.linearise(edge, poses, ROUNDS[0], ROUNDS[0]).sigma).collect()
+    /// The pictures of one edge at `level`, with Tukey's constant `tukey`; `None` where either view has none.
+    fn compare_pictures(&self, edge: &Edge, poses: &[Isometry3<f64>], level: usize, tukey: f64) -> Option<Linearised> {
+        let (source, target) = (self.views[edge.source].texture.as_ref()?, &self.views[edge.target]);
+        let (centre, _) = &self.centred[edge.source];
+        let gate = PhotometricGate { level, distance: (SEEN * centre.z) as f32, tukey: (tukey as f32).min(RANGE) };
+        let target_from_source = poses[edge.target].inverse() * poses[edge.source];
+        let picture = target.texture.as_ref()?;
+        Some(photometric::linearise(&source.points, picture, &target.surface, &target_from_source, centre, &gate))
+    }
+
+    /// How far the residuals of each edge scatter at the start.
+    fn noise(&self, poses: &[Isometry3<f64>]) -> Vec<Noise> {
+        let (reach, level) = (GATES.0, STAGES[0].level);
+        let of_edge = |edge: &Edge| {
+            let surfaces = self.linearise(edge, poses, reach, reach * self.centred[edge.source].0.z);
+            let pictures = self.compare_pictures(edge, poses, level, RANGE.into());
+            Noise {
+                geometric: surfaces.sigma,
+                geometric_correlation: surfaces.correlation,
+                photometric: pictures.as_ref().map_or(0.0, |at| at.sigma),
+                photometric_correlation: pictures.map_or(1.0, |at| at.correlation),
+            }
+        };
+        self.edges.par_iter().map(of_edge).collect()
+    }
+
+    /// What the rounds make small, with `noise` held: robust squares of all residuals in standard deviations, each
+    /// divided by how many residuals share their error, and of the ways from the priors.
+    fn objective(&self, poses: &[Isometry3<f64>], noise: &[Noise]) -> f64 {
+        let reach = GATES.1;
+        let of_edge = |(edge, noise): (&Edge, &Noise)| {
+            let sigma = noise.geometric.max(SIGMA_FLOOR);
+            let at = self.linearise(edge, poses, reach, TUKEY * sigma);
+            let geometric = at.truncated_cost / (sigma.powi(2) * noise.geometric_correlation);
+            let sigma = noise.photometric.max(GREY_FLOOR);
+            let pictures = self.compare_pictures(edge, poses, 0, TUKEY * sigma);
+            geometric + pictures.map_or(0.0, |at| at.truncated_cost / (sigma.powi(2) * noise.photometric_correlation))
+        };
+        let edges: Vec<f64> = self.edges.par_iter().zip(noise).map(of_edge).collect();
+        let prior = poses.iter().enumerate().map(|(i, pose)| {
+            let from_prior = log(&self.views[i].prior, pose);
+            from_prior.dot(&(self.stiffness[i] * from_prior))
+        });
+        0.5 * edges.iter().sum::<f64>() + prior.sum::<f64>()
     }
 
     /// Root mean square distance over all source points, truncated at `bound` (metres); a point without a pair counts
     /// as one at the bound.
     fn fit(&self, poses: &[Isometry3<f64>], bound: f64) -> f64 {
-        let reach = ROUNDS[ROUNDS.len() - 1];
+        let reach = GATES.1;
         let costs: Vec<f64> =
             self.edges.par_iter().map(|e| self.linearise(e, poses, reach, bound).truncated_cost).collect();
         let points: usize = self.edges.iter().map(|e| self.views[e.source].points.len()).sum();
@@ -175,51 +268,44 @@ impl Problem<'_> {
     }
 
     /// One Gauss-Newton step of all poses; how far it moved the object at most, metres.
-    fn round(&self, poses: &mut [Isometry3<f64>], sigmas: &mut [f64], reach: f64) -> Option<f64> {
-        let linearised: Vec<Linearised> = self
+    fn round(&self, poses: &mut [Isometry3<f64>], noise: &mut [Noise], reach: f64, level: usize) -> Option<f64> {
+        let linearised: Vec<(Linearised, Option<Linearised>)> = self
             .edges
             .par_iter()
-            .zip(&*sigmas)
-            .map(|(edge, sigma)| self.linearise(edge, poses, reach, TUKEY * sigma.max(SIGMA_FLOOR)))
+            .zip(&*noise)
+            .map(|(edge, noise)| {
+                let geometric = self.linearise(edge, poses, reach, TUKEY * noise.geometric.max(SIGMA_FLOOR));
+                let tukey = TUKEY * noise.photometric.max(GREY_FLOOR);
+                (geometric, self.compare_pictures(edge, poses, level, tukey))
+            })
             .collect();
         // One block of six unknowns a view: a twist of its camera. First the priors, which tie each view to its kinematics.
-        let n = 6 * self.views.len();
-        let (mut hessian, mut gradient) = (DMatrix::<f64>::zeros(n, n), DVector::<f64>::zeros(n));
+        let mut equations = Equations::new(self.views.len());
         for (i, pose) in poses.iter().enumerate() {
             let from_prior = log(&self.views[i].prior, pose);
-            let mut block = hessian.view_mut((6 * i, 6 * i), (6, 6));
-            block += self.stiffness[i];
-            let mut rows = gradient.rows_mut(6 * i, 6);
-            rows += self.stiffness[i] * from_prior;
+            equations.add_prior(i, &self.stiffness[i], &from_prior);
         }
         // Then the edges, each of which ties two views to each other.
-        for ((edge, at), sigma) in self.edges.iter().zip(&linearised).zip(sigmas.iter_mut()) {
-            if at.pairs < FEWEST_PAIRS {
-                continue;
+        for ((edge, (geometric, pictures)), noise) in self.edges.iter().zip(&linearised).zip(noise.iter_mut()) {
+            let (centre, radius) = &self.centred[edge.source];
+            if geometric.pairs >= FEWEST_PAIRS {
+                (noise.geometric, noise.geometric_correlation) = (geometric.sigma, geometric.correlation);
+                let at = geometric;
+                let observable =
+                    project_out_degenerate(&at.hessian, &at.gradient, at.weight, *radius, self.config.weakest);
+                // Each pair of views is usually linearised twice, once from either side.
+                let certainty = 0.5 / (at.sigma.max(SIGMA_FLOOR).powi(2) * at.correlation);
+                let normal = (observable.hessian * certainty, observable.gradient * certainty);
+                equations.add_edge(edge, poses, centre, &at.centre, normal);
             }
-            *sigma = at.sigma;
-            let (i, j) = (edge.source, edge.target);
-            let (centre, radius) = &self.centred[i];
-            let observable = project_out_degenerate(&at.hessian, &at.gradient, at.weight, *radius, self.config.weakest);
-            // Each pair of views is usually linearised twice, once from either side.
-            let certainty = 0.5 / (at.sigma.max(SIGMA_FLOOR).powi(2) * at.correlation);
-            // How a twist of either camera moves the source's points relative to the target, about their centre.
-            let turn = (poses[j].inverse() * poses[i]).rotation.to_rotation_matrix();
-            let by_source = turned(turn.matrix()) * about(centre);
-            let by_target = -about(&at.centre);
-            let sides = [(i, by_source), (j, by_target)];
-            for (a, jacobian_a) in &sides {
-                let weighted = jacobian_a.transpose() * observable.hessian * certainty;
-                for (b, jacobian_b) in &sides {
-                    let mut block = hessian.view_mut((6 * a, 6 * b), (6, 6));
-                    block += weighted * jacobian_b;
-                }
-                let mut rows = gradient.rows_mut(6 * a, 6);
-                rows += jacobian_a.transpose() * observable.gradient * certainty;
+            if let Some(at) = pictures.as_ref().filter(|at| at.pairs >= FEWEST_PAIRS) {
+                (noise.photometric, noise.photometric_correlation) = (at.sigma, at.correlation);
+                let certainty = 0.5 / (at.sigma.max(GREY_FLOOR).powi(2) * at.correlation);
+                equations.add_edge(edge, poses, centre, &at.centre, (at.hessian * certainty, at.gradient * certainty));
             }
         }
         // All cameras move at once; what counts is how far that carries the object.
-        let step = hessian.cholesky()?.solve(&-gradient);
+        let step = equations.hessian.cholesky()?.solve(&-equations.gradient);
         let mut most = 0.0_f64;
         for (i, pose) in poses.iter_mut().enumerate() {
             let twist = step.fixed_rows::<6>(6 * i).into_owned();
@@ -228,5 +314,110 @@ impl Problem<'_> {
             most = most.max(v.norm() + w.norm() * self.centred[i].1);
         }
         Some(most)
+    }
+}
+
+/// Normal equations over a twist of each camera, six rows a view.
+struct Equations {
+    hessian: DMatrix<f64>,
+    gradient: DVector<f64>,
+}
+
+impl Equations {
+    fn new(views: usize) -> Self {
+        Self { hessian: DMatrix::zeros(6 * views, 6 * views), gradient: DVector::zeros(6 * views) }
+    }
+
+    fn add_prior(&mut self, view: usize, stiffness: &Matrix6<f64>, from_prior: &Vector6<f64>) {
+        let mut block = self.hessian.view_mut((6 * view, 6 * view), (6, 6));
+        block += stiffness;
+        let mut rows = self.gradient.rows_mut(6 * view, 6);
+        rows += stiffness * from_prior;
+    }
+
+    /// Adds an edge's normal equations over a twist of the source about its centre (`source_centre` in its own camera,
+    /// `target_centre` in the target's) in the target's frame.
+    fn add_edge(
+        &mut self,
+        edge: &Edge,
+        poses: &[Isometry3<f64>],
+        source_centre: &Point3<f64>,
+        target_centre: &Point3<f64>,
+        (hessian, gradient): (Matrix6<f64>, Vector6<f64>),
+    ) {
+        // How a twist of either camera moves the source's points relative to the target, about their centre.
+        let (i, j) = (edge.source, edge.target);
+        let turn = (poses[j].inverse() * poses[i]).rotation.to_rotation_matrix();
+        let sides = [(i, turned(turn.matrix()) * about(source_centre)), (j, -about(target_centre))];
+        for (a, jacobian_a) in &sides {
+            let weighted = jacobian_a.transpose() * hessian;
+            for (b, jacobian_b) in &sides {
+                let mut block = self.hessian.view_mut((6 * a, 6 * b), (6, 6));
+                block += weighted * jacobian_b;
+            }
+            let mut rows = self.gradient.rows_mut(6 * a, 6);
+            rows += jacobian_a.transpose() * gradient;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::organized::OrganizedCloud;
+    use crate::view::{DepthImage, Intrinsics, covariance_of_prior};
+    use image::{Rgb, RgbImage};
+    use nalgebra::Vector3;
+
+    const CAMERA: Intrinsics = Intrinsics { width: 320, height: 240, fx: 300.0, fy: 300.0, cx: 159.5, cy: 119.5 };
+
+    /// A camera half a metre above the table plane, `x` metres along it, looking down.
+    fn above(x: f64) -> Isometry3<f64> {
+        Isometry3::new(Vector3::new(x, 0.0, 0.5), Vector3::new(std::f64::consts::PI, 0.0, 0.0))
+    }
+
+    /// What a camera truly at `truth` sees of a printed, flat table, with exposure `gain`; its prior is `prior`.
+    fn view(truth: &Isometry3<f64>, prior: &Isometry3<f64>, gain: f64) -> RefinedView {
+        let depth = DepthImage { width: CAMERA.width, height: CAMERA.height, metres: vec![0.5; 320 * 240] };
+        let cloud = OrganizedCloud::new(CAMERA, &depth, None);
+        let rgb = RgbImage::from_fn(CAMERA.width, CAMERA.height, |u, v| {
+            let p = truth * CAMERA.unproject(u.into(), v.into(), 0.5);
+            let print = (p.x * 700.0).sin() * (p.y * 500.0).cos() + 0.6 * (p.x * 230.0 + p.y * 310.0).sin();
+            Rgb([((110.0 + 40.0 * print) * gain) as u8; 3])
+        });
+        RefinedView {
+            surface: ModelView::of(&cloud, *prior, 1, |_| 0, |_| true),
+            texture: ViewTexture::of(&rgb, &cloud, 1, |_| true),
+            points: SourcePoints::select(&cloud, 4, |_| 0, |_| true),
+            prior: *prior,
+            covariance: covariance_of_prior(0.01, 0.005),
+        }
+    }
+
+    /// How far the way from the second view to the first is off, metres.
+    fn offset(refined: &JointRefinement) -> f64 {
+        let found = refined.table_from_camera[0].inverse() * refined.table_from_camera[1];
+        (found.translation.vector - (above(0.0).inverse() * above(0.05)).translation.vector).norm()
+    }
+
+    #[test]
+    fn pictures_hold_what_slides_along_a_plane_whatever_the_exposure() {
+        let slid = above(0.054);
+        let config = JointConfig { weakest: 2e-3, same_label: false };
+        let mut views = [view(&above(0.0), &above(0.0), 1.0), view(&above(0.05), &slid, 0.6)];
+        let refined = refine(&views, &config).expect("refined");
+        assert!(offset(&refined) < 1e-4, "{} m", offset(&refined));
+        // Surfaces alone do not see it.
+        views.iter_mut().for_each(|view| view.texture = None);
+        let refined = refine(&views, &config);
+        assert!(refined.is_none_or(|refined| offset(&refined) > 3e-3));
+    }
+
+    #[test]
+    fn a_blank_picture_is_no_evidence() {
+        let depth = DepthImage { width: CAMERA.width, height: CAMERA.height, metres: vec![0.5; 320 * 240] };
+        let cloud = OrganizedCloud::new(CAMERA, &depth, None);
+        let blank = RgbImage::from_pixel(CAMERA.width, CAMERA.height, Rgb([90; 3]));
+        assert!(ViewTexture::of(&blank, &cloud, 1, |_| true).is_none());
     }
 }

@@ -5,9 +5,10 @@
 //! (`(H + S^-1) d = -(g + S^-1 e)`, `e` the way from the prior), and bounds how far the view may be carried. Pairs come
 //! from look-ups in a rendering of the model, from coarse (every eighth pixel, wide gate) to fine.
 
-use super::correspondences::{Gate, Linearised, linearise};
+use super::correspondences::{Gate, linearise};
 use super::degeneracy::{Degeneracy, ObservableEquations, project_out_degenerate};
 use super::model_view::{ModelSurface, ModelView};
+use super::normal_equations::Linearised;
 use super::se3::{about, exp, halves, log, turned};
 use super::source_points::SourcePoints;
 use crate::view::Intrinsics;
