@@ -12,6 +12,9 @@ use nalgebra::{Isometry3, Point3};
 use rayon::prelude::*;
 use semascan_geometry::vector::{cross, dot, sub};
 
+/// Pixels of a picture that share their error at least: smoothed depth, normals and silhouettes err alike over the window
+/// that they are computed from, which residuals that are small do not show.
+const PATCH: f64 = 25.0;
 /// Points of one task: fixed, so that sums do not depend on the number of threads.
 const BLOCK: usize = 4096;
 
@@ -47,7 +50,9 @@ pub fn linearise(
     for block in &blocks {
         total.add(block);
     }
-    total.finish(centre, gate.distance.into())
+    let mut linearised = total.finish(centre, gate.distance.into());
+    linearised.correlation = linearised.correlation.max(PATCH / source.pixels_per_point);
+    linearised
 }
 
 /// What is the same for all points.

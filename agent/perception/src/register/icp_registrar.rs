@@ -135,7 +135,10 @@ impl Registrar for IcpRegistrar {
         self.pending = Some(Pending {
             view: RefinedView {
                 surface: ModelView::of(input.cloud, pose, coarse, label, |i| wanted[i]),
-                texture: ViewTexture::of(&input.view.rgb, input.cloud, coarse, |i| wanted[i]),
+                // On a turntable the light stands still and the part turns under it: its picture is no evidence.
+                texture: (self.selection == Selection::Everything)
+                    .then(|| ViewTexture::of(&input.view.rgb, input.cloud, coarse, |i| wanted[i]))
+                    .flatten(),
                 points: source.thinned(source.len().div_ceil(KEPT_POINTS)),
                 prior: prior.table_from_camera,
                 covariance: prior.covariance,

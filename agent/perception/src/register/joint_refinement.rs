@@ -113,9 +113,7 @@ pub(super) fn refine(views: &[RefinedView], config: &JointConfig) -> Option<Join
             (centre, v.points.radius(&centre))
         })
         .collect();
-    // The views share one hand-eye and one table calibration: as witnesses their priors count as one.
-    let witnesses = views.len() as f64;
-    let stiffness: Option<Vec<_>> = views.iter().map(|v| Some(v.covariance.try_inverse()? / witnesses)).collect();
+    let stiffness: Option<Vec<_>> = views.iter().map(|v| v.covariance.try_inverse()).collect();
     let stiffness = stiffness?;
     let mut poses: Vec<Isometry3<f64>> = views.iter().map(|v| v.surface.table_from_camera).collect();
     let edges = overlapping(views, &poses);

@@ -7,7 +7,7 @@ use crate::view::Intrinsics;
 use nalgebra::{Isometry3, Point3};
 
 /// Points with normals and labels in the camera frame, metres.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct SourcePoints {
     /// Positions.
     pub points: Vec<[f32; 3]>,
@@ -15,6 +15,14 @@ pub struct SourcePoints {
     pub normals: Vec<[f32; 3]>,
     /// Component classes, 0 = none or unknown.
     pub labels: Vec<u16>,
+    /// Pixels of the picture that a point stands for.
+    pub pixels_per_point: f64,
+}
+
+impl Default for SourcePoints {
+    fn default() -> Self {
+        Self { points: Vec::new(), normals: Vec::new(), labels: Vec::new(), pixels_per_point: 1.0 }
+    }
 }
 
 impl SourcePoints {
@@ -27,7 +35,7 @@ impl SourcePoints {
     ) -> Self {
         let (width, height) = (cloud.intrinsics.width as usize, cloud.intrinsics.height as usize);
         let stride = stride.max(1);
-        let mut out = Self::default();
+        let mut out = Self { pixels_per_point: (stride * stride) as f64, ..Self::default() };
         for v in (0..height).step_by(stride) {
             for i in (v * width..(v + 1) * width).step_by(stride) {
                 if cloud.normals[i] == [0.0; 3] || !wanted(i) {
@@ -49,6 +57,7 @@ impl SourcePoints {
             points: self.points.iter().copied().step_by(step).collect(),
             normals: self.normals.iter().copied().step_by(step).collect(),
             labels: self.labels.iter().copied().step_by(step).collect(),
+            pixels_per_point: self.pixels_per_point * step as f64,
         }
     }
 

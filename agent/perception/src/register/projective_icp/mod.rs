@@ -29,7 +29,7 @@ pub struct IcpConfig {
 
 impl Default for IcpConfig {
     fn default() -> Self {
-        Self { weakest: 2e-3, same_label: true, least_overlap: 0.1, farthest: 6.0 }
+        Self { weakest: 6e-3, same_label: true, least_overlap: 0.1, farthest: 6.0 }
     }
 }
 

@@ -168,15 +168,25 @@ fn nothing_to_align_and_nonsense_are_refused() {
     assert_eq!(on(&SourcePoints::default(), &spread).err(), Some(NotAligned::NoPoints));
     let some = SourcePoints::select(&Solid(housing).cloud(&first, 0.0, 1), 4, |_| 0, |_| true);
     assert_eq!(on(&some, &Matrix6::zeros()).err(), Some(NotAligned::BadCovariance));
-    let broken =
-        SourcePoints { points: vec![[f32::NAN; 3]; 200], normals: vec![[f32::NAN; 3]; 200], labels: vec![0; 200] };
+    let broken = SourcePoints {
+        points: vec![[f32::NAN; 3]; 200],
+        normals: vec![[f32::NAN; 3]; 200],
+        labels: vec![0; 200],
+        ..SourcePoints::default()
+    };
     assert!(on(&broken, &spread).is_err());
-    let one = SourcePoints { points: vec![[0.0, 0.0, 0.4]; 1], normals: vec![[0.0, 0.0, -1.0]; 1], labels: vec![0] };
+    let one = SourcePoints {
+        points: vec![[0.0, 0.0, 0.4]; 1],
+        normals: vec![[0.0, 0.0, -1.0]; 1],
+        labels: vec![0],
+        ..SourcePoints::default()
+    };
     assert!(on(&one, &spread).is_err());
     let line = SourcePoints {
         points: (0..500).map(|i| [0.0, i as f32 * 1e-4 - 0.025, 0.37]).collect(),
         normals: vec![[0.0, 0.0, -1.0]; 500],
         labels: vec![0; 500],
+        ..SourcePoints::default()
     };
     let _ = on(&line, &spread);
 }
