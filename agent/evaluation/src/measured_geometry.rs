@@ -2,6 +2,7 @@
 
 use super::sampling::sample;
 use semascan_formats::offset::{common_offset, relative};
+use semascan_formats::unit::Unit;
 use semascan_formats::{Geometry, ReadError, read_file};
 use semascan_geometry::measure::{NearestPoints, SurfaceIndex};
 use semascan_model::PointFlags;
@@ -36,31 +37,56 @@ pub struct MeasuredGeometry {
     pub target_labels: Vec<u16>,
     /// Triangles of a mesh; 0 for a cloud.
     pub triangles: usize,
+    /// What one unit of its file was taken for.
+    pub scale: Scale,
+}
+
+/// What one unit of a file is, in metres.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Scale {
+    /// As the caller said.
+    Given(f64),
+    /// By the size of what is in the file, or by what the file notes.
+    Assumed(Unit),
+}
+
+impl Scale {
+    /// In metres.
+    pub fn in_metres(self) -> f64 {
+        match self {
+            Self::Given(metres) => metres,
+            Self::Assumed(unit) => unit.in_metres(),
+        }
+    }
 }
 
 impl MeasuredGeometry {
     /// Reads a model and the reference that it is compared with: PLY, PCD, OBJ, STL, glTF or GLB, and the metres that the
-    /// unit of each is; of a mesh, `samples` seeded points are taken. Both are moved by the [`common_offset`] of the
-    /// reference.
+    /// unit of each is, which is assumed from its size where it is not given; of a mesh, `samples` seeded points are taken.
+    /// Both are moved by the [`common_offset`] of the reference.
     ///
     /// # Errors
     /// [`ReadError`] naming the file, also where nothing in it can be measured.
     pub fn read_pair(
-        model: (&Path, f64),
-        reference: (&Path, f64),
+        model: (&Path, Option<f64>),
+        reference: (&Path, Option<f64>),
         samples: usize,
         seed: u64,
     ) -> Result<[Self; 2], ReadError> {
         let (a, b) = (read(model.0)?, read(reference.0)?);
-        let offset = common_offset(&b.positions, reference.1);
-        let of = |(path, scale), geometry| Self::new(path, geometry, scale, offset, samples, seed);
-        Ok([of(model, a)?, of(reference, b)?])
+        let scale = |given: Option<f64>, geometry: &Geometry| {
+            given.map_or_else(|| Scale::Assumed(geometry.assumed_unit()), Scale::Given)
+        };
+        let (scale_a, scale_b) = (scale(model.1, &a), scale(reference.1, &b));
+        let offset = common_offset(&b.positions, scale_b.in_metres());
+        let of = |path, scale, geometry| Self::new(path, geometry, scale, offset, samples, seed);
+        Ok([of(model.0, scale_a, a)?, of(reference.0, scale_b, b)?])
     }
 
     fn new(
         path: &Path,
         geometry: Geometry,
-        scale: f64,
+        scale: Scale,
         offset: [f64; 3],
         samples: usize,
         seed: u64,
@@ -69,12 +95,13 @@ impl MeasuredGeometry {
         if geometry.positions.is_empty() {
             return Err(refuse("holds no points"));
         }
-        let positions = relative(&geometry.positions, scale, offset);
-        let model = if geometry.triangles.is_empty() {
+        let positions = relative(&geometry.positions, scale.in_metres(), offset);
+        let mut model = if geometry.triangles.is_empty() {
             Self::cloud(path, &positions, &geometry)
         } else {
             Self::mesh(path, &positions, &geometry, samples, seed)
         };
+        model.scale = scale;
         match (model.points.is_empty(), model.triangles) {
             (false, _) => Ok(model),
             (true, 0) => Err(refuse("holds no point that can be measured: all are marked or not finite")),
@@ -93,6 +120,7 @@ impl MeasuredGeometry {
             left_out: 0,
             target_labels: Vec::new(),
             triangles: 0,
+            scale: Scale::Given(1.0),
         }
     }
 
@@ -133,6 +161,7 @@ impl MeasuredGeometry {
             labels,
             points,
             triangles: 0,
+            scale: Scale::Given(1.0),
         }
     }
 
@@ -148,6 +177,7 @@ impl MeasuredGeometry {
             target: Target::Surface(SurfaceIndex::new(positions, &geometry.triangles)),
             triangles: geometry.triangles.len(),
             target_labels: geometry.labels.clone(),
+            scale: Scale::Given(1.0),
         }
     }
 }
@@ -195,7 +225,7 @@ mod tests {
     #[test]
     fn marked_and_lost_points_are_passed_over() {
         let (_folder, path) = written("a.ply", CLOUD);
-        let [model, _] = MeasuredGeometry::read_pair((&path, 1.0), (&path, 1.0), 10, 1).expect("a cloud");
+        let [model, _] = MeasuredGeometry::read_pair((&path, Some(1.0)), (&path, Some(1.0)), 10, 1).expect("a cloud");
         assert_eq!((model.kind(), model.points.len(), model.left_out), ("cloud", 2, 2));
         assert_eq!(model.labels, [(1, true), (2, false)]);
         assert!(matches!(model.facing(), Facing::Normals([[0.0, 0.0, 1.0], _])));
@@ -216,9 +246,23 @@ mod tests {
             ("bad.pcd", "FIELDS x\n", "DATA"),
         ] {
             let (_folder, path) = written(name, content);
-            let message = MeasuredGeometry::read_pair((&path, 1.0), (&path, 1.0), 10, 1).expect_err(name).to_string();
+            let message =
+                MeasuredGeometry::read_pair((&path, Some(1.0)), (&path, Some(1.0)), 10, 1).expect_err(name).to_string();
             assert!(message.contains(name) && message.contains(word), "{message}");
         }
+    }
+
+    #[test]
+    fn a_unit_that_nobody_says_is_assumed_and_noted() {
+        let square = |edge: f64| format!("v 0 0 0\nv {edge} 0 0\nv {edge} {edge} 0\nf 1 2 3\n");
+        let (_folder, metres) = written("m.obj", &square(0.2));
+        let (_other, millimetres) = written("mm.obj", &square(200.0));
+        let pair = |b| MeasuredGeometry::read_pair((&metres, None), (&millimetres, b), 100, 1).expect("two triangles");
+        let [a, b] = pair(None);
+        assert_eq!((a.scale, b.scale), (Scale::Assumed(Unit::Metres), Scale::Assumed(Unit::Millimetres)));
+        assert!(b.target.nearest(&a.points).into_iter().flatten().all(|(distance, _)| distance < 1e-6));
+        let [_, inches] = pair(Some(Unit::Inches.in_metres()));
+        assert_eq!(inches.scale, Scale::Given(0.0254));
     }
 
     #[test]
@@ -230,7 +274,7 @@ mod tests {
         };
         let (_folder, path) = written("a.obj", &square(0.0));
         let (_other, shifted) = written("b.obj", &square(0.005));
-        let [a, b] = MeasuredGeometry::read_pair((&path, 1.0), (&shifted, 1.0), 100, 1).expect("two squares");
+        let [a, b] = MeasuredGeometry::read_pair((&path, None), (&shifted, None), 100, 1).expect("two squares");
         for (distance, _) in b.target.nearest(&a.points).into_iter().flatten() {
             assert!((distance - 0.005).abs() < 1e-6, "{distance}");
         }
