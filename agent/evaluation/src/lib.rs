@@ -3,6 +3,7 @@
 mod compare;
 mod confusion;
 mod defect_area;
+mod exact;
 mod inspection;
 mod measured_geometry;
 #[cfg(test)]

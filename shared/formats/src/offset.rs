@@ -3,12 +3,12 @@
 //! Georeferenced files have coordinates of millions of metres, of which `f32` keeps half a metre. Distances do not depend on
 //! where the origin is, so all that is compared is moved by one offset, in `f64`, first.
 //!
-//! The rule leaves ordinary data as it is: there is no offset unless the median of the reference lies farther than 1 km from
-//! the origin along some axis (at 1 km, `f32` keeps 0.06 mm). The offset is then that median, in whole metres. A median,
+//! The rule leaves ordinary data as it is: there is no offset unless the median of the reference lies farther than 10 m from
+//! the origin along some axis (at 10 m, `f32` keeps a micrometre). The offset is then that median, in whole metres. A median,
 //! because a few wild points are common and must not move the rest.
 
 /// Distance from the origin, in metres, from which on there is an offset.
-const FAR: f64 = 1000.0;
+const FAR: f64 = 10.0;
 
 /// The offset in metres for `reference`, whose unit is `scale` metres, and all that is compared with it.
 pub fn common_offset(reference: &[[f64; 3]], scale: f64) -> [f64; 3] {
@@ -42,7 +42,7 @@ mod tests {
 
     #[test]
     fn only_what_lies_far_from_the_origin_is_moved() {
-        let near = [[999.0, -3.0, 0.1], [0.25, 4e9, f64::NAN], [0.5, 2.0, 3.0]];
+        let near = [[9.5, -3.0, 0.1], [0.25, 4e9, f64::NAN], [0.5, 2.0, 3.0]];
         assert_eq!(common_offset(&near, 1.0), [0.0; 3]);
         let far = [[500_000.125, 5_400_000.25, 431.5], [500_000.5, 5_400_000.75, 431.75], [f64::NAN; 3]];
         let offset = common_offset(&far, 1.0);
@@ -50,7 +50,7 @@ mod tests {
         assert_eq!(relative(&far[..1], 1.0, offset), [[-0.875, -0.75, -0.5]]);
         // The same in millimetres, and a file in millimetres that is not far.
         assert_eq!(common_offset(&far.map(|p| p.map(|c| c * 1e3)), 1e-3), offset);
-        assert_eq!(common_offset(&[[20_000.0; 3]], 1e-3), [0.0; 3]);
+        assert_eq!(common_offset(&[[9_000.0; 3]], 1e-3), [0.0; 3]);
         assert_eq!(common_offset(&[], 1.0), [0.0; 3]);
     }
 
