@@ -19,6 +19,22 @@ pub fn common_offset(reference: &[[f64; 3]], scale: f64) -> [f64; 3] {
     if middle.iter().any(|c| c.abs() > FAR) { middle.map(f64::round) } else { [0.0; 3] }
 }
 
+/// The shift, in the unit of `positions`, without which single precision would not keep a millionth of their extent: the
+/// median in whole units, or zero. What is read at a shift is written back at it.
+pub fn kept_shift(positions: &[[f64; 3]]) -> [f64; 3] {
+    /// Single precision keeps this many times 1e-6 / 6e-8 of a length beside a coordinate.
+    const TIMES: f64 = 16.0;
+    let of_axis = |axis: usize| {
+        let finite = || positions.iter().map(move |p| p[axis]).filter(|c| c.is_finite());
+        let (low, high) = finite().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), c| (l.min(c), h.max(c)));
+        (median(finite()), high - low)
+    };
+    let axes = [0, 1, 2].map(of_axis);
+    let extent = axes.iter().map(|(_, extent)| *extent).fold(0.0, f64::max);
+    let is_far = extent > 0.0 && axes.iter().any(|(middle, _)| middle.abs() > TIMES * extent);
+    if is_far { axes.map(|(middle, _)| middle.round()) } else { [0.0; 3] }
+}
+
 /// Positions whose unit is `scale` metres, in metres from `offset`.
 pub fn relative(positions: &[[f64; 3]], scale: f64, offset: [f64; 3]) -> Vec<[f32; 3]> {
     positions.iter().map(|p| [0, 1, 2].map(|axis| (p[axis] * scale - offset[axis]) as f32)).collect()
@@ -52,6 +68,14 @@ mod tests {
         assert_eq!(common_offset(&far.map(|p| p.map(|c| c * 1e3)), 1e-3), offset);
         assert_eq!(common_offset(&[[9_000.0; 3]], 1e-3), [0.0; 3]);
         assert_eq!(common_offset(&[], 1.0), [0.0; 3]);
+    }
+
+    #[test]
+    fn a_shift_is_kept_where_single_precision_would_lose_the_shape() {
+        let cloud = |x: f64| [[x, 0.0, 0.0], [x + 0.04, 0.02, 0.0], [x + 0.02, 0.01, 0.0]];
+        assert_eq!(kept_shift(&cloud(500_000.25)), [500_000.0, 0.0, 0.0]);
+        assert_eq!(kept_shift(&cloud(0.3)), [0.0; 3]);
+        assert_eq!((kept_shift(&[]), kept_shift(&[[7.0; 3]])), ([0.0; 3], [0.0; 3]));
     }
 
     #[test]

@@ -8,4 +8,4 @@ mod vertices;
 mod write;
 
 pub use read::{PlyModel, read};
-pub use write::{LabelledMesh, write_cloud, write_mesh, write_semantic_mesh};
+pub use write::{LabelledMesh, write_cloud, write_cloud_at, write_mesh, write_semantic_mesh, write_semantic_mesh_at};

@@ -9,6 +9,7 @@ use super::values::Values;
 use super::vertices::vertices;
 use crate::ReadError;
 use crate::geometry::{Geometry, Piece, linear};
+use crate::offset::{kept_shift, relative};
 use crate::unit::Unit;
 use semascan_model::{ClassDef, SemanticMesh, Taxonomy};
 
@@ -17,8 +18,10 @@ use semascan_model::{ClassDef, SemanticMesh, Taxonomy};
 pub struct PlyModel {
     /// Positions of the vertices as the file has them, in its unit.
     pub positions: Vec<[f64; 3]>,
-    /// Vertices and, if the file has faces, triangles.
+    /// Vertices and, if the file has faces, triangles; positions are relative to `shift`.
     pub mesh: SemanticMesh,
+    /// What was taken off positions so that single precision holds them; zero for models near the origin.
+    pub shift: [f64; 3],
     /// Classes that its comments name; `none` alone where there are no such comments.
     pub taxonomy: Taxonomy,
     /// Other comments as key and value: `voxel` and `0.0005`, for instance.
@@ -82,6 +85,7 @@ fn model(bytes: &[u8]) -> Result<PlyModel, String> {
     let mut model = PlyModel {
         positions: Vec::new(),
         mesh: SemanticMesh::default(),
+        shift: [0.0; 3],
         taxonomy: Taxonomy { components: Vec::new(), defects: Vec::new() },
         comments: Vec::new(),
         warnings: Vec::new(),
@@ -124,6 +128,10 @@ fn model(bytes: &[u8]) -> Result<PlyModel, String> {
     }
     model.warnings.extend(values.uncounted());
     model.mesh.triangles = polygons.triangles(&model.positions, &mut model.warnings)?;
+    model.shift = kept_shift(&model.positions);
+    if model.shift != [0.0; 3] {
+        model.mesh.vertices.positions = relative(&model.positions, 1.0, model.shift);
+    }
     Ok(model)
 }
 
