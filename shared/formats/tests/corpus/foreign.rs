@@ -30,5 +30,5 @@ fn readers_of_others_find_the_same_values() {
     let output = Command::new(python).arg(script).arg(folder.path()).output().expect("runs");
     let said = String::from_utf8_lossy(&output.stdout);
     assert!(output.status.success(), "{said}{}", String::from_utf8_lossy(&output.stderr));
-    println!("{said}");
+    eprintln!("{said}");
 }

@@ -91,8 +91,10 @@ impl Buffer {
     }
 }
 
-/// How the vertices make triangles, and the indices for it.
-fn topologies() -> [(&'static str, u32, Vec<u32>, Vec<[u32; 3]>); 4] {
+/// How vertices make triangles: its name and mode, the indices for it, and the triangles that come of them.
+type Topology = (&'static str, u32, Vec<u32>, Vec<[u32; 3]>);
+
+fn topologies() -> [Topology; 4] {
     let strip = vec![0, 1, 4, 5, 7, 6];
     let fan = vec![0, 1, 2, 3, 7];
     [

@@ -101,7 +101,7 @@ fn every_variant_is_read_to_the_values_that_it_was_made_of() {
         }
     }
     assert!(faults.is_empty(), "{} of {} variants:\n{}", faults.len(), corpus.len(), faults.join("\n"));
-    println!("{} variants", corpus.len());
+    eprintln!("{} variants", corpus.len());
 }
 
 fn check(variant: &Variant) -> Result<(), String> {

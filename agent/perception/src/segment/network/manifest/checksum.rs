@@ -42,7 +42,7 @@ fn check(folder: &Path, network: &NetworkFile) -> Result<(), (String, String)> {
             continue;
         }
         let now = match sha256_of(&folder.join(&file)) {
-            Ok(found) => format!("name it (its checksum is {found})"),
+            Ok(found) => format!("add it as [[network.weights]] with file and sha256 (now {found})"),
             Err(error) => format!("and it cannot be read: {error}"),
         };
         let reason = format!("{} keeps weights in {file}, of which the manifest has no checksum: {now}", network.file);

@@ -80,8 +80,11 @@ fn location(entry: &[u8]) -> Option<Option<String>> {
     Some((key == b"location").then(|| String::from_utf8_lossy(value).into_owned()))
 }
 
-/// The number of the next field, its content if that has a length, and what follows it.
-fn field(bytes: &[u8]) -> Option<(u64, Option<&[u8]>, &[u8])> {
+/// The number of a field, its content if that has a length, and what follows it.
+type Field<'a> = (u64, Option<&'a [u8]>, &'a [u8]);
+
+/// The next field.
+fn field(bytes: &[u8]) -> Option<Field<'_>> {
     let (tag, rest) = varint(bytes)?;
     let number = tag >> 3;
     match tag & 7 {
