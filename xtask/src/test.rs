@@ -34,13 +34,14 @@ pub(crate) struct Options {
 
 /// Runs the steps, then prints what became of each.
 pub(crate) fn run(options: &Options) -> Result<()> {
-    let variables = variables(options.require_data)?;
+    let mut variables = variables(options.require_data)?;
     // What only a person can install is said at once, not after minutes of compiling.
     let browser = if options.no_browser { None } else { Some(Browser::prepare()?) };
     let workspace = Workspace::find()?;
     let mut steps = Steps::default();
 
-    test_training(options, &workspace, &mut steps)?;
+    let python = test_training(options, &workspace, &mut steps)?;
+    variables.extend(python.map(|python| (training::FOREIGN_PYTHON, python)));
     let web = steps.run("web build", |_| web::run(&web::Options { dev: false }).map(drop))?;
     if web {
         steps.run("download budget", |_| budget::check(&workspace))?;
@@ -66,8 +67,8 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     steps.finish()
 }
 
-/// The training code's linter and tests, which are done in seconds once their environment is made.
-fn test_training(options: &Options, workspace: &Workspace, steps: &mut Steps) -> Result<()> {
+/// The training code's linter and tests, which are done in seconds once their environment is made. Gives its Python.
+fn test_training(options: &Options, workspace: &Workspace, steps: &mut Steps) -> Result<Option<PathBuf>> {
     let left_out = match () {
         () if options.no_training => Some("--no-training"),
         () if options.browser.is_some() => Some("--browser"),
@@ -76,7 +77,7 @@ fn test_training(options: &Options, workspace: &Workspace, steps: &mut Steps) ->
     if let Some(why) = left_out {
         steps.skip("training lint", why);
         steps.skip("training tests", why);
-        return Ok(());
+        return Ok(None);
     }
     let mut training = None;
     let prepare = |_: &mut Tally| Training::prepare(workspace).map(|prepared| training = Some(prepared));
@@ -85,13 +86,14 @@ fn test_training(options: &Options, workspace: &Workspace, steps: &mut Steps) ->
         Some(training) => {
             steps.run("training lint", |_| training.lint())?;
             steps.run("training tests", |tally| training.test(tally))?;
+            Ok(Some(training.python()))
         }
         None => {
             steps.skip("training lint", "there is no environment");
             steps.skip("training tests", "there is no environment");
+            Ok(None)
         }
     }
-    Ok(())
 }
 
 /// Builds all tests and with them the agent, or the agent alone where only browser tests are run. The whole workspace is

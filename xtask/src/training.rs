@@ -14,8 +14,23 @@ use std::process::Command;
 /// Names a Python that has PyTorch.
 pub(crate) const PYTHON: &str = "SEMASCAN_TRAINING_PYTHON";
 
-/// What is installed; the versions are those of `requirements.txt`.
-const LIGHT: [&str; 6] = ["numpy", "onnx", "onnxruntime", "opencv-python-headless", "pytest", "ruff"];
+/// Names a Python with the readers of others that the corpus of generated files is read by: the light environment.
+pub(crate) const FOREIGN_PYTHON: &str = "SEMASCAN_FOREIGN_PYTHON";
+
+/// What is installed; the versions are those of `requirements.txt`. The last four read the corpus of
+/// `shared/formats/tests/corpus`.
+const LIGHT: [&str; 10] = [
+    "numpy",
+    "onnx",
+    "onnxruntime",
+    "opencv-python-headless",
+    "pytest",
+    "ruff",
+    "pillow",
+    "plyfile",
+    "pypcd4",
+    "trimesh",
+];
 
 /// The training code and the Python that its light tests run in.
 pub(crate) struct Training {
@@ -31,6 +46,11 @@ impl Training {
         let why = "the training code is tested with Python packages";
         let light = Environment { name: "training-venv", why, packages: &LIGHT, constraints: Some(&pins) };
         Ok(Self { light: light.prepare(workspace)?, folder })
+    }
+
+    /// The light environment's Python.
+    pub(crate) fn python(&self) -> PathBuf {
+        self.light.clone()
     }
 
     /// Checks the code's rules and format.

@@ -6,8 +6,7 @@
 //! [Segal 2009] is the local one.
 
 use super::MeasuredGeometry;
-use super::poses::moved;
-use nalgebra::Isometry3;
+use nalgebra::{Isometry3, Point3};
 use semascan_geometry::measure::{ClassScore, Comparison, LabelledPoint, class_scores};
 use semascan_perception::register::gicp::{self, GicpConfig};
 use semascan_perception::register::global::{CloudInput, GlobalConfig, GlobalError, GlobalMatch, register_globally};
@@ -61,9 +60,11 @@ pub enum AlignError {
 /// Figures of `a`, moved by `b_from_a`, against `b`. `tau` is the distance of precision and recall in metres. `None`
 /// where nothing can be measured, which [`MeasuredGeometry::read_pair`] rules out.
 pub fn evaluate(a: &MeasuredGeometry, b: &MeasuredGeometry, b_from_a: &Isometry3<f64>, tau: f64) -> Option<Evaluation> {
-    let place = |by: &Isometry3<f64>, points: &[[f32; 3]]| points.iter().map(|p| moved(by, *p)).collect::<Vec<_>>();
-    let forth = b.target.nearest(&place(b_from_a, &a.points));
-    let back = a.target.nearest(&place(&b_from_a.inverse(), &b.points));
+    let place = |by: &Isometry3<f64>, points: &[[f64; 3]]| -> Vec<[f64; 3]> {
+        points.iter().map(|p| (by * Point3::from(*p)).coords.into()).collect()
+    };
+    let forth = b.nearest(&place(b_from_a, &a.exact_points));
+    let back = a.nearest(&place(&b_from_a.inverse(), &b.exact_points));
     let distances =
         |found: &[Option<(f64, u32)>]| -> Vec<f64> { found.iter().map(|n| n.map_or(f64::NAN, |n| n.0)).collect() };
     let judged = forth.iter().zip(&a.labels).filter_map(|(n, (given, retained))| {

@@ -3,6 +3,7 @@
 mod compare;
 mod confusion;
 mod defect_area;
+mod exact;
 mod inspection;
 mod measured_geometry;
 #[cfg(test)]
@@ -24,7 +25,7 @@ pub use compare::{
 pub use confusion::{Confusion, PixelScores};
 pub use defect_area::{DefectArea, defect_areas};
 pub use inspection::judge_inspection;
-pub use measured_geometry::{MeasuredGeometry, Target};
+pub use measured_geometry::{MeasuredGeometry, Scale, Target};
 pub use network_scores::{NetworkError, NetworkScores, Shelf, score_networks};
 pub use partition::{PartitionScore, compare_partitions};
 pub use poses::{PoseError, PosePair, align_poses, aligned_pose_errors, pose_error};

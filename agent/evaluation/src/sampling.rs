@@ -7,7 +7,7 @@ use rand_pcg::Pcg64;
 /// A point on a triangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Sample {
-    pub(super) position: [f32; 3],
+    pub(super) position: [f64; 3],
     /// Unit normal of the triangle.
     pub(super) normal: [f32; 3],
     /// The corner that it is nearest to in barycentric terms.
@@ -15,9 +15,9 @@ pub(super) struct Sample {
 }
 
 /// `n` points, one in each `n`-th of the area, seeded; none if the mesh has no area.
-pub(super) fn sample(positions: &[[f32; 3]], triangles: &[[u32; 3]], n: usize, seed: u64) -> Vec<Sample> {
+pub(super) fn sample(positions: &[[f64; 3]], triangles: &[[u32; 3]], n: usize, seed: u64) -> Vec<Sample> {
     let corner = |i: u32| {
-        let [x, y, z] = positions[i as usize].map(f64::from);
+        let [x, y, z] = positions[i as usize];
         Point3::new(x, y, z)
     };
     let double_area = |t: &[u32; 3]| {
@@ -43,7 +43,7 @@ pub(super) fn sample(positions: &[[f32; 3]], triangles: &[[u32; 3]], n: usize, s
             let nearest = (0..3).fold(0, |best, k| if weights[k] > weights[best] { k } else { best });
             let normal = across / across.norm();
             out.push(Sample {
-                position: [p.x as f32, p.y as f32, p.z as f32],
+                position: [p.x, p.y, p.z],
                 normal: [normal.x as f32, normal.y as f32, normal.z as f32],
                 vertex: t[nearest],
             });
@@ -68,7 +68,7 @@ mod tests {
         assert_eq!(samples.len(), 4000);
         let on_square = samples.iter().filter(|s| s.position[0] < 1.0).count();
         assert!((990..=1010).contains(&on_square), "{on_square}");
-        let mean = samples.iter().filter(|s| s.position[0] > 1.0).map(|s| s.position[0]).sum::<f32>() / 3000.0;
+        let mean = samples.iter().filter(|s| s.position[0] > 1.0).map(|s| s.position[0]).sum::<f64>() / 3000.0;
         assert!((mean - 2.0).abs() < 0.02, "{mean}");
         assert!(samples.iter().all(|s| s.normal == [0.0, 0.0, 1.0]));
         let corner = samples.iter().find(|s| s.vertex == 4).expect("a point near corner 4");

@@ -11,6 +11,7 @@ use image::RgbImage;
 
 use super::part::{SceneMesh, Tag};
 use semascan_formats::offset::{common_offset, relative};
+use semascan_formats::unit::{Unit, is_inspected_size};
 use semascan_formats::{Geometry, Piece, ReadError, read_file};
 use semascan_inspection::source::SourceError;
 
@@ -26,13 +27,16 @@ pub(super) struct Imported {
     pub(super) names: Vec<String>,
     pub(super) colours: Vec<Vec3>,
     pub(super) textures: Vec<RgbImage>,
+    /// The file's unit in metres.
+    pub(super) scale: f64,
 }
 
-/// Reads a mesh file by its extension; `scale` is its unit in metres. A part that lies far from the origin is brought to it.
+/// Reads a mesh file by its extension; `scale` is its unit in metres, assumed from the size of the part where it is not
+/// given. A part that lies far from the origin is brought to it.
 ///
 /// # Errors
 /// [`SourceError::Io`] or [`SourceError::Format`] with the file's name.
-pub(super) fn read(path: &Path, scale: f64) -> Result<Imported, SourceError> {
+pub(super) fn read(path: &Path, scale: Option<f64>) -> Result<Imported, SourceError> {
     let geometry = read_file(path).map_err(|error| match error {
         ReadError::Io { source, .. } => SourceError::Io { path: path.to_owned(), source },
         ReadError::Format { reason, .. } => SourceError::Format { path: path.to_owned(), reason },
@@ -40,6 +44,11 @@ pub(super) fn read(path: &Path, scale: f64) -> Result<Imported, SourceError> {
     for warning in &geometry.warnings {
         tracing::warn!("{}: {warning}", path.display());
     }
+    let scale = scale.unwrap_or_else(|| {
+        let unit = if is_inspected_size(geometry.extent()) { Unit::Metres } else { Unit::Millimetres };
+        tracing::warn!("{}: one unit is taken for 1 {}: say another with the key unit", path.display(), unit.name());
+        unit.in_metres()
+    });
     join(geometry, scale).map_err(|reason| SourceError::Format { path: path.to_owned(), reason })
 }
 
@@ -59,7 +68,8 @@ fn join(geometry: Geometry, scale: f64) -> Result<Imported, String> {
         }
     }
     let separate = (2..=MAX_CLASSES).contains(&classes.len());
-    let mut out = Imported { mesh: SceneMesh::default(), names: Vec::new(), colours: Vec::new(), textures: Vec::new() };
+    let mut out =
+        Imported { mesh: SceneMesh::default(), names: Vec::new(), colours: Vec::new(), textures: Vec::new(), scale };
     let colors: Vec<Vec3> = geometry.colors.iter().map(|c| Vec3::from_array(*c)).collect();
     for (i, piece) in pieces.into_iter().enumerate() {
         let class = match separate {

@@ -98,8 +98,10 @@ pub(super) fn dressed_motor(motor: &StarterMotor, seed: u64, dress: Dress) -> Sc
 }
 
 /// A mesh from a file, standing on the table with its lowest point.
-pub(super) fn imported(path: &Path, scale: f32, seed: u64) -> Result<SceneSetup, SourceError> {
-    let Imported { mut mesh, names, colours: colors, textures } = mesh_import::read(path, f64::from(scale))?;
+pub(super) fn imported(path: &Path, scale: Option<f32>, seed: u64) -> Result<SceneSetup, SourceError> {
+    let read = mesh_import::read(path, scale.map(f64::from))?;
+    let Imported { mut mesh, names, colours: colors, textures, scale } = read;
+    let scale = scale as f32;
     let refuse = |reason: String| SourceError::Format { path: path.to_owned(), reason };
     for v in &mut mesh.vertices {
         *v = v.map(|x| x * scale);
@@ -108,7 +110,7 @@ pub(super) fn imported(path: &Path, scale: f32, seed: u64) -> Result<SceneSetup,
     let extent = high - low;
     if !extent.is_finite() || !is_inspected_size(f64::from(extent.max_element())) {
         return Err(refuse(format!(
-            "the part is {:.4} x {:.4} x {:.4} m; between 1 mm and 1 m are expected: set the key scale",
+            "the part is {:.4} x {:.4} x {:.4} m; between 1 mm and 1 m are expected: set the key unit or scale",
             extent.x, extent.y, extent.z
         )));
     }

@@ -4,8 +4,8 @@
 //! up to 4096x4096, `errors` [default], `rough` (each view off by up to 1 degree and 3 mm) or `none` (robot and table),
 //! `noise` [the domain's], `default`, `zivid`, `stereo` or `none` (sensor), `sampling` [turn] or `random`, `domain`
 //! [standard] or `shifted`: a wide lens, other lights and a stereo camera's noise, none of which training data ever
-//! has; `cell` [1.2] the motor's mesh size in millimetres; for `mesh` also `path` and `scale` [1] to metres. `%xx` is a
-//! byte.
+//! has; `cell` [1.2] the motor's mesh size in millimetres; for `mesh` also `path`, and `scale` to metres or `unit` (mm, cm, m,
+//! inch) [assumed from the size]. `%xx` is a byte.
 
 use std::path::PathBuf;
 
@@ -14,6 +14,7 @@ use super::sampling::Sampling;
 use super::sensor::SensorModel;
 use super::station::ErrorModel;
 use semascan_formats::percent;
+use semascan_formats::unit::Unit;
 use semascan_inspection::source::SourceError;
 
 /// What stands on the table.
@@ -28,8 +29,8 @@ pub enum PartSpec {
     Mesh {
         /// The file.
         path: PathBuf,
-        /// File units to metres.
-        scale: f32,
+        /// File units to metres; assumed from the size if absent.
+        scale: Option<f32>,
     },
 }
 
@@ -98,7 +99,7 @@ impl VirtualCellSpec {
             sampling: Sampling::Turn,
             domain: Domain::Standard,
         };
-        let (mut path, mut scale, mut cell) = (None, 1.0_f32, 1.2_f32);
+        let (mut path, mut scale, mut cell) = (None, None, 1.2_f32);
         let mut seen: Vec<&str> = Vec::new();
         for pair in query.split('&').filter(|p| !p.is_empty()) {
             let (key, raw) = pair.split_once('=').ok_or_else(|| fail(format!("{pair:?} is not key=value")))?;
@@ -122,7 +123,16 @@ impl VirtualCellSpec {
                 "cell" if !mesh => cell = length(&value, 0.5, 5.0).ok_or_else(|| bad("0.5 to 5 millimetres"))?,
                 "path" if mesh && !value.is_empty() => path = Some(PathBuf::from(&value)),
                 "path" if mesh => return Err(bad("a file")),
-                "scale" if mesh => scale = length(&value, 1e-6, 1e6).ok_or_else(|| bad("a positive number"))?,
+                "scale" | "unit" if mesh && scale.is_some() => {
+                    return Err(fail("keys scale and unit: give one".into()));
+                }
+                "scale" if mesh => {
+                    scale = Some(length(&value, 1e-6, 1e6).ok_or_else(|| bad("a positive number"))?);
+                }
+                "unit" if mesh => {
+                    let unit = Unit::parse(&value).ok_or_else(|| bad("mm, cm, m or inch"))?;
+                    scale = Some(unit.in_metres() as f32);
+                }
                 _ => return Err(fail(format!("unknown key {key:?} for {kind}"))),
             }
         }
@@ -181,7 +191,11 @@ mod tests {
         let quiet = VirtualCellSpec::parse("virtual:starter-motor?noise=zivid&domain=shifted").expect("its own noise");
         assert_eq!(quiet.noise, Some(SensorModel::ZIVID));
         let mesh = VirtualCellSpec::parse("virtual:mesh?path=a%20b%26c.obj&scale=0.001").expect("a mesh");
-        assert_eq!(mesh.part, PartSpec::Mesh { path: "a b&c.obj".into(), scale: 0.001 });
+        assert_eq!(mesh.part, PartSpec::Mesh { path: "a b&c.obj".into(), scale: Some(0.001) });
+        let inches = VirtualCellSpec::parse("virtual:mesh?path=a.obj&unit=inch").expect("a mesh");
+        assert_eq!(inches.part, PartSpec::Mesh { path: "a.obj".into(), scale: Some(0.0254) });
+        let plain = VirtualCellSpec::parse("virtual:mesh?path=a.obj").expect("a mesh");
+        assert_eq!(plain.part, PartSpec::Mesh { path: "a.obj".into(), scale: None });
     }
 
     #[test]
@@ -197,6 +211,8 @@ mod tests {
             ("virtual:starter-motor?sampling=all", "sampling"),
             ("virtual:starter-motor?domain=moon", "domain"),
             ("virtual:starter-motor?path=x", "path"),
+            ("virtual:mesh?path=x&unit=foot", "unit"),
+            ("virtual:mesh?path=x&unit=mm&scale=1", "unit"),
             ("virtual:starter-motor?seed=1&seed=2", "twice"),
             ("virtual:starter-motor?seed", "key=value"),
             ("virtual:mesh", "path"),

@@ -8,6 +8,7 @@ pub mod training_set;
 
 use bop::BopSource;
 use pcd::PcdSource;
+use semascan_formats::unit::Unit;
 use semascan_inspection::source::{Source, SourceError};
 use semascan_inspection::spec::CameraMask;
 use std::path::Path;
@@ -35,11 +36,12 @@ const KINDS: &[Kind] = &[
     Kind {
         name: "organized clouds in a PCD file or a folder of them",
         recognizes: PcdSource::is_source,
-        open: |path, _| Ok(Box::new(PcdSource::open(path)?)),
+        open: |path, _| Ok(Box::new(PcdSource::open(path, None)?)),
     },
 ];
 
-/// Opens the recording that `uri` names, by what lies there.
+/// Opens the recording that `uri` names, by what lies there. A path may be followed by `?unit=mm` (or cm, m, inch) where the
+/// format does not fix the unit.
 ///
 /// # Errors
 /// [`SourceError`] if there is none, or it cannot be opened.
@@ -48,9 +50,22 @@ pub fn open(uri: &str, mask: &CameraMask) -> Result<Box<dyn Source>, SourceError
     if let Some((scheme, _)) = uri.split_once("://") {
         return Err(refuse(format!("no source speaks {scheme}://")));
     }
-    let path = Path::new(uri);
+    let (name, unit) = match uri.rsplit_once("?unit=") {
+        Some((name, unit)) if !Path::new(uri).exists() => {
+            let known = Unit::parse(unit);
+            (name, Some(known.ok_or_else(|| refuse(format!("key unit: {unit:?} is not mm, cm, m or inch")))?))
+        }
+        _ => (uri, None),
+    };
+    let path = Path::new(name);
     if !path.exists() {
         return Err(refuse("no such file or folder".into()));
+    }
+    if unit.is_some() && !BopSource::is_scene(path) && PcdSource::is_source(path) {
+        return Ok(Box::new(PcdSource::open(path, unit)?));
+    }
+    if unit.is_some() {
+        return Err(refuse("key unit: only PCD files leave their unit open".into()));
     }
     match KINDS.iter().find(|kind| (kind.recognizes)(path)) {
         Some(kind) => (kind.open)(path, mask),

@@ -2,12 +2,14 @@
 //!
 //! Such a cloud is a depth picture, but the file does not say by which camera: the pinhole that its points were
 //! computed with is read off the points themselves. Nothing is known of where they were taken: most writers leave the
-//! header's viewpoint at the identity, so it is not taken for a pose.
+//! header's viewpoint at the identity, so it is not taken for a pose. Nor does it say its unit: that is assumed from how far
+//! the points are away, and said.
 
 use image::RgbImage;
 use semascan_formats::ReadError;
-use semascan_formats::offset::single;
+use semascan_formats::offset::relative;
 use semascan_formats::pcd::{self, PcdCloud};
+use semascan_formats::unit::Unit;
 use semascan_inspection::source::{Source, SourceError, SourceInfo};
 use semascan_model::Taxonomy;
 use semascan_perception::view::{DepthImage, Intrinsics, PoseEvidence, View};
@@ -25,6 +27,9 @@ pub struct PcdSource {
     info: SourceInfo,
     files: Vec<PathBuf>,
     next: usize,
+    unit: Unit,
+    /// Whether it has been said that labels are not used.
+    labels_said: bool,
 }
 
 impl PcdSource {
@@ -33,15 +38,32 @@ impl PcdSource {
         files(path).is_ok_and(|files| !files.is_empty())
     }
 
-    /// Opens a file or folder; the files are read when their views are asked for.
+    /// Opens a file or folder; the files are read when their views are asked for. Without a `unit`, that of the first file
+    /// with points is assumed for all.
     ///
     /// # Errors
     /// [`SourceError`] if the folder cannot be read or holds no PCD file.
-    pub fn open(path: &Path) -> Result<Self, SourceError> {
+    pub fn open(path: &Path, unit: Option<Unit>) -> Result<Self, SourceError> {
         let files = files(path)?;
         if files.is_empty() {
             return Err(SourceError::Format { path: path.to_owned(), reason: "no PCD file in it".into() });
         }
+        let assumed = || {
+            let distance = files.iter().find_map(|file| median_distance(&pcd::read_file(file).ok()?))?;
+            let unit = Unit::of_distance(distance);
+            tracing::warn!(
+                "{}: the points are {distance:.3} away, so one unit is taken for 1 {}: say another with ?unit=",
+                path.display(),
+                unit.name()
+            );
+            Some(unit)
+        };
+        let setting = match unit {
+            Some(_) => "as said",
+            None => "assumed from the distances",
+        };
+        // Where no file has a point there is nothing to scale.
+        let unit = unit.or_else(assumed).unwrap_or(Unit::Metres);
         let info = SourceInfo {
             uri: path.display().to_string(),
             part: path.file_stem().map_or("cloud".into(), |n| n.to_string_lossy().into_owned()),
@@ -49,9 +71,9 @@ impl PcdSource {
             view_count: Some(files.len() as u32),
             turntable: None,
             volume: None,
-            settings: Vec::new(),
+            settings: vec![("unit".into(), format!("{}, {setting}", unit.name()))],
         };
-        Ok(Self { info, files, next: 0 })
+        Ok(Self { info, files, next: 0, unit, labels_said: false })
     }
 }
 
@@ -64,9 +86,21 @@ impl Source for PcdSource {
         let path = self.files.get(self.next)?;
         let index = self.next as u32;
         self.next += 1;
-        let view =
-            |cloud: PcdCloud| view(index, cloud).map_err(|reason| SourceError::Format { path: path.clone(), reason });
-        Some(pcd::read_file(path).map_err(|error| failure(path, error)).and_then(view))
+        let cloud = match pcd::read_file(path) {
+            Ok(cloud) => cloud,
+            Err(error) => return Some(Err(failure(path, error))),
+        };
+        for warning in &cloud.warnings {
+            tracing::warn!("{}: {warning}", path.display());
+        }
+        if cloud.labels.is_some() && !std::mem::replace(&mut self.labels_said, true) {
+            tracing::warn!(
+                "{}: the field label is not used: a PCD file does not say what its classes are",
+                path.display()
+            );
+        }
+        let view = view(index, cloud, self.unit);
+        Some(view.map_err(|reason| SourceError::Format { path: path.clone(), reason }))
     }
 }
 
@@ -96,10 +130,17 @@ fn files(path: &Path) -> Result<Vec<PathBuf>, SourceError> {
     Ok(files)
 }
 
+/// How far the points are away along the optical axis at the median, in the file's unit; `None` if it has no points.
+fn median_distance(cloud: &PcdCloud) -> Option<f64> {
+    let mut depths: Vec<f64> = cloud.positions.iter().map(|p| p[2]).filter(|z| z.is_finite() && *z > 0.0).collect();
+    let middle = depths.len() / 2;
+    (!depths.is_empty()).then(|| *depths.select_nth_unstable_by(middle, f64::total_cmp).1)
+}
+
 /// A cloud as a view.
-fn view(index: u32, cloud: PcdCloud) -> Result<View, String> {
+fn view(index: u32, cloud: PcdCloud, unit: Unit) -> Result<View, String> {
     let PcdCloud { width, height, positions, colors, .. } = cloud;
-    let positions = single(&positions);
+    let positions = relative(&positions, unit.in_metres(), [0.0; 3]);
     let intrinsics = pinhole(width, height, &positions)?;
     let measured = |p: &[f32; 3]| p.iter().all(|c| c.is_finite()) && p[2] > 0.0;
     let metres = positions.iter().map(|p| if measured(p) { p[2] } else { 0.0 }).collect();
@@ -207,7 +248,7 @@ mod tests {
         std::fs::write(folder.path().join("a.pcd"), picture(0.05)).expect("written");
         std::fs::write(folder.path().join("notes.txt"), "no cloud").expect("written");
         assert!(PcdSource::is_source(folder.path()));
-        let mut source = PcdSource::open(folder.path()).expect("opens");
+        let mut source = PcdSource::open(folder.path(), None).expect("opens");
         assert_eq!(source.info().view_count, Some(2));
         let bent = source.next_view().expect("first").expect_err("no pinhole");
         assert!(bent.to_string().contains("a.pcd") && bent.to_string().contains("pinhole"), "{bent}");
@@ -218,6 +259,32 @@ mod tests {
         assert_eq!((view.index, view.pose, view.depth.at(7, 0)), (1, PoseEvidence::None, None));
         assert!((view.depth.at(8, 1).expect("depth") - 0.88).abs() < 1e-6);
         assert!(source.next_view().is_none());
+    }
+
+    #[test]
+    fn the_unit_is_assumed_from_the_distance_or_said() {
+        let folder = tempfile::tempdir().expect("folder");
+        let file = folder.path().join("a.pcd");
+        let (head, points) =
+            picture(0.0).split_once("ascii\n").map(|(h, p)| (format!("{h}ascii\n"), p.to_owned())).expect("a file");
+        let millimetres = |line: &str| {
+            let numbers = line.split(' ').map(|w| (w.parse::<f64>().expect("a number") * 1e3).to_string());
+            numbers.collect::<Vec<_>>().join(" ") + "\n"
+        };
+        std::fs::write(&file, head + &points.lines().map(millimetres).collect::<String>()).expect("written");
+        let depth = |unit| {
+            let mut source = PcdSource::open(&file, unit).expect("opens");
+            let setting = source.info().settings[0].1.clone();
+            (source.next_view().expect("a view").expect("a picture").depth.at(8, 1).expect("depth"), setting)
+        };
+        let (assumed, setting) = depth(None);
+        assert!((assumed - 0.88).abs() < 1e-5 && setting == "mm, assumed from the distances", "{assumed} {setting}");
+        let (said, setting) = depth(Some(Unit::Centimetres));
+        assert!((said - 8.8).abs() < 1e-4 && setting == "cm, as said", "{said} {setting}");
+        let name = file.to_str().expect("UTF-8");
+        let open = |key: &str| crate::open(&format!("{name}{key}"), &semascan_inspection::spec::CameraMask::default());
+        assert_eq!(open("?unit=inch").expect("opens").info().settings[0].1, "inch, as said");
+        assert!(open("?unit=foot").err().is_some_and(|e| e.to_string().contains("foot")));
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! What a file holds, whatever its format: the common result of the readers.
 
+use crate::unit::Unit;
 use crate::{ReadError, Resolver, gltf, obj, pcd, ply, stl};
 use semascan_model::PointFlags;
 use std::ops::Range;
@@ -32,6 +33,8 @@ pub struct Geometry {
     pub pieces: Vec<Piece>,
     /// Pictures that the pieces refer to.
     pub textures: Vec<Texture>,
+    /// The unit of its lengths, where the file notes it.
+    pub unit: Option<Unit>,
     /// What could not be used but is not needed for the shape, a sentence each: a picture that is not there, for instance.
     pub warnings: Vec<String>,
 }

@@ -20,6 +20,7 @@ mod files;
 mod filter;
 mod geometry;
 pub mod gltf;
+mod levels;
 pub mod obj;
 pub mod offset;
 pub mod pcd;
@@ -27,6 +28,7 @@ pub mod percent;
 pub mod ply;
 mod polygon;
 pub mod stl;
+mod text;
 pub mod unit;
 
 pub use component::{Component, components, file_part};

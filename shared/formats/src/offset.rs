@@ -3,12 +3,12 @@
 //! Georeferenced files have coordinates of millions of metres, of which `f32` keeps half a metre. Distances do not depend on
 //! where the origin is, so all that is compared is moved by one offset, in `f64`, first.
 //!
-//! The rule leaves ordinary data as it is: there is no offset unless the median of the reference lies farther than 1 km from
-//! the origin along some axis (at 1 km, `f32` keeps 0.06 mm). The offset is then that median, in whole metres. A median,
+//! The rule leaves ordinary data as it is: there is no offset unless the median of the reference lies farther than 10 m from
+//! the origin along some axis (at 10 m, `f32` keeps a micrometre). The offset is then that median, in whole metres. A median,
 //! because a few wild points are common and must not move the rest.
 
 /// Distance from the origin, in metres, from which on there is an offset.
-const FAR: f64 = 1000.0;
+const FAR: f64 = 10.0;
 
 /// The offset in metres for `reference`, whose unit is `scale` metres, and all that is compared with it.
 pub fn common_offset(reference: &[[f64; 3]], scale: f64) -> [f64; 3] {
@@ -17,6 +17,22 @@ pub fn common_offset(reference: &[[f64; 3]], scale: f64) -> [f64; 3] {
     }
     let middle = [0, 1, 2].map(|axis| median(reference.iter().map(|p| p[axis] * scale)));
     if middle.iter().any(|c| c.abs() > FAR) { middle.map(f64::round) } else { [0.0; 3] }
+}
+
+/// The shift, in the unit of `positions`, without which single precision would not keep a millionth of their extent: the
+/// median in whole units, or zero. What is read at a shift is written back at it.
+pub fn kept_shift(positions: &[[f64; 3]]) -> [f64; 3] {
+    /// Single precision keeps this many times 1e-6 / 6e-8 of a length beside a coordinate.
+    const TIMES: f64 = 16.0;
+    let of_axis = |axis: usize| {
+        let finite = || positions.iter().map(move |p| p[axis]).filter(|c| c.is_finite());
+        let (low, high) = finite().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), c| (l.min(c), h.max(c)));
+        (median(finite()), high - low)
+    };
+    let axes = [0, 1, 2].map(of_axis);
+    let extent = axes.iter().map(|(_, extent)| *extent).fold(0.0, f64::max);
+    let is_far = extent > 0.0 && axes.iter().any(|(middle, _)| middle.abs() > TIMES * extent);
+    if is_far { axes.map(|(middle, _)| middle.round()) } else { [0.0; 3] }
 }
 
 /// Positions whose unit is `scale` metres, in metres from `offset`.
@@ -42,7 +58,7 @@ mod tests {
 
     #[test]
     fn only_what_lies_far_from_the_origin_is_moved() {
-        let near = [[999.0, -3.0, 0.1], [0.25, 4e9, f64::NAN], [0.5, 2.0, 3.0]];
+        let near = [[9.5, -3.0, 0.1], [0.25, 4e9, f64::NAN], [0.5, 2.0, 3.0]];
         assert_eq!(common_offset(&near, 1.0), [0.0; 3]);
         let far = [[500_000.125, 5_400_000.25, 431.5], [500_000.5, 5_400_000.75, 431.75], [f64::NAN; 3]];
         let offset = common_offset(&far, 1.0);
@@ -50,8 +66,16 @@ mod tests {
         assert_eq!(relative(&far[..1], 1.0, offset), [[-0.875, -0.75, -0.5]]);
         // The same in millimetres, and a file in millimetres that is not far.
         assert_eq!(common_offset(&far.map(|p| p.map(|c| c * 1e3)), 1e-3), offset);
-        assert_eq!(common_offset(&[[20_000.0; 3]], 1e-3), [0.0; 3]);
+        assert_eq!(common_offset(&[[9_000.0; 3]], 1e-3), [0.0; 3]);
         assert_eq!(common_offset(&[], 1.0), [0.0; 3]);
+    }
+
+    #[test]
+    fn a_shift_is_kept_where_single_precision_would_lose_the_shape() {
+        let cloud = |x: f64| [[x, 0.0, 0.0], [x + 0.04, 0.02, 0.0], [x + 0.02, 0.01, 0.0]];
+        assert_eq!(kept_shift(&cloud(500_000.25)), [500_000.0, 0.0, 0.0]);
+        assert_eq!(kept_shift(&cloud(0.3)), [0.0; 3]);
+        assert_eq!((kept_shift(&[]), kept_shift(&[[7.0; 3]])), ([0.0; 3], [0.0; 3]));
     }
 
     #[test]

@@ -184,7 +184,10 @@ fn gltf_is_placed_upright_in_double_precision() {
     // Placed by its joints, not by its node.
     let skinned = read(
         "a.glb",
-        &glb(5126, &tetrahedron(), |j| j.replace("\"mesh\":0", "\"mesh\":0,\"skin\":0,\"scale\":[9,9,9]")),
+        &glb(5126, &tetrahedron(), |j| {
+            let skins = j.replace("\"scene\":0", "\"skins\":[{\"joints\":[0]}],\"scene\":0");
+            skins.replace("\"mesh\":0", "\"mesh\":0,\"skin\":0,\"scale\":[9,9,9]")
+        }),
     );
     assert_eq!(skinned.positions[1], [1.0, 0.0, 0.0]);
 }
@@ -238,6 +241,256 @@ fn what_triangles_are_made_of_is_somewhere() {
     assert!(refused("a.obj", b"v 0 0 nan\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").contains("vertex 0"));
     assert!(read("a.obj", b"v 0 0 nan\nv 1 0 0\n").positions[0][2].is_nan());
     assert!(refused("a.step", b"ISO-10303-21;").contains("none of"));
+}
+
+/// A cloud of two points as PLY text with further properties and their values.
+fn cloud(properties: &str, first: &str, second: &str) -> Vec<u8> {
+    let properties: String = properties.split(", ").map(|p| format!("property {p}\n")).collect();
+    format!(
+        "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\nproperty float z\n{properties}end_header\n\
+         0 0 0 {first}\n1 0 0 {second}\n"
+    )
+    .into_bytes()
+}
+
+#[test]
+fn ply_colours_have_many_names_and_ranges() {
+    let packed = f32::from_bits(0x0033_6699);
+    let (whole, float) = (0x0033_6699.to_string(), format!("{packed:e}"));
+    for (properties, values) in [
+        ("uchar red, uchar green, uchar blue, uchar alpha", "51 102 153 255"),
+        ("uchar r, uchar g, uchar b", "51 102 153"),
+        ("uchar diffuse_red, uchar diffuse_green, uchar diffuse_blue", "51 102 153"),
+        ("uchar Red, uchar Green, uchar Blue", "51 102 153"),
+        ("float red, float green, float blue", "0.2 0.4 0.6"),
+        ("float red, float green, float blue", "51 102 153"),
+        ("double r, double g, double b", "0.2 0.4 0.6"),
+        ("ushort red, ushort green, ushort blue", "13107 26214 39321"),
+        ("ushort red, ushort green, ushort blue", "51 102 153"),
+        ("int red, int green, int blue", "51 102 153"),
+        ("char red, char green, char blue", "51 102 -103"),
+        ("uint rgb", &whole),
+        ("int rgba", &whole),
+        ("float rgb", &float),
+    ] {
+        let model = ply::read("a.ply", &cloud(properties, values, values)).expect("valid");
+        assert!(model.has("color") && model.warnings.is_empty(), "{properties}: {:?}", model.warnings);
+        assert_eq!(model.mesh.vertices.colors, [[51, 102, 153]; 2], "{properties} {values}");
+    }
+    // A colour of which a part is missing is none.
+    assert!(read("a.ply", &cloud("uchar red, uchar green", "1 2", "3 4")).colors.is_empty());
+}
+
+#[test]
+fn ply_says_what_it_does_not_read() {
+    let said = |properties: &str, first: &str, second: &str| {
+        let geometry = read("a.ply", &cloud(properties, first, second));
+        (geometry.labels, geometry.warnings.join("; "))
+    };
+    // The exact name counts, then the first.
+    assert_eq!(
+        said("float scalar_label, ushort label", "5 1", "6 2"),
+        (vec![1, 2], "is not read: vertex scalar_label".into())
+    );
+    assert_eq!(said("int label, int label", "5 1", "6 2").0, [5, 6]);
+    let (labels, warnings) = said("float scalar_Classification, float intensity", "nan 0.5", "3 0.5");
+    assert!(
+        labels == [0, 3] && warnings.contains("vertex intensity") && warnings.contains("1 values of label"),
+        "{warnings}"
+    );
+    let (labels, warnings) = said("int label", "-1", "70000");
+    assert!(labels == [0, 0] && warnings.contains("2 values of label"), "{warnings}");
+    assert_eq!(said("uint label", "65535", "0"), (vec![65_535, 0], String::new()));
+    // Counts that are too small, and lines of another length.
+    let text = String::from_utf8(cloud("int label", "1", "2")).expect("text");
+    let fewer = read("a.ply", text.replace("vertex 2", "vertex 1").as_bytes());
+    assert!(fewer.positions.len() == 1 && fewer.warnings[0].contains("does not count"), "{:?}", fewer.warnings);
+    assert!(refused("a.ply", text.replace("vertex 2", "vertex 3").as_bytes()).contains("vertex 2"));
+    assert!(refused("a.ply", text.replace("0 0 0 1", "0 0 0 1 9").as_bytes()).contains("vertex 0: its line has more"));
+    assert!(refused("a.ply", text.replace("property float z\n", "").as_bytes()).contains("no x, y and z"));
+    let faces = "element edge 1\nproperty int vertex1\nelement face 2\nproperty uchar red\nproperty list uchar int vertex_index\nend_header";
+    let mesh = text.replace("vertex 2", "vertex 3").replace("end_header", faces) + "2 0 0 3\n7\n9 2 0 1\n9 3 0 1 2\n";
+    let mesh = read("a.ply", mesh.as_bytes());
+    let warnings = mesh.warnings.join("; ");
+    assert_eq!(mesh.triangles, [[0, 1, 2]]);
+    assert!(["1 elements `edge`", "face red", "1 faces of fewer"].iter().all(|w| warnings.contains(w)), "{warnings}");
+}
+
+#[test]
+fn ply_strips_are_triangles() {
+    let text = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n\
+        element tristrips 1\nproperty list int int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n1 1 0\n8 0 1 2 3 -1 0 1 2\n";
+    assert_eq!(read("a.ply", text.as_bytes()).triangles, [[0, 1, 2], [2, 1, 3], [0, 1, 2]]);
+}
+
+#[test]
+fn text_may_end_its_lines_and_write_its_numbers_as_it_likes() {
+    let ply = "ply\nformat ascii 1.0\ncomment Geh\u{e4}use\nelement vertex 2\nproperty float x\nproperty float y\nproperty float z\n\
+        end_header\n1.5E+01 -1.#IND00 +.5\n-nan(ind) 1D2 1.#INF\n";
+    let obj = "# C:\\parts\\\nv 15 0 0\nv 1 \\\n 1 0 # a corner\nv 0 1 0\nvt nan 1\no Geh\u{e4}use#2\nf -3/1 -2/1 \\\n-1/1\np 1\n";
+    let stl = "Solid Geh\u{e4}use\nFACET NORMAL nan 0 1\nOUTER LOOP\nVERTEX 1.5E1 0 0 vertex 1 0 0 vertex 0 1 0\nENDLOOP\nENDFACET\nEndSolid x vertex\n";
+    let pcd = "# Geh\u{e4}use\nFIELDS x y z\nSIZE 4 4 4\nTYPE f F F\nWIDTH 2\nHEIGHT 1\nDATA ASCII\n15 0 0\n-nan(ind) 1.#QNAN nan\n";
+    let latin1 = |text: &str| text.chars().map(|c| c as u8).collect::<Vec<u8>>();
+    for (name, text) in [("a.ply", ply), ("a.obj", obj), ("a.stl", stl), ("a.pcd", pcd)] {
+        for end in ["\n", "\r\n", "\r"] {
+            let text = text.replace('\n', end);
+            for bytes in [text.as_bytes(), &latin1(&text), format!("\u{feff}{text}").as_bytes()] {
+                let geometry = read(name, bytes);
+                assert_eq!(geometry.positions[0][0], 15.0, "{name} {end:?}");
+                match name {
+                    "a.ply" => assert!(geometry.positions[0][1].is_nan() && geometry.positions[1][1] == 100.0),
+                    "a.pcd" => assert!(geometry.positions[1].iter().all(|c| c.is_nan())),
+                    _ => assert_eq!(geometry.triangles, [[0, 1, 2]], "{name}"),
+                }
+                if name == "a.obj" {
+                    let warnings = geometry.warnings.join("; ");
+                    assert_eq!(geometry.pieces[0].name, "Geh\u{e4}use#2");
+                    assert!(warnings.contains("1 points, lines") && warnings.contains("1 texture"), "{warnings}");
+                }
+                if name == "a.stl" {
+                    assert_eq!(geometry.pieces[0].name, "Geh\u{e4}use");
+                }
+            }
+        }
+    }
+    // Where lines end with CR alone, an LF is the first byte of the data.
+    let head = "ply\rformat binary_little_endian 1.0\relement vertex 1\rproperty uchar x\rproperty uchar y\rproperty uchar z\rend_header\r";
+    assert_eq!(read("a.ply", &[head.as_bytes(), b"\n\r\n"].concat()).positions, [[10.0, 13.0, 10.0]]);
+}
+
+#[test]
+fn obj_finds_what_other_computers_named() {
+    let obj = b"mtllib C:\\models\\part.mtl\nv 0 0 0 255 0 0\nv 1 0 0 0 255 0\nv 0 1 0 0 0 51\nusemtl steel\nf 1 2 3\nusemtl rubber\nf 3 2 1\nf 1 2\n";
+    let files = |name: &str| match name {
+        "part.mtl" => Ok(b"newmtl steel\rKd 128 0 0".to_vec()),
+        _ => Err(io::Error::from(io::ErrorKind::NotFound)),
+    };
+    let geometry = Geometry::read("part.obj", obj, &files).expect("valid");
+    assert_eq!(geometry.pieces[0].base_color.map(|c| c[0] > 0.1 && c[1] == 0.0), Some(true));
+    assert!(geometry.colors[0] == [1.0, 0.0, 0.0] && geometry.colors[2][2] < 0.1, "levels of 0..=255");
+    let warnings = geometry.warnings.join("; ");
+    assert!(warnings.contains("rubber") && warnings.contains("1 faces of fewer"), "{warnings}");
+}
+
+#[test]
+fn pcd_keeps_labels_and_colours_and_counts_the_rest() {
+    let file = |fields: &str, kinds: &str, sizes: &str, rows: &str| {
+        format!("FIELDS x y z {fields}\nSIZE 4 4 4 {sizes}\nTYPE F F F {kinds}\nWIDTH 2\nHEIGHT 1\nDATA ascii\n{rows}")
+            .into_bytes()
+    };
+    let float = format!("{:e}", f32::from_bits(0xff33_6699_u32 & 0x00ff_ffff));
+    for (fields, kinds, sizes, values) in [
+        ("rgb", "U", "4", "3368601".to_owned()),
+        ("rgba", "U", "4", "4281558681".to_owned()),
+        ("rgb", "F", "4", float),
+        // The whole number as a float, as early versions of PCL have it.
+        ("rgb", "F", "4", "3368601".to_owned()),
+        ("r g b", "U U U", "1 1 1", "51 102 153".to_owned()),
+        ("red green blue", "F F F", "4 4 4", "0.2 0.4 0.6".to_owned()),
+        ("red green blue", "U U U", "2 2 2", "13107 26214 39321".to_owned()),
+    ] {
+        let rows = format!("0 0 0 {values}\n1 0 0 {values}\n");
+        let colors = read("a.pcd", &file(fields, kinds, sizes, &rows)).colors;
+        let levels = colors.iter().map(|c| c.map(|l| (l.powf(1.0 / 2.2) * 255.0).round() as u8));
+        assert_eq!(levels.collect::<Vec<_>>(), [[51, 102, 153]; 2], "{fields} {kinds} {values}");
+    }
+    for (kind, size) in [("U", 1), ("I", 2), ("U", 4), ("F", 4), ("F", 8)] {
+        let geometry = read("a.pcd", &file("label", kind, &size.to_string(), "0 0 0 1\n1 0 0 7\n"));
+        assert_eq!(geometry.labels, [1, 7], "{kind}{size}");
+    }
+    let odd = read("a.pcd", &file("scalar_Label intensity", "F F", "4 4", "0 0 0 nan 1\n1 0 0 70000 1\n2 0 0 3 1\n"));
+    let warnings = odd.warnings.join("; ");
+    assert_eq!(odd.labels, [0, 0]);
+    assert!(
+        ["not read: intensity", "1 points follow", "1 labels are no", "1 labels are over"]
+            .iter()
+            .all(|w| warnings.contains(w)),
+        "{warnings}"
+    );
+    assert!(refused("a.pcd", &file("label", "U", "1", "0 0 0 1 9\n1 0 0 7\n")).contains("more numbers"));
+}
+
+#[test]
+fn stl_without_a_count_is_read_by_its_length() {
+    let placeholder = read("a.stl", &stl(Some(u32::MAX)));
+    assert_eq!((placeholder.triangles.len(), placeholder.warnings.len()), (8, 1));
+    let quad = "solid\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 2 0 0\nvertex 2 1 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid\n";
+    assert_eq!(area(&read("a.stl", quad.as_bytes())), 2.0);
+    assert!(refused("a.stl", quad.replace("vertex 2 1 0\nvertex 0 1 0\n", "").as_bytes()).contains("2 vertices"));
+}
+
+#[test]
+fn gltf_instances_stand_where_they_are_put() {
+    // The accessor of the translations is the tetrahedron's own positions.
+    let instanced = |j: String| {
+        let extension = "\"mesh\":0,\"scale\":[2,2,2],\"extensions\":{\"EXT_mesh_gpu_instancing\":{\"attributes\":{\"TRANSLATION\":0}}}";
+        let required = "\"extensionsRequired\":[\"EXT_mesh_gpu_instancing\"],\"scene\":0";
+        j.replace("\"mesh\":0", extension).replace("\"scene\":0", required)
+    };
+    let geometry = read("a.glb", &glb(5126, &tetrahedron(), instanced));
+    assert_eq!((geometry.triangles.len(), geometry.positions.len()), (16, 16));
+    // y up becomes z up; the node's scale takes the places of the instances along.
+    assert_eq!((geometry.positions[5], geometry.positions[8]), ([4.0, 0.0, 0.0], [0.0, 0.0, 2.0]));
+    let none = |j: String| instanced(j).replace("{\"TRANSLATION\":0}", "{}");
+    assert!(refused("a.glb", &glb(5126, &tetrahedron(), none)).contains("instances"));
+}
+
+#[test]
+fn gltf_skins_hold_the_vertices() {
+    // Joint 1 is 3 to the right, and holds every vertex (joint 0 of the skin, whose accessor is zeros).
+    let skinned = |j: String| {
+        j.replace("\"nodes\":[{", "\"skins\":[{\"joints\":[1]}],\"nodes\":[{\"skin\":0,\"scale\":[100,100,100],")
+            .replace("\"mesh\":0}]", "\"mesh\":0},{\"translation\":[3,0,0]}]")
+            .replace("\"POSITION\":0", "\"POSITION\":0,\"JOINTS_0\":2,\"WEIGHTS_0\":3")
+            .replace(
+                "\"type\":\"SCALAR\"}],",
+                "\"type\":\"SCALAR\"},{\"bufferView\":2,\"componentType\":5121,\"count\":4,\"type\":\"VEC4\"},\
+                 {\"bufferView\":3,\"componentType\":5121,\"normalized\":true,\"count\":4,\"type\":\"VEC4\"}],",
+            )
+            // Within the numbers of the positions: zeros, and the end of 1.0 in single precision.
+            .replace("\"byteLength\":12}],", "\"byteLength\":12},{\"buffer\":0,\"byteLength\":12,\"byteStride\":1},{\"buffer\":0,\"byteOffset\":12,\"byteLength\":16}],")
+    };
+    let geometry = read("a.glb", &glb(5126, &tetrahedron(), skinned));
+    assert_eq!(geometry.positions[0], [3.0, 0.0, 0.0]);
+    let missing = |j: String| skinned(j).replace("\"joints\":[1]", "\"joints\":[9]");
+    assert!(refused("a.glb", &glb(5126, &tetrahedron(), missing)).contains("node 9"));
+}
+
+#[test]
+fn gltf_sparse_numbers_take_the_place_of_others() {
+    let sparse = |j: String| {
+        j.replace(
+            "\"count\":4,\"type\":\"VEC3\"}",
+            "\"count\":4,\"type\":\"VEC3\",\"sparse\":{\"count\":1,\"indices\":{\"bufferView\":1,\"byteOffset\":1,\"componentType\":5121},\
+             \"values\":{\"bufferView\":0,\"byteOffset\":12}}}",
+        )
+    };
+    // Vertex 2 gets the place of vertex 1.
+    assert_eq!(read("a.glb", &glb(5126, &tetrahedron(), sparse)).positions[2], [1.0, 0.0, 0.0]);
+    let alone = |j: String| sparse(j).replace("{\"bufferView\":0,\"componentType\":5126,", "{\"componentType\":5126,");
+    let positions = read("a.glb", &glb(5126, &tetrahedron(), alone)).positions;
+    assert_eq!((positions[1], positions[2]), ([0.0; 3], [1.0, 0.0, 0.0]));
+    let past = |j: String| sparse(j).replace("\"count\":4,\"type\":\"VEC3\"", "\"count\":2,\"type\":\"VEC3\"");
+    assert!(refused("a.glb", &glb(5126, &tetrahedron(), past)).contains("sparse"));
+}
+
+#[test]
+fn gltf_points_have_normals_and_what_is_left_out_is_said() {
+    let points = |j: String| {
+        j.replace("\"indices\":1", "\"mode\":0").replace("\"POSITION\":0", "\"POSITION\":0,\"NORMAL\":0,\"COLOR_0\":0")
+    };
+    let geometry = read("a.glb", &glb(5126, &tetrahedron(), points));
+    assert_eq!((geometry.normals[2], geometry.colors[2]), ([0.0, 0.0, 1.0], [0.0, 1.0, 0.0]));
+    let lines = read("a.glb", &glb(5126, &tetrahedron(), |j| j.replace("\"indices\":1", "\"mode\":1")));
+    assert!(lines.warnings[0].contains("1 primitives of lines"), "{:?}", lines.warnings);
+    let both =
+        |j: String| j.replace("\"primitives\":[{", "\"primitives\":[{\"attributes\":{\"POSITION\":0},\"mode\":0},{");
+    let both = read("a.glb", &glb(5126, &tetrahedron(), both));
+    assert!(both.positions.len() == 4 && both.warnings[0].contains("4 points beside"), "{:?}", both.warnings);
+    let bare = |j: String| j.replace("\"scene\":0,\"scenes\":[{\"nodes\":[0]}],", "");
+    assert_eq!(read("a.glb", &glb(5126, &tetrahedron(), bare)).triangles.len(), 4);
+    let old = br#"{"asset":{"version":"1.0"},"scenes":{"a":{"nodes":["n"]}}}"#;
+    assert!(refused("a.gltf", old).contains("glTF 1.0"));
 }
 
 proptest! {

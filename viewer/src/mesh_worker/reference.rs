@@ -52,7 +52,7 @@ impl Reference {
     /// [`ReferenceError`] if it cannot be read or holds nothing.
     pub fn read(name: &str, bytes: &[u8]) -> Result<Self, ReferenceError> {
         let geometry = Geometry::read(name, bytes, &no_files)?;
-        let unit = Unit::guess(geometry.extent());
+        let unit = geometry.assumed_unit();
         let offset = common_offset(&geometry.positions, unit.in_metres());
         let positions = relative(&geometry.positions, unit.in_metres(), offset);
         let Geometry { normals, triangles, .. } = geometry;

@@ -1,11 +1,12 @@
 //! `semascan evaluate A B`: metrics of a model against a reference, each with its convention.
 
 use super::Failure;
+use super::source::LengthUnit;
 use anyhow::{Context, anyhow};
 use clap::Args;
 use nalgebra::Isometry3;
 use semascan_evaluation::{
-    AlignedEvaluation, Evaluation, MeasuredGeometry, Range, evaluate, evaluate_aligned, figures, ranges,
+    AlignedEvaluation, Evaluation, MeasuredGeometry, Range, Scale, evaluate, evaluate_aligned, figures, ranges,
 };
 use semascan_geometry::measure::{CONVENTIONS, ClassScore, SEMANTIC_CONVENTIONS};
 use semascan_inspection::record::pose_record;
@@ -19,7 +20,7 @@ const FORMATS: [&str; 6] = ["ply", "pcd", "obj", "stl", "gltf", "glb"];
 /// Arguments of `semascan evaluate`.
 #[derive(Debug, Args)]
 pub(crate) struct EvaluateArgs {
-    /// The model: a cloud (PLY, PCD) or a mesh (PLY, OBJ, STL, glTF, GLB), in metres
+    /// The model: a cloud (PLY, PCD) or a mesh (PLY, OBJ, STL, glTF, GLB)
     a: PathBuf,
     /// The reference it is judged against, likewise
     b: PathBuf,
@@ -38,19 +39,24 @@ pub(crate) struct EvaluateArgs {
     /// Seed of samples and alignments
     #[arg(long, value_name = "S", default_value_t = 1)]
     seed: u64,
+    /// Unit of both files [default: assumed from the size of each, and said]
+    #[arg(long, value_enum, conflicts_with_all = ["scale_a", "scale_b"])]
+    unit: Option<LengthUnit>,
     /// What one unit of A's coordinates is in metres (0.001 for a file in millimetres)
-    #[arg(long, value_name = "METRES", default_value_t = 1.0)]
-    scale_a: f64,
+    #[arg(long, value_name = "METRES")]
+    scale_a: Option<f64>,
     /// What one unit of B's coordinates is in metres
-    #[arg(long, value_name = "METRES", default_value_t = 1.0)]
-    scale_b: f64,
+    #[arg(long, value_name = "METRES")]
+    scale_b: Option<f64>,
 }
 
 impl EvaluateArgs {
     pub(crate) fn run(self) -> Result<(), Failure> {
         let wrong = |e: anyhow::Error| Err(Failure::Call(e));
-        for (name, value) in [("--tau", self.tau), ("--scale-a", self.scale_a), ("--scale-b", self.scale_b)] {
-            if !(value.is_finite() && value > 0.0) {
+        for (name, value) in [("--tau", Some(self.tau)), ("--scale-a", self.scale_a), ("--scale-b", self.scale_b)] {
+            if let Some(value) = value
+                && !(value.is_finite() && value > 0.0)
+            {
                 return wrong(anyhow!("{name} {value}: not a positive number"));
             }
         }
@@ -66,7 +72,8 @@ impl EvaluateArgs {
                 return wrong(anyhow!("{}: is none of {}", path.display(), FORMATS.join(", ")));
             }
         }
-        let (model, reference) = ((self.a.as_path(), self.scale_a), (self.b.as_path(), self.scale_b));
+        let unit = self.unit.map(LengthUnit::in_metres);
+        let (model, reference) = ((self.a.as_path(), unit.or(self.scale_a)), (self.b.as_path(), unit.or(self.scale_b)));
         let [a, b] = MeasuredGeometry::read_pair(model, reference, self.samples, self.seed)?;
         if self.align { self.protocol(&a, &b) } else { self.as_they_stand(&a, &b) }
     }
@@ -129,6 +136,12 @@ impl EvaluateArgs {
                 n => format!("{n} triangles, {} points by area, seed {}", model.points.len(), self.seed),
             };
             writeln!(out, "{name}: {}, {}, {from}", model.path.display(), model.kind())?;
+            match model.scale {
+                Scale::Given(metres) => writeln!(out, "   one unit is {metres} m")?,
+                Scale::Assumed(unit) => {
+                    writeln!(out, "   one unit is taken for 1 {}: say another with --unit", unit.name())?;
+                }
+            }
         }
         writeln!(out, "{how}; distances to a mesh are point to triangle; tau {} mm", self.tau)
     }
@@ -146,6 +159,7 @@ impl EvaluateArgs {
             json!({
                 "path": path.display().to_string(), "kind": m.kind(), "points": m.points.len(),
                 "left_out": m.left_out, "triangles": m.triangles,
+                "scale": m.scale.in_metres(), "scale_assumed": matches!(m.scale, Scale::Assumed(_)),
             })
         };
         let semantic = if classes.is_empty() { &[][..] } else { &SEMANTIC_CONVENTIONS };

@@ -84,7 +84,11 @@ impl ExportArgs {
         let file = if is_folder { self.source.join("cloud.ply") } else { self.source.clone() };
         let folder = file.parent().unwrap_or(Path::new(".")).to_owned();
         let bytes = std::fs::read(&file).with_context(|| format!("{}", file.display()))?;
-        Ok((ply::read(&file.display().to_string(), &bytes)?, folder))
+        let model = ply::read(&file.display().to_string(), &bytes)?;
+        for warning in &model.warnings {
+            tracing::warn!("{}: {warning}", file.display());
+        }
+        Ok((model, folder))
     }
 
     fn voxel(&self, model: &PlyModel) -> Result<f32, Failure> {
@@ -106,7 +110,7 @@ impl ExportArgs {
                 path.display()
             )));
         }
-        write_file(&path, |file| ply::write_cloud(file, &cloud, &model.taxonomy, &model.comments))?;
+        write_file(&path, |file| ply::write_cloud_at(file, &cloud, model.shift, &model.taxonomy, &model.comments))?;
         log_written(&path, cloud.len(), "points");
         Ok(())
     }
@@ -133,16 +137,20 @@ impl ExportArgs {
 fn write_mesh(out: &Path, format: Format, mesh: &SemanticMesh, model: &PlyModel) -> Result<(), Failure> {
     let taxonomy = &model.taxonomy;
     let file = |name: &str| out.join(name);
+    if matches!(format, Format::Stl | Format::Glb) && model.shift != [0.0; 3] {
+        let [x, y, z] = model.shift;
+        tracing::warn!("{format:?} holds single precision only: its origin lies at {x} {y} {z} of the source");
+    }
     match format {
         Format::Cloud => {}
         Format::Ply => {
             let path = file("mesh.ply");
-            write_file(&path, |file| ply::write_semantic_mesh(file, mesh, taxonomy, &model.comments))?;
+            write_file(&path, |file| ply::write_semantic_mesh_at(file, mesh, model.shift, taxonomy, &model.comments))?;
             log_written(&path, mesh.triangles.len(), "triangles");
         }
         Format::Obj => {
             let path = file("mesh.obj");
-            write_file(&path, |file| obj::write_mesh(file, mesh, taxonomy, "mesh.mtl"))?;
+            write_file(&path, |file| obj::write_mesh_at(file, mesh, model.shift, taxonomy, "mesh.mtl"))?;
             write_file(&file("mesh.mtl"), |file| obj::write_materials(file, mesh, taxonomy))?;
             log_written(&path, mesh.triangles.len(), "triangles");
         }

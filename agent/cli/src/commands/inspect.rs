@@ -1,5 +1,6 @@
 //! `semascan inspect S --out DIR`: one inspection without a browser.
 
+use super::source::LengthUnit;
 use super::spec_args::SpecArgs;
 use super::{Failure, config, report, run, serve};
 use clap::Args;
@@ -14,6 +15,10 @@ use std::path::PathBuf;
 pub(crate) struct InspectArgs {
     /// What to inspect: `virtual:starter-motor?seed=7&views=5`, a BOP scene folder, or a folder of PCD files
     source: String,
+    /// Unit of the source's lengths, where its format does not fix it (PCD, meshes) [default: assumed from its size, and
+    /// said]
+    #[arg(long, value_enum)]
+    unit: Option<LengthUnit>,
     /// Folder to write the inspection into
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
@@ -38,7 +43,7 @@ impl InspectArgs {
         serve::use_threads(self.threads)?;
         let config = config::read(self.config.as_deref()).map_err(Failure::Call)?;
         let mut spec = self.inspection.apply(config.inspection);
-        spec.source.uri = Some(self.source);
+        spec.source.uri = Some(self.unit.map_or(self.source.clone(), |unit| unit.of_source(&self.source)));
         let inspection = run::prepare(spec)?;
         let bar = progress_bar(inspection.info().view_count);
         let events = inspection.subscribe();

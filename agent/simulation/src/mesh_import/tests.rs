@@ -21,7 +21,7 @@ fn volume(mesh: &SceneMesh) -> f32 {
 #[test]
 fn obj_objects_become_classes() {
     let (_folder, path) = written("cube.obj", CUBE.as_bytes());
-    let imported = read(&path, 1.0).expect("a cube");
+    let imported = read(&path, Some(1.0)).expect("a cube");
     assert_eq!(imported.names, ["bottom", "top"]);
     assert_eq!(imported.mesh.triangles.len(), 12);
     assert!((volume(&imported.mesh) - 1.0).abs() < 1e-5);
@@ -39,11 +39,11 @@ fn ply_reads_text_with_colours() {
         property uchar red\nproperty uchar green\nproperty uchar blue\nelement face 1\n\
         property list uchar int vertex_indices\nend_header\n0 0 0 255 0 0\n1 0 0 255 0 0\n1 1 0 255 0 0\n0 1 0 255 0 0\n4 0 1 2 3\n";
     let (_folder, path) = written("quad.ply", text.as_bytes());
-    let imported = read(&path, 1.0).expect("a quad");
+    let imported = read(&path, Some(1.0)).expect("a quad");
     assert_eq!(imported.mesh.triangles, [[0, 1, 2], [0, 2, 3]]);
     assert_eq!(imported.mesh.tints[0][0], Vec3::X);
     let (_folder, path) = written("far.ply", text.replace("4 0 1 2 3", "4 0 1 2 9").as_bytes());
-    let message = read(&path, 1.0).expect_err("vertex 9 of 4").to_string();
+    let message = read(&path, Some(1.0)).expect_err("vertex 9 of 4").to_string();
     assert!(message.contains("far.ply") && message.contains('9'), "{message}");
 }
 
@@ -54,9 +54,9 @@ fn stl_reads_what_its_crate_writes() {
     let mut content = Vec::new();
     stl_io::write_stl(&mut content, [triangle].iter()).expect("written");
     let (_folder, path) = written("one.stl", &content);
-    assert_eq!(read(&path, 1.0).expect("a triangle").mesh.triangles.len(), 1);
+    assert_eq!(read(&path, Some(1.0)).expect("a triangle").mesh.triangles.len(), 1);
     let (_folder, path) = written("cut.stl", &content[..content.len() - 20]);
-    assert!(read(&path, 1.0).expect_err("truncated").to_string().contains("cut.stl"));
+    assert!(read(&path, Some(1.0)).expect_err("truncated").to_string().contains("cut.stl"));
 }
 
 /// A right-handed tetrahedron as glTF, its buffer inside; `change` spoils the text.
@@ -86,7 +86,7 @@ fn tetrahedron(change: impl Fn(String) -> String) -> Vec<u8> {
 #[test]
 fn gltf_is_read_upright_and_placed() {
     let (_folder, path) = written("t.glb", &tetrahedron(|j| j));
-    let mesh = read(&path, 1.0).expect("a tetrahedron").mesh;
+    let mesh = read(&path, Some(1.0)).expect("a tetrahedron").mesh;
     assert!((volume(&mesh) - 8.0 / 6.0).abs() < 1e-5);
     assert!(mesh.vertices.contains(&[0.0, 0.0, 2.0]), "glTF's y is up: {:?}", mesh.vertices);
 }
@@ -104,7 +104,7 @@ fn broken_gltf_is_refused_with_a_reason() {
     ];
     for (word, spoil) in cases {
         let (_folder, path) = written("bad.glb", &tetrahedron(spoil));
-        let message = read(&path, 1.0).expect_err(word).to_string();
+        let message = read(&path, Some(1.0)).expect_err(word).to_string();
         assert!(message.contains(word) && message.contains("bad.glb"), "{word}: {message}");
     }
 }
@@ -121,7 +121,7 @@ proptest! {
             }
             content.truncate(cut.max(1));
             let (_folder, path) = written(name, &content);
-            let _ = read(&path, 1.0);
+            let _ = read(&path, Some(1.0));
         }
     }
 
@@ -130,7 +130,7 @@ proptest! {
         let head: &[u8] = [b"ply\nformat ascii 1.0\n".as_slice(), b"glTF\x02\0\0\0", b"solid x\n", b"v 1 2 3\n", b""][kind];
         for name in ["a.obj", "a.ply", "a.stl", "a.gltf", "a.glb"] {
             let (_folder, path) = written(name, &[head, content.as_slice()].concat());
-            let _ = read(&path, 1.0);
+            let _ = read(&path, Some(1.0));
         }
     }
 }

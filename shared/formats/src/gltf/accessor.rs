@@ -1,12 +1,15 @@
 //! Accessors: the numbers of a glTF file, decoded with every bound checked.
 
-use super::document::{Accessor, Document};
+use super::document::Document;
 
 /// Buffers with the document that describes them.
 pub(super) struct Buffers<'a> {
     document: &'a Document,
     contents: Vec<std::borrow::Cow<'a, [u8]>>,
 }
+
+/// Most elements of an accessor whose bytes the file does not hold: a few bytes must not fill the memory.
+const MAX_ABSENT: usize = 1 << 22;
 
 /// Type of a number.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,8 +23,8 @@ enum Kind {
 }
 
 impl Kind {
-    fn of(accessor: &Accessor) -> Option<Self> {
-        Some(match accessor.component_type {
+    fn of(component_type: u32) -> Option<Self> {
+        Some(match component_type {
             5120 => Self::I8,
             5121 => Self::U8,
             5122 => Self::I16,
@@ -55,19 +58,31 @@ impl Kind {
     }
 }
 
+/// How the elements of an accessor lie in its bytes, and what is wanted of them.
+struct Layout {
+    kind: Kind,
+    /// Numbers of an element.
+    stored: usize,
+    /// Numbers that are wanted of it.
+    width: usize,
+    /// Whether whole numbers stand for shares of their largest.
+    normalized: bool,
+}
+
 impl<'a> Buffers<'a> {
     /// `contents` are those of the document's buffers, in order.
     pub(super) fn new(document: &'a Document, contents: Vec<std::borrow::Cow<'a, [u8]>>) -> Self {
         Self { document, contents }
     }
 
-    /// Numbers of each element of an accessor, which is a scalar (1) or vector of 2 to 4.
+    /// Numbers of each element of an accessor: a scalar (1), a vector of 2 to 4, or a matrix of 4 by 4.
     fn width(&self, index: usize) -> Option<usize> {
         Some(match self.document.accessors.get(index)?.shape.as_str() {
             "SCALAR" => 1,
             "VEC2" => 2,
             "VEC3" => 3,
             "VEC4" => 4,
+            "MAT4" => 16,
             _ => return None,
         })
     }
@@ -83,37 +98,72 @@ impl<'a> Buffers<'a> {
 
     /// The first `width` numbers of each element of a scalar or vector of at least so many, one after the other.
     pub(super) fn numbers(&self, index: usize, width: usize) -> Result<Vec<f64>, String> {
+        self.elements(index, width, false)
+    }
+
+    /// The same of shares: whole numbers stand for shares of their largest, even where the file forgets to say so.
+    pub(super) fn shares(&self, index: usize, width: usize) -> Result<Vec<f64>, String> {
+        self.elements(index, width, true)
+    }
+
+    fn elements(&self, index: usize, width: usize, shares: bool) -> Result<Vec<f64>, String> {
         let accessor = self.document.accessors.get(index).ok_or_else(|| format!("accessor {index} is not there"))?;
         let fail = |what: &str| format!("accessor {index} {what}");
-        if accessor.sparse.is_some() {
-            return Err(fail("is sparse, which is not supported"));
-        }
-        let kind = Kind::of(accessor).ok_or_else(|| fail("holds no known type of number"))?;
+        let kind = Kind::of(accessor.component_type).ok_or_else(|| fail("holds no known type of number"))?;
         let stored = self.width(index).filter(|stored| *stored >= width);
         let stored =
             stored.ok_or_else(|| fail(&format!("is of the type {}: {width} numbers are needed", accessor.shape)))?;
-        let view_index = accessor.buffer_view.ok_or_else(|| fail("has no buffer view"))?;
+        let normalized = accessor.normalized || shares && kind != Kind::F32;
+        let layout = Layout { kind, stored, width, normalized };
+        let mut numbers = match accessor.buffer_view {
+            Some(view) => self.packed(view, accessor.byte_offset, accessor.count, &layout).map_err(|e| fail(&e))?,
+            None if accessor.sparse.is_none() => return Err(fail("has no buffer view")),
+            None if accessor.count > MAX_ABSENT => return Err(fail("has more elements than the file holds")),
+            None => vec![0.0; accessor.count * width],
+        };
+        if let Some(sparse) = &accessor.sparse {
+            let part = |view, offset, layout: &Layout| {
+                self.packed(view, offset, sparse.count, layout).map_err(|e| fail(&format!("is sparse and {e}")))
+            };
+            let kind = sparse.indices.component_type.and_then(Kind::of);
+            let kind = kind.filter(|k| matches!(k, Kind::U8 | Kind::U16 | Kind::U32));
+            let kind = kind.ok_or_else(|| fail("has sparse indices of no known type"))?;
+            let single = Layout { kind, stored: 1, width: 1, normalized: false };
+            let indices = part(sparse.indices.buffer_view, sparse.indices.byte_offset, &single)?;
+            let values = part(sparse.values.buffer_view, sparse.values.byte_offset, &layout)?;
+            for (at, value) in indices.into_iter().zip(values.chunks_exact(width)) {
+                let start = at as usize * width;
+                let place = numbers.get_mut(start..start + width);
+                place.ok_or_else(|| fail("has a sparse index past its end"))?.copy_from_slice(value);
+            }
+        }
+        Ok(numbers)
+    }
+
+    /// `count` elements of a buffer view from `offset` on.
+    fn packed(&self, view_index: usize, offset: usize, count: usize, layout: &Layout) -> Result<Vec<f64>, String> {
+        let Layout { kind, stored, width, normalized } = *layout;
         let data = self.view(view_index)?;
         let stride = self.document.buffer_views.get(view_index).and_then(|v| v.byte_stride);
         let size = stored * kind.size();
         let stride = stride.unwrap_or(size).max(1);
-        if accessor.count > data.len() {
-            return Err(fail("leaves its buffer view"));
+        let leaves = || "leaves its buffer view".to_owned();
+        if count > data.len() {
+            return Err(leaves());
         }
-        let mut numbers = Vec::with_capacity(accessor.count * width);
-        for i in 0..accessor.count {
-            let start = i.checked_mul(stride).and_then(|s| s.checked_add(accessor.byte_offset));
-            let element = start.and_then(|start| data.get(start..start.checked_add(size)?));
-            let element = element.ok_or_else(|| fail("leaves its buffer view"))?;
+        let mut numbers = Vec::with_capacity(count * width);
+        for i in 0..count {
+            let start = i.checked_mul(stride).and_then(|s| s.checked_add(offset));
+            let element = start.and_then(|start| data.get(start..start.checked_add(size)?)).ok_or_else(leaves)?;
             let parts = element.chunks_exact(kind.size()).take(width);
-            numbers.extend(parts.map(|bytes| kind.number(bytes, accessor.normalized)));
+            numbers.extend(parts.map(|bytes| kind.number(bytes, normalized)));
         }
         Ok(numbers)
     }
 
     /// The indices that an accessor holds.
     pub(super) fn indices(&self, index: usize) -> Result<Vec<u32>, String> {
-        let kind = self.document.accessors.get(index).and_then(Kind::of);
+        let kind = self.document.accessors.get(index).and_then(|a| Kind::of(a.component_type));
         let whole = self.width(index) == Some(1) && matches!(kind, Some(Kind::U8 | Kind::U16 | Kind::U32));
         if !whole {
             return Err(format!("accessor {index} is no list of indices"));

@@ -1,6 +1,7 @@
 //! The GLB container (glTF 2.0, section 4.4): header, JSON chunk padded with spaces, BIN chunk padded with zeros.
 
 use crate::WriteError;
+use crate::text::without_mark;
 use std::io::Write;
 
 /// Writes both chunks; an empty buffer gives no BIN chunk.
@@ -27,7 +28,7 @@ pub(super) fn write(mut out: impl Write, json: &[u8], binary: &[u8]) -> Result<(
 /// JSON text and binary chunk of a file that is GLB, or the whole of one that is plain JSON.
 pub(super) fn split(data: &[u8]) -> Result<(&[u8], Option<&[u8]>), String> {
     if !data.starts_with(b"glTF") {
-        return Ok((data, None));
+        return Ok((without_mark(data), None));
     }
     let word = |at: usize| -> Option<usize> {
         let bytes = data.get(at..at.checked_add(4)?)?;

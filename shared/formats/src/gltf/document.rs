@@ -19,6 +19,18 @@ pub(super) struct Document {
     pub(super) materials: Vec<Material>,
     pub(super) textures: Vec<Texture>,
     pub(super) images: Vec<Image>,
+    pub(super) skins: Vec<Skin>,
+}
+
+/// The version alone, of a file that is no glTF 2.0.
+#[derive(Debug, Deserialize)]
+pub(super) struct Versioned {
+    pub(super) asset: Asset,
+}
+
+#[derive(Debug, Deserialize)]
+pub(super) struct Asset {
+    pub(super) version: String,
 }
 
 #[derive(Debug, Default, Deserialize)]
@@ -40,6 +52,32 @@ pub(super) struct Node {
     /// Quaternion x, y, z, w.
     pub(super) rotation: Option<[f64; 4]>,
     pub(super) scale: Option<[f64; 3]>,
+    /// Of the mesh's morph targets.
+    pub(super) weights: Vec<f64>,
+    pub(super) extensions: NodeExtensions,
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+pub(super) struct NodeExtensions {
+    #[serde(rename = "EXT_mesh_gpu_instancing")]
+    pub(super) instancing: Option<Instancing>,
+}
+
+/// The mesh of a node many times over.
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+pub(super) struct Instancing {
+    /// Accessors of `TRANSLATION`, `ROTATION` and `SCALE`.
+    pub(super) attributes: std::collections::BTreeMap<String, usize>,
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(rename_all = "camelCase", default)]
+pub(super) struct Skin {
+    /// Nodes.
+    pub(super) joints: Vec<usize>,
+    pub(super) inverse_bind_matrices: Option<usize>,
 }
 
 #[derive(Debug, Default, Deserialize)]
@@ -47,6 +85,8 @@ pub(super) struct Node {
 pub(super) struct Mesh {
     pub(super) name: Option<String>,
     pub(super) primitives: Vec<Primitive>,
+    /// Of morph targets, where the node has none.
+    pub(super) weights: Vec<f64>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -55,6 +95,9 @@ pub(super) struct Primitive {
     pub(super) attributes: std::collections::BTreeMap<String, usize>,
     pub(super) indices: Option<usize>,
     pub(super) material: Option<usize>,
+    /// Morph targets.
+    #[serde(default)]
+    pub(super) targets: Vec<serde::de::IgnoredAny>,
     /// How vertices make points, lines or triangles.
     #[serde(default = "triangles")]
     pub(super) mode: u32,
@@ -77,7 +120,25 @@ pub(super) struct Accessor {
     pub(super) count: usize,
     #[serde(rename = "type")]
     pub(super) shape: String,
-    pub(super) sparse: Option<serde::de::IgnoredAny>,
+    pub(super) sparse: Option<Sparse>,
+}
+
+/// Elements that take the place of others.
+#[derive(Debug, Deserialize)]
+pub(super) struct Sparse {
+    pub(super) count: usize,
+    pub(super) indices: SparsePart,
+    pub(super) values: SparsePart,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct SparsePart {
+    pub(super) buffer_view: usize,
+    #[serde(default)]
+    pub(super) byte_offset: usize,
+    /// Of indices; values have the type of the accessor.
+    pub(super) component_type: Option<u32>,
 }
 
 #[derive(Debug, Deserialize)]

@@ -3,6 +3,7 @@
 mod accessor;
 mod container;
 mod document;
+mod placement;
 mod read;
 mod write;
 

@@ -1,30 +1,35 @@
 //! The reader: points and triangles of the default scene with base colour and its picture.
 //!
-//! glTF is y up, the table z up: `(x, y, z)` becomes `(x, -z, y)`. Lines are no surface and are left out; compressed and
-//! sparse accessors are refused with their name.
+//! glTF is y up, the table z up: `(x, y, z)` becomes `(x, -z, y)`. Lines are no surface and are left out, which is said;
+//! compressed meshes are refused with the way out.
 
 use super::accessor::Buffers;
 use super::container;
-use super::document::{Document, Node, Primitive};
+use super::document::{Document, Node, Primitive, Versioned};
+use super::placement::{Placement, instances};
 use crate::geometry::{Geometry, MAX_TRIANGLES, Piece, PieceTexture, Texture};
 use crate::{ReadError, Resolver, percent};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use glam::{DMat4, DQuat, DVec3};
+use glam::{DMat3, DMat4, DQuat, DVec3};
 use std::borrow::Cow;
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 /// Deepest nesting of nodes; deeper files are cyclic or hostile.
 const MAX_DEPTH: usize = 64;
 /// Most nodes visited; a directed graph can repeat nodes without end.
 const MAX_NODES: usize = 100_000;
 /// Beginnings of the names of extensions that do not change the shape, and those that are read.
-const HARMLESS_EXTENSIONS: [&str; 7] = [
+const KNOWN_EXTENSIONS: [&str; 11] = [
     "KHR_materials_",
     "KHR_texture_",
     "EXT_texture_",
     "KHR_lights_",
+    "EXT_lights_",
+    "KHR_animation_pointer",
+    "KHR_xmp",
     "KHR_mesh_quantization",
+    "EXT_mesh_gpu_instancing",
     "EXT_mesh_features",
     "EXT_structural_metadata",
 ];
@@ -39,15 +44,31 @@ pub(crate) fn read(name: &str, bytes: &[u8], files: Resolver<'_>) -> Result<Geom
 
 fn scene(bytes: &[u8], files: Resolver<'_>) -> Result<Geometry, String> {
     let (json, binary) = container::split(bytes)?;
-    let document: Document = serde_json::from_slice(json).map_err(|e| e.to_string())?;
-    let harmless = |extension: &String| HARMLESS_EXTENSIONS.iter().any(|known| extension.starts_with(known));
-    if let Some(extension) = document.extensions_required.iter().find(|e| !harmless(e)) {
-        return Err(format!(
-            "it needs the extension {extension}, which is not supported: export it without compression"
-        ));
+    let document: Document = serde_json::from_slice(json).map_err(|e| match serde_json::from_slice(json) {
+        Ok(Versioned { asset }) if asset.version.starts_with("1.") => {
+            format!("it is glTF {}: export it as glTF 2.0", asset.version)
+        }
+        _ => e.to_string(),
+    })?;
+    let known = |extension: &String| KNOWN_EXTENSIONS.iter().any(|known| extension.starts_with(known));
+    if let Some(extension) = document.extensions_required.iter().find(|e| !known(e)) {
+        let way_out = if extension.contains("compression") {
+            "export it without mesh compression (in Blender: glTF export, Data, Compression off)"
+        } else {
+            "export it without this extension, or as PLY or OBJ"
+        };
+        return Err(format!("it needs the extension {extension}, which is not supported: {way_out}"));
     }
     let buffers = buffers(&document, binary, files)?;
-    let scene = document.scenes.get(document.scene.unwrap_or(0)).ok_or("it has no scene")?;
+    let roots = match document.scenes.get(document.scene.unwrap_or(0)) {
+        Some(scene) => scene.nodes.clone(),
+        // A library of meshes: all that stands in no other.
+        None if document.scenes.is_empty() => {
+            let children: HashSet<usize> = document.nodes.iter().flat_map(|n| n.children.iter().copied()).collect();
+            (0..document.nodes.len()).filter(|n| !children.contains(n)).collect()
+        }
+        None => return Err("its scene is not there".into()),
+    };
     let mut reader = Reader {
         document: &document,
         buffers: Buffers::new(&document, buffers),
@@ -55,12 +76,13 @@ fn scene(bytes: &[u8], files: Resolver<'_>) -> Result<Geometry, String> {
         geometry: Geometry::default(),
         images: HashMap::new(),
         visited: 0,
+        points: 0,
+        lines: 0,
     };
-    for &node in &scene.nodes {
+    for node in roots {
         reader.visit(node, z_up(), 0)?;
     }
-    reader.geometry.drop_unused_vertices();
-    Ok(reader.geometry)
+    Ok(reader.finish())
 }
 
 /// The contents of all buffers. The binary chunk is the first buffer that names no file.
@@ -96,12 +118,12 @@ fn resource(uri: &str, files: Resolver<'_>) -> Result<Vec<u8>, String> {
 }
 
 /// Table from glTF.
-fn z_up() -> DMat4 {
+pub(super) fn z_up() -> DMat4 {
     DMat4::from_cols_array(&[1., 0., 0., 0., 0., 0., 1., 0., 0., -1., 0., 0., 0., 0., 0., 1.])
 }
 
 /// A node's `parent_from_node`.
-fn transform(node: &Node) -> DMat4 {
+pub(super) fn transform(node: &Node) -> DMat4 {
     if let Some(columns) = &node.matrix {
         return DMat4::from_cols_array(columns);
     }
@@ -123,9 +145,30 @@ struct Reader<'a> {
     /// Index among the geometry's textures of each image that was asked for.
     images: HashMap<usize, Option<usize>>,
     visited: usize,
+    /// Points of their own.
+    points: usize,
+    /// Primitives of lines.
+    lines: usize,
 }
 
 impl Reader<'_> {
+    /// What was read; what of it is left out is said.
+    fn finish(mut self) -> Geometry {
+        let geometry = &mut self.geometry;
+        if self.lines > 0 {
+            geometry.warnings.push(format!("{} primitives of lines are left out", self.lines));
+        }
+        if !geometry.triangles.is_empty() {
+            if self.points > 0 {
+                geometry.warnings.push(format!("{} points beside the triangles are left out", self.points));
+            }
+            // Those of points.
+            geometry.normals.clear();
+        }
+        geometry.drop_unused_vertices();
+        self.geometry
+    }
+
     fn visit(&mut self, index: usize, parent: DMat4, depth: usize) -> Result<(), String> {
         self.visited += 1;
         if depth > MAX_DEPTH || self.visited > MAX_NODES {
@@ -138,19 +181,34 @@ impl Reader<'_> {
             let mesh = document.meshes.get(mesh_index).ok_or_else(|| format!("mesh {mesh_index} is not there"))?;
             let name = node.name.as_ref().or(mesh.name.as_ref());
             let name = name.map_or_else(|| format!("node {index}"), String::clone);
-            // A skinned mesh is placed by its joints, which leave it where it is until they move (section 3.7.3.3).
-            let placed = if node.skin.is_some() { z_up() } else { placed };
-            for (k, primitive) in mesh.primitives.iter().enumerate() {
-                self.primitive(primitive, placed, &name)
-                    .map_err(|e| format!("mesh {mesh_index} primitive {k}: {e}"))?;
+            if mesh.weights.iter().chain(&node.weights).any(|w| *w != 0.0)
+                && mesh.primitives.iter().any(|p| !p.targets.is_empty())
+            {
+                self.geometry.warnings.push(format!("{name}: its morph targets are not applied"));
+            }
+            let instances = match &node.extensions.instancing {
+                Some(instancing) => instances(&self.buffers, instancing).map_err(|e| format!("node {index}: {e}"))?,
+                None => vec![DMat4::IDENTITY],
+            };
+            for instance in instances {
+                for (k, primitive) in mesh.primitives.iter().enumerate() {
+                    let placement = match node.skin {
+                        Some(skin) => Placement::of_skin(document, &self.buffers, skin, primitive),
+                        None => Ok(Placement::Rigid(placed * instance)),
+                    };
+                    placement
+                        .and_then(|placement| self.primitive(primitive, &placement, &name))
+                        .map_err(|e| format!("mesh {mesh_index} primitive {k}: {e}"))?;
+                }
             }
         }
         node.children.iter().try_for_each(|&child| self.visit(child, placed, depth + 1))
     }
 
-    fn primitive(&mut self, primitive: &Primitive, placed: DMat4, name: &str) -> Result<(), String> {
+    fn primitive(&mut self, primitive: &Primitive, placement: &Placement, name: &str) -> Result<(), String> {
         let is_points = primitive.mode == 0;
         if !is_points && !(4..=6).contains(&primitive.mode) {
+            self.lines += 1;
             return Ok(());
         }
         let positions = *primitive.attributes.get("POSITION").ok_or("it has no POSITION")?;
@@ -159,13 +217,20 @@ impl Reader<'_> {
         if self.geometry.positions.len().max(self.geometry.triangles.len()) > MAX_TRIANGLES {
             return Err(format!("the scene has more than {MAX_TRIANGLES} triangles or vertices"));
         }
-        let positions: Vec<[f64; 3]> =
-            positions.chunks_exact(3).map(|p| placed.transform_point3(DVec3::from_slice(p)).to_array()).collect();
+        let positions: Vec<[f64; 3]> = positions
+            .chunks_exact(3)
+            .enumerate()
+            .map(|(i, p)| placement.of_vertex(i).transform_point3(DVec3::from_slice(p)).to_array())
+            .collect();
         let count = positions.len();
         let first = u32::try_from(self.geometry.positions.len()).map_err(|_| "there are too many vertices")?;
         self.colors(primitive, count)?;
+        if is_points {
+            self.normals(primitive, placement, count)?;
+        }
         self.geometry.positions.extend(positions);
         if is_points {
+            self.points += count;
             return Ok(());
         }
         let indices = match primitive.indices {
@@ -176,7 +241,7 @@ impl Reader<'_> {
             return Err(format!("a triangle names vertex {bad} of {count}"));
         }
         let mut triangles = triangles(&indices, primitive.mode);
-        if placed.determinant() < 0.0 {
+        if placement.of_vertex(0).determinant() < 0.0 {
             // A mirrored node turns its triangles inside out.
             triangles.iter_mut().for_each(|t| t.swap(1, 2));
         }
@@ -192,13 +257,33 @@ impl Reader<'_> {
         let colors = &mut self.geometry.colors;
         match primitive.attributes.get("COLOR_0") {
             Some(&accessor) => {
-                let numbers = self.buffers.numbers(accessor, 3)?;
+                let numbers = self.buffers.shares(accessor, 3)?;
                 colors.resize(self.geometry.positions.len(), WHITE);
-                colors.extend(numbers.chunks_exact(3).map(|c| [c[0] as f32, c[1] as f32, c[2] as f32]).take(count));
+                let color = |c: &[f64]| [c[0], c[1], c[2]].map(|channel| channel.clamp(0.0, 1.0) as f32);
+                colors.extend(numbers.chunks_exact(3).map(color).take(count));
                 colors.resize(self.geometry.positions.len() + count, WHITE);
             }
             None if colors.is_empty() => {}
             None => colors.resize(self.geometry.positions.len() + count, WHITE),
+        }
+        Ok(())
+    }
+
+    /// Adds the normals of points; zero where only other points have such.
+    fn normals(&mut self, primitive: &Primitive, placement: &Placement, count: usize) -> Result<(), String> {
+        let normals = &mut self.geometry.normals;
+        let first = self.geometry.positions.len();
+        if let Some(&accessor) = primitive.attributes.get("NORMAL") {
+            let numbers = self.buffers.numbers(accessor, 3)?;
+            normals.resize(first, [0.0; 3]);
+            normals.extend(numbers.chunks_exact(3).take(count).enumerate().map(|(i, n)| {
+                // Normals stay at right angles to the surface, whatever the scale along each axis.
+                let placed = DMat3::from_mat4(placement.of_vertex(i)).inverse().transpose() * DVec3::from_slice(n);
+                placed.normalize_or_zero().as_vec3().to_array()
+            }));
+        }
+        if !normals.is_empty() {
+            normals.resize(first + count, [0.0; 3]);
         }
         Ok(())
     }

@@ -4,9 +4,12 @@
 
 use super::material::{self, Material};
 use crate::geometry::{Geometry, Piece, PieceTexture, Texture, linear};
+use crate::levels::{Range, largest};
 use crate::polygon::Triangulation;
+use crate::text::{decoded, lines, number};
 use crate::{ReadError, Resolver};
-use std::collections::HashMap;
+use std::borrow::Cow;
+use std::collections::{BTreeSet, HashMap};
 
 /// Reads the bytes of the file `name`; each object, group or material within is a piece. A material library or picture that
 /// is not there costs the colours, not the part. Without faces it is a cloud.
@@ -33,11 +36,14 @@ struct Group {
     end: usize,
 }
 
+/// The colour of a vertex that has none.
+const NO_COLOR: [f64; 3] = [f64::NAN; 3];
+
 struct Reader<'a> {
     files: Resolver<'a>,
     positions: Vec<[f64; 3]>,
-    /// sRGB; filled up with white from the first vertex with a colour on.
-    colors: Vec<[f32; 3]>,
+    /// sRGB as the file has it; filled up with [`NO_COLOR`] from the first vertex with a colour on.
+    colors: Vec<[f64; 3]>,
     texture_coordinates: Vec<[f32; 2]>,
     corners: Vec<Corner>,
     /// End of each face in `corners`.
@@ -47,6 +53,10 @@ struct Reader<'a> {
     material: Option<String>,
     materials: HashMap<String, Material>,
     warnings: Vec<String>,
+    /// Texture coordinates that are no numbers.
+    bad_texture_coordinates: usize,
+    /// Curves, surfaces, lines and points of their own.
+    left_out: usize,
 }
 
 impl<'a> Reader<'a> {
@@ -63,59 +73,69 @@ impl<'a> Reader<'a> {
             material: None,
             materials: HashMap::new(),
             warnings: Vec::new(),
+            bad_texture_coordinates: 0,
+            left_out: 0,
         }
     }
 
     fn lines(&mut self, bytes: &[u8]) -> Result<(), String> {
-        for (number, line) in bytes.split(|b| *b == b'\n').enumerate() {
-            let line = String::from_utf8_lossy(line);
-            let line = line.trim();
-            let (word, rest) = line.split_once(char::is_whitespace).unwrap_or((line, ""));
-            let taken = match word {
-                "v" => self.vertex(rest),
-                "vt" => self.texture_vertex(rest),
-                "f" => self.face(rest),
-                "o" | "g" => {
-                    self.end_group();
-                    self.name = if rest.trim().is_empty() { "object".to_owned() } else { rest.trim().to_owned() };
-                    Some(())
-                }
-                "usemtl" => {
-                    self.end_group();
-                    self.material = Some(rest.trim().to_owned());
-                    Some(())
-                }
-                "mtllib" => {
-                    self.library(rest.trim());
-                    Some(())
-                }
-                _ => Some(()),
-            };
-            taken.ok_or_else(|| format!("line {}: `{line}`", number + 1))?;
+        let mut lines = lines(bytes).enumerate();
+        while let Some((number, first)) = lines.next() {
+            let mut line = decoded(first);
+            // A backslash at its end continues a line on the next; comments may end with the name of a folder.
+            while let Some(begun) = line.trim_end().strip_suffix('\\').filter(|begun| !begun.starts_with('#')) {
+                let next = lines.next().map_or(Cow::Borrowed(""), |(_, next)| decoded(next));
+                line = Cow::Owned(format!("{begun} {next}"));
+            }
+            self.line(line.trim()).ok_or_else(|| format!("line {}: `{}`", number + 1, line.trim()))?;
         }
         self.end_group();
         Ok(())
     }
 
-    /// `x y z`, and `r g b` if there are so many numbers.
-    fn vertex(&mut self, rest: &str) -> Option<()> {
-        let mut words = rest.split_whitespace();
-        let mut next = || words.next()?.parse::<f64>().ok();
-        self.positions.push([next()?, next()?, next()?]);
-        if let (Some(r), Some(g), Some(b)) = (next(), next(), next()) {
-            self.colors.resize(self.positions.len() - 1, [1.0; 3]);
-            self.colors.push([r as f32, g as f32, b as f32]);
+    fn line(&mut self, line: &str) -> Option<()> {
+        let (word, rest) = line.split_once(char::is_whitespace).unwrap_or((line, ""));
+        let rest = rest.trim();
+        // Names may have a `#` within; numbers end before one.
+        let numbers = rest.split('#').next().unwrap_or_default();
+        match word {
+            "v" => self.vertex(numbers)?,
+            "vt" => self.texture_vertex(numbers),
+            "f" | "fo" => self.face(numbers)?,
+            "o" | "g" => {
+                self.end_group();
+                self.name = if rest.is_empty() { "object".to_owned() } else { rest.to_owned() };
+            }
+            "usemtl" => {
+                self.end_group();
+                self.material = Some(rest.to_owned());
+            }
+            "mtllib" => self.library(rest),
+            "p" | "l" | "curv" | "curv2" | "surf" => self.left_out += 1,
+            _ => {}
         }
         Some(())
     }
 
-    fn texture_vertex(&mut self, rest: &str) -> Option<()> {
+    /// `x y z`, and `r g b` if there are so many numbers.
+    fn vertex(&mut self, rest: &str) -> Option<()> {
         let mut words = rest.split_whitespace();
-        let u = words.next()?.parse().ok()?;
-        // One number is a place on a line.
-        let v = words.next().map_or(Some(0.0), |w| w.parse().ok())?;
-        self.texture_coordinates.push([u, v]);
+        let mut next = || number(words.next()?);
+        self.positions.push([next()?, next()?, next()?]);
+        if let (Some(r), Some(g), Some(b)) = (next(), next(), next()) {
+            self.colors.resize(self.positions.len() - 1, NO_COLOR);
+            self.colors.push([r, g, b]);
+        }
         Some(())
+    }
+
+    /// `u v`; one number is a place on a line. What cannot be read costs the picture at that corner only.
+    fn texture_vertex(&mut self, rest: &str) {
+        let mut numbers = rest.split_whitespace().map(|w| number(w).filter(|n| n.is_finite()));
+        let place = numbers.next().flatten().zip(numbers.next().unwrap_or(Some(0.0)));
+        self.bad_texture_coordinates += usize::from(place.is_none());
+        let (u, v) = place.unwrap_or_default();
+        self.texture_coordinates.push([u as f32, v as f32]);
     }
 
     /// `v`, `v/vt`, `v//vn` or `v/vt/vn` for each corner; negative numbers count back from the last so far.
@@ -152,7 +172,7 @@ impl<'a> Reader<'a> {
 
     /// A library by its name, which may have spaces, or several by theirs.
     fn library(&mut self, names: &str) {
-        match (self.files)(&names.replace('\\', "/")) {
+        match find(self.files, &names.replace('\\', "/")) {
             Ok(bytes) => material::read(&bytes, &mut self.materials),
             Err(error) => {
                 let several: Vec<&str> = names.split_whitespace().collect();
@@ -167,6 +187,8 @@ impl<'a> Reader<'a> {
 
     fn finish(self) -> Result<Geometry, String> {
         let mut geometry = Geometry { warnings: self.warnings, ..Geometry::default() };
+        let mut flat = 0_usize;
+        let mut unknown = BTreeSet::new();
         let mut pictures = Pictures { files: self.files, indices: HashMap::new() };
         let mut triangulation = Triangulation::default();
         let (mut start, mut first, mut places) = (0, 0, Vec::new());
@@ -176,6 +198,7 @@ impl<'a> Reader<'a> {
             for &end in &self.faces[first..group.end] {
                 let face = &self.corners[start..end];
                 start = end;
+                flat += usize::from(face.len() < 3);
                 places.clear();
                 for corner in face {
                     let (vertex, count) = (corner.vertex, self.positions.len());
@@ -196,7 +219,10 @@ impl<'a> Reader<'a> {
                 }
             }
             first = group.end;
-            let material = group.material.and_then(|name| self.materials.get(&name));
+            let material = group.material.as_ref().and_then(|name| self.materials.get(name));
+            if let (None, Some(name)) = (material, group.material) {
+                unknown.insert(name);
+            }
             let picture = material.and_then(|m| m.picture.as_deref()).filter(|_| has_texture_coordinates);
             let texture = picture.and_then(|name| pictures.index(name, &mut geometry));
             geometry.pieces.push(Piece {
@@ -210,14 +236,39 @@ impl<'a> Reader<'a> {
         if self.texture_coordinates.is_empty() {
             geometry.texture_coordinates.clear();
         }
-        geometry.colors = self.colors.into_iter().map(linear).collect();
+        let range = Range::of(true, largest(self.colors.iter().flatten()));
+        let color =
+            |c: [f64; 3]| if c[0].is_nan() { [1.0; 3] } else { linear(c.map(|channel| range.share(channel) as f32)) };
+        geometry.colors = self.colors.into_iter().map(color).collect();
         if !geometry.colors.is_empty() {
             geometry.colors.resize(self.positions.len(), [1.0; 3]);
+        }
+        // Without a library, that it is missing has been said.
+        if !unknown.is_empty() && !self.materials.is_empty() {
+            let names: Vec<String> = unknown.into_iter().collect();
+            geometry.warnings.push(format!("is in no material library: {}", names.join(", ")));
+        }
+        for (count, what) in [
+            (flat, "faces of fewer than three corners are left out"),
+            (self.left_out, "points, lines, curves and curved surfaces are left out: only faces are read"),
+            (self.bad_texture_coordinates, "texture coordinates are no numbers"),
+        ] {
+            if count > 0 {
+                geometry.warnings.push(format!("{count} {what}"));
+            }
         }
         geometry.positions = self.positions;
         geometry.drop_unused_vertices();
         Ok(geometry)
     }
+}
+
+/// The file `name`, or one of its last name beside the model: paths of another computer lead nowhere.
+fn find(files: Resolver<'_>, name: &str) -> std::io::Result<Vec<u8>> {
+    files(name).or_else(|error| match name.rsplit_once('/') {
+        Some((_, last)) if !last.is_empty() => files(last).map_err(|_| error),
+        _ => Err(error),
+    })
 }
 
 /// Pictures, each opened once.
@@ -232,7 +283,7 @@ impl Pictures<'_> {
         if let Some(known) = self.indices.get(name) {
             return *known;
         }
-        let index = match (self.files)(name) {
+        let index = match find(self.files, name) {
             Ok(bytes) => {
                 geometry.textures.push(Texture { name: name.to_owned(), bytes });
                 Some(geometry.textures.len() - 1)

@@ -12,13 +12,32 @@ use std::io::{BufWriter, Write};
 /// # Errors
 /// [`WriteError::Vertex`] if a triangle names a vertex that is not there, [`WriteError::Io`] if `out` fails.
 pub fn write_mesh(out: impl Write, mesh: &SemanticMesh, taxonomy: &Taxonomy, library: &str) -> Result<(), WriteError> {
+    write_mesh_at(out, mesh, [0.0; 3], taxonomy, library)
+}
+
+/// Writes the geometry of a mesh whose positions are relative to `shift`.
+///
+/// # Errors
+/// As [`write_mesh`].
+pub fn write_mesh_at(
+    out: impl Write,
+    mesh: &SemanticMesh,
+    shift: [f64; 3],
+    taxonomy: &Taxonomy,
+    library: &str,
+) -> Result<(), WriteError> {
     let components = components(mesh, taxonomy)?;
     let mut out = BufWriter::new(out);
     writeln!(out, "# semascan {}: metres, table frame, z up", env!("CARGO_PKG_VERSION"))?;
     writeln!(out, "mtllib {}", word(library))?;
     for v in mesh.vertices.iter() {
         let ([x, y, z], [r, g, b]) = (v.position, v.color.map(|c| f32::from(c) / 255.0));
-        writeln!(out, "v {x} {y} {z} {r:.4} {g:.4} {b:.4}")?;
+        if shift == [0.0; 3] {
+            writeln!(out, "v {x} {y} {z} {r:.4} {g:.4} {b:.4}")?;
+        } else {
+            let [x, y, z] = [0, 1, 2].map(|axis| f64::from(v.position[axis]) + shift[axis]);
+            writeln!(out, "v {x} {y} {z} {r:.4} {g:.4} {b:.4}")?;
+        }
     }
     for [x, y, z] in &mesh.vertices.normals {
         writeln!(out, "vn {x:.5} {y:.5} {z:.5}")?;

@@ -1,6 +1,8 @@
 //! The text at the head of a PCD file (Point Cloud Library, *The PCD file format*, version 0.7): which fields a point
 //! has, how many points there are and how they are stored.
 
+use crate::text::{decoded, split_line, without_mark};
+
 /// How the points are stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Storage {
@@ -29,7 +31,7 @@ pub(super) enum Kind {
 
 impl Kind {
     fn new(letter: &str, size: usize) -> Option<Self> {
-        Some(match (letter, size) {
+        Some(match (letter.to_ascii_uppercase().as_str(), size) {
             ("F", 4) => Self::F32,
             ("F", 8) => Self::F64,
             ("I", 1) => Self::I8,
@@ -108,18 +110,17 @@ impl Header {
     /// Reads the header; what follows it in `data` is returned beside it.
     pub(super) fn parse(data: &[u8]) -> Result<(Self, &[u8]), String> {
         let mut lines = Lines::default();
-        let mut rest = data;
+        let mut rest = without_mark(data);
         let storage = loop {
-            let end = rest.iter().take(MAX_HEADER).position(|&b| b == b'\n');
-            let end = end.ok_or("the header does not end with a DATA line")?;
-            if data.len() - rest.len() > MAX_HEADER {
-                return Err("the header does not end with a DATA line".into());
-            }
-            let line = String::from_utf8_lossy(&rest[..end]);
-            rest = &rest[end + 1..];
+            let (line, after) = split_line(&rest[..rest.len().min(MAX_HEADER)])
+                .filter(|(line, _)| line.len() < rest.len() && data.len() - rest.len() <= MAX_HEADER)
+                .ok_or("the header does not end with a DATA line")?;
+            // The line was looked for in the head of the rest only.
+            rest = &rest[rest.len().min(MAX_HEADER) - after.len()..];
+            let line = decoded(line);
             let mut words = line.split_whitespace();
-            match words.next() {
-                Some("DATA") => match words.next() {
+            match words.next().map(str::to_ascii_uppercase).as_deref() {
+                Some("DATA") => match words.next().map(str::to_ascii_lowercase).as_deref() {
                     Some("ascii") => break Storage::Ascii,
                     Some("binary") => break Storage::Binary,
                     Some("binary_compressed") => break Storage::Compressed,
@@ -184,7 +185,9 @@ impl Lines {
             let word = words.first().ok_or_else(|| format!("{key} is missing"))?;
             word.parse().map_err(|_| format!("{key} {word} is no count"))
         };
-        let (width, height) = (number("WIDTH", &self.width)?, number("HEIGHT", &self.height)?);
+        // Versions before 0.5 have no rows.
+        let height = if self.height.is_empty() { 1 } else { number("HEIGHT", &self.height)? };
+        let width = if self.width.is_empty() { number("POINTS", &self.points)? } else { number("WIDTH", &self.width)? };
         let points = u64::from(width) * u64::from(height);
         if !self.points.is_empty() && u64::from(number("POINTS", &self.points)?) != points {
             return Err(format!("POINTS {} is not WIDTH {width} times HEIGHT {height}", self.points[0]));

@@ -1,5 +1,6 @@
 //! A PLY file's header: its format, and which elements with which properties follow.
 
+use crate::text::{decoded, without_mark};
 use semascan_model::NumberType;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -17,6 +18,8 @@ pub(super) enum Kind {
     U16,
     I32,
     U32,
+    I64,
+    U64,
     F32,
     F64,
 }
@@ -47,17 +50,21 @@ pub(super) struct Header {
 impl Header {
     pub(super) fn read(bytes: &[u8]) -> Result<Self, String> {
         let mut header = Self { format: Format::Ascii, comments: Vec::new(), elements: Vec::new(), length: 0 };
-        let (mut first, mut format) = (true, None);
+        header.length = bytes.len() - without_mark(bytes).len();
+        // Where lines end with CR alone, an LF after `end_header` is the first byte of binary data.
+        let (mut first, mut format, mut cr_alone) = (true, None, false);
         loop {
             let rest = &bytes[header.length..];
-            let end = rest.iter().position(|b| *b == b'\n').ok_or("the header has no end")?;
-            let line = String::from_utf8_lossy(&rest[..end]);
-            let line = line.trim_end_matches('\r');
-            header.length += end + 1;
+            let end = rest.iter().position(|b| matches!(b, b'\n' | b'\r')).ok_or("the header has no end")?;
+            let pair = rest[end..].starts_with(b"\r\n") && !cr_alone;
+            let line = decoded(&rest[..end]);
+            let line = line.trim();
+            header.length += end + if pair { 2 } else { 1 };
             if std::mem::take(&mut first) {
-                if line != "ply" {
+                if !line.eq_ignore_ascii_case("ply") {
                     return Err("it does not begin with `ply`".into());
                 }
+                cr_alone = rest[end] == b'\r' && !pair;
                 continue;
             }
             let (word, rest) = line.split_once(char::is_whitespace).unwrap_or((line, ""));
@@ -66,11 +73,11 @@ impl Header {
                 "end_header" => break,
                 "comment" => header.comments.push(rest.to_owned()),
                 "format" => {
-                    format = Some(match rest {
-                        "ascii 1.0" => Format::Ascii,
-                        "binary_little_endian 1.0" => Format::Little,
-                        "binary_big_endian 1.0" => Format::Big,
-                        other => return Err(format!("format `{other}` is unknown")),
+                    format = Some(match rest.split_whitespace().next() {
+                        Some("ascii") => Format::Ascii,
+                        Some("binary_little_endian") => Format::Little,
+                        Some("binary_big_endian") => Format::Big,
+                        _ => return Err(format!("format `{rest}` is unknown")),
                     });
                 }
                 "element" => {
@@ -113,6 +120,8 @@ impl Kind {
             "ushort" | "uint16" => Self::U16,
             "int" | "int32" => Self::I32,
             "uint" | "uint32" => Self::U32,
+            "int64" => Self::I64,
+            "uint64" => Self::U64,
             "float" | "float32" => Self::F32,
             "double" | "float64" => Self::F64,
             _ => return None,
@@ -128,13 +137,18 @@ impl Kind {
         }
     }
 
+    /// Whether numbers of it can have a fraction.
+    pub(super) fn has_fraction(self) -> bool {
+        matches!(self, Self::F32 | Self::F64)
+    }
+
     /// Bytes of a number.
     pub(super) fn size(self) -> usize {
         match self {
             Self::I8 | Self::U8 => 1,
             Self::I16 | Self::U16 => 2,
             Self::I32 | Self::U32 | Self::F32 => 4,
-            Self::F64 => 8,
+            Self::I64 | Self::U64 | Self::F64 => 8,
         }
     }
 }

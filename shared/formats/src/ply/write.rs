@@ -12,6 +12,9 @@ use std::io::{BufWriter, Write};
 const MESH_PROPERTIES: [(&str, &str); 5] =
     [("float", "x"), ("float", "y"), ("float", "z"), ("ushort", "label"), ("ushort", "defect")];
 
+/// Name of the column of positions.
+const POSITION: &str = "position";
+
 /// The one property of a face: `int`, because some readers know no unsigned indices.
 const FACE: (&str, &str) = ("list uchar int", "vertex_indices");
 
@@ -38,13 +41,27 @@ pub fn write_cloud(
     taxonomy: &Taxonomy,
     comments: &[(String, String)],
 ) -> Result<(), WriteError> {
+    write_cloud_at(out, cloud, [0.0; 3], taxonomy, comments)
+}
+
+/// Writes a cloud whose positions are relative to `shift`: in double precision where that is not zero.
+///
+/// # Errors
+/// [`WriteError::Io`] if `out` fails.
+pub fn write_cloud_at(
+    out: impl Write,
+    cloud: &SemanticCloud,
+    shift: [f64; 3],
+    taxonomy: &Taxonomy,
+    comments: &[(String, String)],
+) -> Result<(), WriteError> {
     let mut out = BufWriter::new(out);
     begin(&mut out, taxonomy, comments)?;
-    element(&mut out, "vertex", cloud.len(), &point_properties())?;
+    element(&mut out, "vertex", cloud.len(), &point_properties(shift))?;
     out.write_all(b"end_header\n")?;
     let mut row = Vec::new();
     for point in cloud.iter() {
-        write_point(&mut out, &point, &mut row)?;
+        write_point(&mut out, &point, shift, &mut row)?;
     }
     Ok(out.flush()?)
 }
@@ -60,6 +77,20 @@ pub fn write_semantic_mesh(
     taxonomy: &Taxonomy,
     comments: &[(String, String)],
 ) -> Result<(), WriteError> {
+    write_semantic_mesh_at(out, mesh, [0.0; 3], taxonomy, comments)
+}
+
+/// Writes a mesh whose positions are relative to `shift`: in double precision where that is not zero.
+///
+/// # Errors
+/// As [`write_semantic_mesh`].
+pub fn write_semantic_mesh_at(
+    out: impl Write,
+    mesh: &SemanticMesh,
+    shift: [f64; 3],
+    taxonomy: &Taxonomy,
+    comments: &[(String, String)],
+) -> Result<(), WriteError> {
     component::check(mesh)?;
     let limit = i32::MAX as usize;
     if mesh.len() > limit {
@@ -67,12 +98,12 @@ pub fn write_semantic_mesh(
     }
     let mut out = BufWriter::new(out);
     begin(&mut out, taxonomy, comments)?;
-    element(&mut out, "vertex", mesh.len(), &point_properties())?;
+    element(&mut out, "vertex", mesh.len(), &point_properties(shift))?;
     element(&mut out, "face", mesh.triangles.len(), &[FACE])?;
     out.write_all(b"end_header\n")?;
     let mut row = Vec::new();
     for (v, point) in mesh.vertices.iter().enumerate() {
-        write_point(&mut out, &SemanticPoint { flags: mesh.flags(v), ..point }, &mut row)?;
+        write_point(&mut out, &SemanticPoint { flags: mesh.flags(v), ..point }, shift, &mut row)?;
     }
     write_faces(&mut out, &mesh.triangles)?;
     Ok(out.flush()?)
@@ -167,16 +198,31 @@ fn one_line(text: &str) -> String {
 }
 
 /// Types and names of the properties of a vertex of `cloud.ply` and `mesh.ply`, in order.
-fn point_properties() -> Vec<(&'static str, &'static str)> {
-    let numbers = POINT_COLUMNS.iter().flat_map(|c| c.number_names.iter().map(|name| (c.number_type, *name)));
-    numbers.map(|(number_type, name)| (Kind::name_of(number_type), name)).collect()
+fn point_properties(shift: [f64; 3]) -> Vec<(&'static str, &'static str)> {
+    let mut properties = Vec::new();
+    for column in POINT_COLUMNS {
+        let is_double = column.name == POSITION && shift != [0.0; 3];
+        let kind = if is_double { "double" } else { Kind::name_of(column.number_type) };
+        properties.extend(column.number_names.iter().map(|name| (kind, *name)));
+    }
+    properties
 }
 
 /// Writes a point's row of columns; `row` is a buffer.
-fn write_point(out: &mut impl Write, point: &SemanticPoint, row: &mut Vec<u8>) -> Result<(), WriteError> {
+fn write_point(
+    out: &mut impl Write,
+    point: &SemanticPoint,
+    shift: [f64; 3],
+    row: &mut Vec<u8>,
+) -> Result<(), WriteError> {
     row.clear();
     for column in POINT_COLUMNS {
-        (column.append)(point, row);
+        if column.name == POSITION && shift != [0.0; 3] {
+            let shifted = [0, 1, 2].map(|axis| f64::from(point.position[axis]) + shift[axis]);
+            row.extend(shifted.iter().flat_map(|c| c.to_le_bytes()));
+        } else {
+            (column.append)(point, row);
+        }
     }
     Ok(out.write_all(row)?)
 }

@@ -2,6 +2,8 @@
 //!
 //! Which form a file has is told by its length and content, not by its first word: many binary files begin with `solid`.
 
+use crate::polygon::Triangulation;
+use crate::text::{decoded, lines, number, without_mark};
 use crate::{Geometry, Piece, ReadError};
 use std::collections::HashMap;
 
@@ -18,7 +20,8 @@ pub(crate) fn read(name: &str, bytes: &[u8]) -> Result<Geometry, ReadError> {
     let mut welded = Welded::default();
     let count = bytes.get(80..HEAD).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]) as usize);
     let exact = count.is_some_and(|n| bytes.len() == n.saturating_mul(RECORD).saturating_add(HEAD));
-    let is_text = !exact && bytes.trim_ascii_start().starts_with(b"solid") && !bytes.contains(&0);
+    let begins = without_mark(bytes).trim_ascii_start().get(..5).is_some_and(|w| w.eq_ignore_ascii_case(b"solid"));
+    let is_text = !exact && begins && !bytes.contains(&0);
     let read = match count {
         _ if is_text => text(bytes, &mut welded),
         Some(count) => binary(count, &bytes[HEAD..], &mut welded),
@@ -31,6 +34,11 @@ pub(crate) fn read(name: &str, bytes: &[u8]) -> Result<Geometry, ReadError> {
 fn binary(count: usize, records: &[u8], welded: &mut Welded) -> Result<(), String> {
     let there = records.len() / RECORD;
     let taken = match count {
+        // Not yet known when the head was written.
+        n if n == u32::MAX as usize && records.len().is_multiple_of(RECORD) => {
+            welded.geometry.warnings.push(format!("does not count its triangles and holds {there}: all are read"));
+            there
+        }
         n if n > there => return Err(format!("it is cut short: {there} triangles of {n}")),
         // Some programs write the number before they know it; what follows is triangles all the same.
         n if n < there && records.len().is_multiple_of(RECORD) => {
@@ -48,33 +56,49 @@ fn binary(count: usize, records: &[u8], welded: &mut Welded) -> Result<(), Strin
     Ok(())
 }
 
+/// Facets of a text, word by word: some programs write several to a line.
 fn text(bytes: &[u8], welded: &mut Welded) -> Result<(), String> {
     let mut corners: Vec<[f64; 3]> = Vec::with_capacity(3);
+    let mut triangulation = Triangulation::default();
     let mut solid: Option<String> = None;
-    for line in bytes.split(|b| *b == b'\n') {
-        let line = String::from_utf8_lossy(line);
+    for line in lines(bytes) {
+        let line = decoded(line);
         let mut words = line.split_whitespace();
-        match words.next().map(str::to_ascii_lowercase).as_deref() {
-            Some("solid") => solid = Some(words.collect::<Vec<_>>().join(" ")),
-            Some("endsolid") => {
-                let name = solid.take().filter(|n| !n.is_empty());
-                welded.end_solid(name.as_deref().unwrap_or("solid"));
-            }
-            Some("vertex") => {
-                let mut next = || words.next().and_then(|w| w.parse().ok()).ok_or_else(|| format!("`{}`", line.trim()));
-                corners.push([next()?, next()?, next()?]);
-                if let [a, b, c] = corners[..] {
-                    welded.triangle([a, b, c]);
+        while let Some(word) = words.next() {
+            match word.to_ascii_lowercase().as_str() {
+                "solid" => solid = Some(words.by_ref().collect::<Vec<_>>().join(" ")),
+                "endsolid" => {
+                    let name = solid.take().filter(|n| !n.is_empty());
+                    welded.end_solid(name.as_deref().unwrap_or("solid"));
+                    // Its name, which may be any word.
+                    words.by_ref().for_each(drop);
+                }
+                "vertex" => {
+                    let mut next =
+                        || words.next().and_then(number).ok_or_else(|| format!("`{}` is no vertex", line.trim()));
+                    corners.push([next()?, next()?, next()?]);
+                }
+                "endloop" => {
+                    if corners.len() < 3 {
+                        return Err(format!("a facet has {} vertices", corners.len()));
+                    }
+                    for t in triangulation.split(&corners) {
+                        welded.triangle(t.map(|k| corners[k as usize]));
+                    }
                     corners.clear();
                 }
+                _ => {}
             }
-            _ => {}
         }
     }
     match (corners.is_empty(), solid) {
-        (false, _) => Err("a facet has not three vertices".into()),
+        (false, _) => Err("it is cut short: a facet does not end".into()),
         (true, Some(_)) => Err("it is cut short: a solid does not end".into()),
-        (true, None) => Ok(()),
+        (true, None) => {
+            // Facets past the last solid.
+            welded.end_solid("solid");
+            Ok(())
+        }
     }
 }
 

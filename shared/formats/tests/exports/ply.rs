@@ -107,3 +107,27 @@ fn a_mesh_comes_back_and_a_broken_one_is_refused() {
     let refused = write_mesh(Vec::new(), &wrong_vertex, &taxonomy(), &[]);
     assert!(matches!(refused, Err(WriteError::Vertex { triangle: 0, vertex: 4, .. })));
 }
+
+#[test]
+fn a_model_on_a_map_keeps_its_shift() {
+    let positions =
+        [[500_000.25, 5_400_000.5, 200.125], [500_000.75, 5_400_000.25, 200.0], [500_000.5, 5_400_000.0, 200.5]];
+    let rows: String = positions.iter().map(|[x, y, z]| format!("{x} {y} {z}\n")).collect();
+    let text = format!(
+        "ply\nformat ascii 1.0\nelement vertex 3\nproperty double x\nproperty double y\nproperty double z\n\
+         element face 1\nproperty list uchar int vertex_indices\nend_header\n{rows}3 0 1 2\n"
+    );
+    let model = read("a.ply", text.as_bytes()).expect("valid");
+    assert_eq!((model.shift, model.mesh.vertices.positions[0]), ([500_001.0, 5_400_000.0, 200.0], [-0.75, 0.5, 0.125]));
+    let (mut cloud, mut mesh, mut obj) = (Vec::new(), Vec::new(), Vec::new());
+    semascan_formats::ply::write_cloud_at(&mut cloud, &model.mesh.vertices, model.shift, &model.taxonomy, &[])
+        .expect("written");
+    semascan_formats::ply::write_semantic_mesh_at(&mut mesh, &model.mesh, model.shift, &model.taxonomy, &[])
+        .expect("written");
+    semascan_formats::obj::write_mesh_at(&mut obj, &model.mesh, model.shift, &model.taxonomy, "a.mtl")
+        .expect("written");
+    for (name, bytes) in [("cloud.ply", cloud), ("mesh.ply", mesh), ("mesh.obj", obj)] {
+        let found = semascan_formats::Geometry::read(name, &bytes, &semascan_formats::no_files).expect("valid");
+        assert_eq!(found.positions, positions, "{name}");
+    }
+}

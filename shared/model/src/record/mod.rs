@@ -18,7 +18,7 @@ mod view;
 
 pub use networks::{
     Augmentation, EngineDescription, Fusion, ModelReport, NetworkFile, NetworkReport, NetworksRecord, Provider, Region,
-    Statistic, Task, Uncertain, UncertaintyFigures, ViewNetworksRecord, WindowRecord,
+    Statistic, Task, Uncertain, UncertaintyFigures, ViewNetworksRecord, WeightsFile, WindowRecord,
 };
 pub use reader::RecordError;
 pub use stage::{Outcome, Stage};

@@ -135,7 +135,7 @@ fn description(reference: &ReferenceInfo) -> String {
         0 => (reference.points, "points"),
         triangles => (triangles, "triangles"),
     };
-    let unit = if reference.millimetres { ", in millimetres" } else { "" };
+    let unit = if reference.millimetres { ", taken for millimetres" } else { ", taken for metres" };
     format!("{} {what}{unit}", units::count(count.into()))
 }
 

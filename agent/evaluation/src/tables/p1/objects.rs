@@ -93,7 +93,7 @@ pub fn objects(folder: &Path, ycb: Option<&Path>) -> Result<Vec<TableObject>, So
 
 impl TableObject {
     fn mesh(name: &str, dataset: Dataset, class: u16, path: PathBuf, scale: f32) -> Self {
-        Self { name: name.into(), dataset, class, part: PartSpec::Mesh { path, scale }, motor: None }
+        Self { name: name.into(), dataset, class, part: PartSpec::Mesh { path, scale: Some(scale) }, motor: None }
     }
 
     /// Classes a flip may turn to, `none` included.

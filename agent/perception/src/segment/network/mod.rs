@@ -19,6 +19,7 @@ mod region;
 mod segmenter;
 mod taxonomy;
 mod uncertainty;
+mod upsample;
 
 pub use augment::Augmentation;
 pub use config::{ModelReport, NetworkConfig, NetworkReport, Region, ViewDetail};
@@ -26,7 +27,7 @@ pub use engine::{EngineChoice, EngineDescription, EngineError, Provider};
 pub use library::{Installed, SelectError, find, installed, search_path, select};
 pub use manifest::{
     Activation, Channel, Class, ColorScale, DepthScale, FILE_NAME, Fusion, Input, Manifest, ManifestError, NetworkFile,
-    Output, Task,
+    Output, Task, WeightsFile,
 };
 pub use model::{Answer, ModelError, NetworkModel};
 pub use objects::{Objects, ShapeError};

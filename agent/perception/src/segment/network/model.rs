@@ -1,9 +1,10 @@
 //! A loaded model: its manifest, and its networks, checked against it. What does not fit is an error here, before the
 //! first view, that names file and field.
 
-use super::engine::{Engine, EngineError, Network, Port, Tensor};
+use super::engine::{Element, Engine, EngineError, Network, Port, Tensor};
 use super::manifest::{Activation, Manifest, ManifestError, Task};
 use super::objects::{Objects, from_detections};
+use super::upsample::{enlarged, factor};
 use rayon::prelude::*;
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -111,8 +112,20 @@ impl NetworkModel {
                 return Err(self.fault(field, index, &format!("has no output {name}: {}", names(outputs))));
             }
         }
+        if let Element::Other(found) = &port.element {
+            return Err(self.fault("input.tensor", index, &format!("takes {found}, not f32 or f16")));
+        }
         let detects = self.manifest.output.boxes.is_some();
         if let Some(shape) = &port.shape {
+            let wanted = input.channels.len();
+            if let [_, second, _, last] = shape.as_slice()
+                && *last == Some(wanted)
+                && *second != *last
+            {
+                let reason =
+                    format!("takes [N, H, W, {wanted}]: export it with channels first, as [N, {wanted}, H, W]");
+                return Err(self.fault("input.tensor", index, &reason));
+            }
             let (channels, height, width) = match shape.as_slice() {
                 [_, c, h, w] => (*c, *h, *w),
                 [c, h, w] if detects => (*c, *h, *w),
@@ -163,7 +176,13 @@ impl NetworkModel {
             if output.shape.len() != 4 || output.data.len() != output.shape.iter().product::<usize>() {
                 return Err(self.fault(field, index, &format!("gives {:?}, not {wanted:?}", output.shape)));
             }
-            if output.shape != wanted {
+            // Many networks label cells of 2 to 16 pixels: what they say is spread over these.
+            let coarse = matches!(field, "classes" | "output.contribution") && factor(&output.shape, &wanted).is_some();
+            if output.shape != wanted && !coarse {
+                if output.shape == [1, height, width, wanted[1]] {
+                    let reason = format!("gives [N, H, W, {0}]: export it as [N, {0}, H, W]", wanted[1]);
+                    return Err(self.fault("output.tensor", index, &reason));
+                }
                 // The number of classes is the usual mistake and has a field of its own.
                 let field = if output.shape[1] == wanted[1] { "output.tensor" } else { field };
                 return Err(self.fault(field, index, &format!("gives {:?}, not {wanted:?}", output.shape)));
@@ -199,8 +218,9 @@ impl NetworkModel {
                 let mut next = |channels: usize| {
                     let wanted = [&pictures.shape[..1], &[channels], &pictures.shape[2..]].concat();
                     let output = outputs.next().unwrap_or_default();
-                    if output.shape == wanted && output.data.len() == wanted.iter().product::<usize>() {
-                        return Ok(output);
+                    let is_whole = output.data.len() == output.shape.iter().product::<usize>();
+                    if let Some(factor) = factor(&output.shape, &wanted).filter(|_| is_whole) {
+                        return Ok(if factor == 1 { output } else { enlarged(&output, factor) });
                     }
                     let reason = format!("gives {:?}, not {wanted:?}", output.shape);
                     Err(EngineError::Run { file: folder.join(&file.file), reason })

@@ -13,11 +13,24 @@ pub struct Tensor {
     pub data: Vec<f32>,
 }
 
+/// Type of a tensor's numbers.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Element {
+    /// Single precision.
+    F32,
+    /// Half precision; converted on the way in and out.
+    F16,
+    /// Another, by its name.
+    Other(String),
+}
+
 /// An input or output of a network.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Port {
     /// Its name in the graph.
     pub name: String,
+    /// Type of its numbers.
+    pub element: Element,
     /// Its dimensions where the graph fixes them; `None` where not even their number is known.
     pub shape: Option<Vec<Option<usize>>>,
 }

@@ -8,7 +8,7 @@ mod onnx_runtime;
 mod tract;
 
 pub use choice::{EngineChoice, HAS_TRACT, open};
-pub use interface::{Engine, EngineDescription, EngineError, Network, Port, Provider, Tensor};
+pub use interface::{Element, Engine, EngineDescription, EngineError, Network, Port, Provider, Tensor};
 pub use locate::{Found, candidates};
 pub use onnx_runtime::OnnxRuntime;
 #[cfg(feature = "tract")]

@@ -4,8 +4,9 @@
 //! A process has one ONNX Runtime environment, made from the first library that loads. Threads do not spin while they
 //! wait: spinning nearly doubles the processor time, which the other stages of the pipeline need.
 
-use super::interface::{Engine, EngineDescription, EngineError, Network, Port, Provider, Tensor, one_by_one};
+use super::interface::{Element, Engine, EngineDescription, EngineError, Network, Port, Provider, Tensor, one_by_one};
 use super::locate::{Found, candidates};
+use half::f16;
 use ort::environment::Environment;
 use ort::ep::{self, ExecutionProvider, ExecutionProviderDispatch};
 use ort::logging::LogLevel;
@@ -170,11 +171,18 @@ fn one_line(text: &str) -> String {
 }
 
 fn port(outlet: &Outlet) -> Port {
-    let shape = match outlet.dtype() {
-        ValueType::Tensor { shape, .. } => Some(shape.iter().map(|&d| usize::try_from(d).ok()).collect()),
-        _ => None,
+    let (element, shape) = match outlet.dtype() {
+        ValueType::Tensor { ty, shape, .. } => {
+            let element = match ty {
+                TensorElementType::Float32 => Element::F32,
+                TensorElementType::Float16 => Element::F16,
+                other => Element::Other(format!("{other:?}")),
+            };
+            (element, Some(shape.iter().map(|&d| usize::try_from(d).ok()).collect()))
+        }
+        _ => (Element::Other("no tensor".into()), None),
     };
-    Port { name: outlet.name().to_owned(), shape }
+    Port { name: outlet.name().to_owned(), element, shape }
 }
 
 /// A network in ONNX Runtime.
@@ -210,9 +218,16 @@ impl OrtNetwork {
         let Self { file, session, inputs, .. } = self;
         let fail = |reason: String| EngineError::Run { file: file.clone(), reason: one_line(&reason) };
         let name = inputs.first().map(|p| p.name.clone()).unwrap_or_default();
-        let tensor = TensorRef::from_array_view((input.shape.clone(), input.data.as_slice()));
-        let tensor = tensor.map_err(|e| fail(e.to_string()))?;
-        let outputs = session.run(ort::inputs![name => tensor]).map_err(|e| fail(e.to_string()))?;
+        let shape = input.shape.clone();
+        let halved: Vec<f16>;
+        let outputs = if inputs.first().is_some_and(|port| port.element == Element::F16) {
+            halved = input.data.iter().map(|v| f16::from_f32(*v)).collect();
+            TensorRef::from_array_view((shape, halved.as_slice())).and_then(|t| session.run(ort::inputs![name => t]))
+        } else {
+            TensorRef::from_array_view((shape, input.data.as_slice()))
+                .and_then(|t| session.run(ort::inputs![name => t]))
+        };
+        let outputs = outputs.map_err(|e| fail(e.to_string()))?;
         wanted
             .iter()
             .map(|&name| {
@@ -231,11 +246,15 @@ fn read(value: &DynValue) -> Result<Tensor, String> {
             let (shape, data) = value.try_extract_tensor::<f32>().map_err(|e| e.to_string())?;
             (shape, data.to_vec())
         }
+        TensorElementType::Float16 => {
+            let (shape, data) = value.try_extract_tensor::<f16>().map_err(|e| e.to_string())?;
+            (shape, data.iter().map(|v| v.to_f32()).collect())
+        }
         TensorElementType::Int64 => {
             let (shape, data) = value.try_extract_tensor::<i64>().map_err(|e| e.to_string())?;
             (shape, data.iter().map(|&v| v as f32).collect())
         }
-        other => return Err(format!("holds {other:?}, neither f32 nor i64")),
+        other => return Err(format!("holds {other:?}, not f32, f16 or i64")),
     };
     let shape = shape.iter().map(|&d| usize::try_from(d).unwrap_or(0)).collect();
     Ok(Tensor { shape, data })

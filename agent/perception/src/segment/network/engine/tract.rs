@@ -3,7 +3,7 @@
 //! It wants every dimension fixed: a plan is made for each size of picture that comes and the last few are kept. What it
 //! cannot plan (Mask R-CNN, whose sizes depend on what it finds) it refuses by the file's name.
 
-use super::interface::{Engine, EngineDescription, EngineError, Network, Port, Provider, Tensor, one_by_one};
+use super::interface::{Element, Engine, EngineDescription, EngineError, Network, Port, Provider, Tensor, one_by_one};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -73,15 +73,23 @@ impl TractNetwork {
                 .collect();
             fact.shape.rank().concretize().map(|_| fixed)
         };
+        // Inputs of other types than single precision are refused, outputs are converted.
+        let element = |fact: &InferenceFact| match fact.datum_type.concretize() {
+            None => Element::F32,
+            Some(known) if known == f32::datum_type() => Element::F32,
+            Some(other) => Element::Other(format!("{other:?}, which tract is not given")),
+        };
         let ports = guarded(|| {
             let mut inputs = Vec::new();
             for outlet in model.input_outlets()? {
-                let shape = dimensions(model.outlet_fact(*outlet)?);
-                inputs.push(Port { name: model.node(outlet.node).name.clone(), shape });
+                let fact = model.outlet_fact(*outlet)?;
+                let name = model.node(outlet.node).name.clone();
+                inputs.push(Port { name, element: element(fact), shape: dimensions(fact) });
             }
             let mut outputs = Vec::new();
             for (outlet, name) in model.output_outlets()?.iter().zip(names) {
-                outputs.push(Port { name, shape: dimensions(model.outlet_fact(*outlet)?) });
+                let fact = model.outlet_fact(*outlet)?;
+                outputs.push(Port { name, element: element(fact), shape: dimensions(fact) });
             }
             Ok((inputs, outputs))
         });

@@ -5,13 +5,14 @@
 //! manifest that fits it can be used.
 
 mod checksum;
+mod external;
 mod output;
 #[cfg(test)]
 mod tests;
 mod validate;
 
 pub use output::{Activation, Output};
-pub use semascan_model::record::{Fusion, NetworkFile, Task};
+pub use semascan_model::record::{Fusion, NetworkFile, Task, WeightsFile};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 

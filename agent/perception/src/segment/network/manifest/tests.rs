@@ -2,6 +2,7 @@
 
 use super::*;
 use proptest::prelude::*;
+use sha2::Digest;
 
 /// A manifest that is right.
 const GOOD: &str = r##"
@@ -122,6 +123,42 @@ fn the_checksum_is_that_of_the_bytes() {
     manifest.verify(folder.path()).expect("right");
     std::fs::write(folder.path().join("member-0.onnx"), b"x").expect("writes");
     assert_eq!(manifest.verify(folder.path()).expect_err("another file").field, "network[0].sha256");
+}
+
+#[test]
+fn weights_in_another_file_are_under_a_checksum_too() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let write = |name: &str, bytes: &[u8]| std::fs::write(folder.path().join(name), bytes).expect("writes");
+    // A model whose only tensor lies in `w.data`.
+    let tensor = b"\x6a\x12\x0a\x08location\x12\x06w.data".to_vec();
+    let graph = [&[0x2a, tensor.len() as u8][..], &tensor].concat();
+    let network = [&[0x3a, graph.len() as u8][..], &graph].concat();
+    write("member-0.onnx", &network);
+    let digest = |bytes: &[u8]| sha2::Sha256::digest(bytes).iter().map(|b| format!("{b:02x}")).collect::<String>();
+    let own = "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855";
+    let manifest = |weights: &str| {
+        Manifest::parse(&GOOD.replace(&format!("\"{own}\""), &format!("\"{}\"{weights}", digest(&network))))
+            .expect("right")
+    };
+    let fault = |manifest: &Manifest| manifest.verify(folder.path()).map_err(|e| (e.field.clone(), e.to_string()));
+    let (silent, named) =
+        (manifest(""), format!("\n[[network.weights]]\nfile = \"w.data\"\nsha256 = \"{}\"", digest(b"weights")));
+    let named = manifest(&named);
+    for there in [false, true] {
+        if there {
+            write("w.data", b"weights");
+        }
+        let (field, reason) = fault(&silent).expect_err("no checksum");
+        assert_eq!(field, "network[0].weights");
+        assert!(reason.contains("w.data") && reason.contains(&digest(b"weights")) == there, "{reason}");
+        assert_eq!(
+            fault(&named).map_err(|(field, _)| field),
+            if there { Ok(()) } else { Err("network[0].weights[0].file".into()) }
+        );
+    }
+    write("w.data", b"changed");
+    let (field, reason) = fault(&named).expect_err("changed");
+    assert!(field == "network[0].weights[0].sha256" && reason.contains("w.data"), "{field}: {reason}");
 }
 
 #[test]

@@ -43,18 +43,9 @@ impl Manifest {
             return fault("network", "objects of several networks cannot be averaged: name one");
         }
         for (i, network) in self.networks.iter().enumerate() {
-            let mut parts = Path::new(&network.file).components();
-            if !matches!((parts.next(), parts.next()), (Some(Component::Normal(_)), None)) {
-                return fault(
-                    format!("network[{i}].file"),
-                    format!("{:?} is not a file in the model's folder", network.file),
-                );
-            }
-            if network.sha256.len() != 64 || !network.sha256.chars().all(|c| c.is_ascii_hexdigit()) {
-                return fault(
-                    format!("network[{i}].sha256"),
-                    format!("{:?} is not 64 hexadecimal digits", network.sha256),
-                );
+            validate_file(&format!("network[{i}]"), &network.file, &network.sha256)?;
+            for (k, weights) in network.weights.iter().enumerate() {
+                validate_file(&format!("network[{i}].weights[{k}]"), &weights.file, &weights.sha256)?;
             }
         }
         Ok(())
@@ -90,6 +81,18 @@ impl Manifest {
         }
         Ok(())
     }
+}
+
+/// A file in the model's folder, and a checksum that can be one.
+fn validate_file(field: &str, file: &str, sha256: &str) -> Result<(), Fault> {
+    let mut parts = Path::new(file).components();
+    if !matches!((parts.next(), parts.next()), (Some(Component::Normal(_)), None)) {
+        return fault(format!("{field}.file"), format!("{file:?} is not a file in the model's folder"));
+    }
+    if sha256.len() != 64 || !sha256.chars().all(|c| c.is_ascii_hexdigit()) {
+        return fault(format!("{field}.sha256"), format!("{sha256:?} is not 64 hexadecimal digits"));
+    }
+    Ok(())
 }
 
 impl Input {
