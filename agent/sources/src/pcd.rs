@@ -49,6 +49,7 @@ impl PcdSource {
             view_count: Some(files.len() as u32),
             turntable: None,
             volume: None,
+            no_labels: Some("labels of PCD files are not read".into()),
             settings: Vec::new(),
         };
         Ok(Self { info, files, next: 0 })

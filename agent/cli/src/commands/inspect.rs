@@ -4,6 +4,7 @@ use super::spec_args::SpecArgs;
 use super::{Failure, config, report, run, serve};
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
+use run::Output;
 use semascan_inspection::bus::Events;
 use semascan_inspection::event::{EventKind, StageStatus};
 use std::io::Write;
@@ -17,6 +18,9 @@ pub(crate) struct InspectArgs {
     /// Folder to write the inspection into
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
+    /// Write into the folder even if it holds something: the results of an earlier inspection are replaced
+    #[arg(long)]
+    overwrite: bool,
     /// Configuration of the cell
     #[arg(long, value_name = "TOML")]
     config: Option<PathBuf>,
@@ -41,13 +45,14 @@ impl InspectArgs {
         spec.source.uri = Some(self.source);
         let inspection = run::prepare(spec)?;
         let bar = progress_bar(inspection.info().view_count);
+        let output = Output::begin(&self.out, &inspection, self.overwrite)?;
         let events = inspection.subscribe();
         let handle = inspection.start();
+        run::stop_when_interrupted(handle.stop_switch());
         follow(events, &bar);
-        let inspected = run::finish(handle);
+        let inspected = run::finish(handle, Some(&output));
         bar.finish_and_clear();
         let inspected = inspected?;
-        run::write(&self.out, &inspected)?;
         if self.view_clouds {
             run::write_views(&self.out.join("views"), &inspected)?;
         }
@@ -57,7 +62,7 @@ impl InspectArgs {
             serde_json::to_writer(&mut out, &inspected.record)?;
             writeln!(out)?;
         }
-        Ok(())
+        run::verdict(&inspected.record)
     }
 }
 

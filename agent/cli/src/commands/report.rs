@@ -1,6 +1,8 @@
 //! What an inspection found, for people, on stderr.
 
-use semascan_model::record::{InspectionRecord, NetworksRecord, TruthRecord, ViewRecord};
+use semascan_model::record::{
+    InspectionRecord, LabelSource, NetworksRecord, RegistrationRecord, TruthRecord, ViewRecord,
+};
 use semascan_perception::segment::network::UncertaintyFigures;
 use std::io::{self, Write};
 use std::path::Path;
@@ -8,15 +10,23 @@ use std::path::Path;
 /// Prints a summary of `record`, which was written to `folder`.
 pub(crate) fn print(record: &InspectionRecord, folder: &Path) -> io::Result<()> {
     let mut out = io::stderr().lock();
-    let rejected = record.views.iter().filter(|v| !v.accepted).count();
+    let used = record.views.iter().filter(|v| v.accepted).count();
+    let (views, share) = (record.views.len(), 100.0 * used as f64 / record.views.len().max(1) as f64);
     let voxel = record.voxel.map_or_else(|| "none".into(), |v| format!("{:.3} mm", v * 1e3));
     writeln!(
         out,
-        "{}: {} views ({rejected} left out), {} points, voxel {voxel}",
+        "{}: {used} of {views} views used ({share:.0} %, {} left out), {} points, voxel {voxel}",
         record.part,
-        record.views.len(),
+        views - used,
         record.points
     )?;
+    print_poses(&mut out, &record.views)?;
+    if let Some(run) = record.run.filter(|run| run.region.left_out() > 0) {
+        writeln!(out, "  region of interest: {}", run.region)?;
+    }
+    if record.labels == LabelSource::None {
+        writeln!(out, "  labels: none were used")?;
+    }
     for setting in &record.settings {
         writeln!(out, "  {} = {}", setting.name, setting.value)?;
     }
@@ -31,6 +41,29 @@ pub(crate) fn print(record: &InspectionRecord, folder: &Path) -> io::Result<()> 
         print_truth(&mut out, truth)?;
     }
     writeln!(out, "written to {}", folder.display())
+}
+
+/// How the views got their poses.
+fn print_poses(out: &mut impl Write, views: &[ViewRecord]) -> io::Result<()> {
+    let mut counts = [
+        ("aligned with the model", 0),
+        ("at the robot's pose, which the alignment confirms or cannot improve", 0),
+        ("at the robot's pose", 0),
+        ("found in the model", 0),
+        ("the frame of the model", 0),
+    ];
+    for registration in views.iter().filter(|v| v.accepted).filter_map(|v| v.registration.as_ref()) {
+        let which = match registration {
+            RegistrationRecord::Icp { .. } => 0,
+            RegistrationRecord::KeptPrior { .. } => 1,
+            RegistrationRecord::Kinematic => 2,
+            RegistrationRecord::Relocalized { .. } => 3,
+            RegistrationRecord::CameraIsFrame => 4,
+        };
+        counts[which].1 += 1;
+    }
+    let said: Vec<String> = counts.iter().filter(|(_, n)| *n > 0).map(|(what, n)| format!("{n} {what}")).collect();
+    if said.is_empty() { Ok(()) } else { writeln!(out, "  poses: {}", said.join(", ")) }
 }
 
 /// What labelled the views, how its uncertainty was computed and used, and how large it was.

@@ -1,18 +1,18 @@
 //! From a source's URI or path to the source: what this binary was built with.
 
 use semascan_inspection::source::{Source, SourceError};
-use semascan_inspection::spec::CameraMask;
+use semascan_inspection::spec::InspectionSpec;
 #[cfg(feature = "demo")]
 use semascan_simulation::{VirtualCell, VirtualCellSpec};
 
-/// Opens what `uri` names: `virtual:...`, or what [`semascan_sources::open`] knows.
+/// Opens what `uri` names for an inspection as `spec` says: `virtual:...`, or what [`semascan_sources::open`] knows.
 ///
 /// # Errors
 /// [`SourceError`] if the source is unknown or cannot be opened.
-pub(crate) fn open(uri: &str, mask: &CameraMask) -> Result<Box<dyn Source>, SourceError> {
+pub(crate) fn open(uri: &str, spec: &InspectionSpec) -> Result<Box<dyn Source>, SourceError> {
     #[cfg(feature = "demo")]
     if uri.starts_with("virtual:") {
         return Ok(Box::new(VirtualCell::open(&VirtualCellSpec::parse(uri)?)?));
     }
-    semascan_sources::open(uri, mask)
+    semascan_sources::open(uri, spec)
 }
