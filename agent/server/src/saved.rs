@@ -109,3 +109,66 @@ fn chunks(cloud: &SemanticCloud, voxel: f32) -> (Vec<VoxelChunk>, usize) {
     let chunks = chunks.into_iter();
     (chunks.map(|(id, voxels)| VoxelChunk { id, voxel, voxels: voxels.into_iter().collect() }).collect(), left)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use semascan_model::record::{LabelSource, SCHEMA_VERSION, SoftwareRecord};
+    use semascan_model::{InspectionId, PointFlags};
+
+    fn record(outcome: Outcome, voxel: Option<f64>) -> InspectionRecord {
+        InspectionRecord {
+            schema_version: SCHEMA_VERSION,
+            id: InspectionId::new(1, &[0; 10]),
+            began: Default::default(),
+            ended: None,
+            outcome,
+            software: SoftwareRecord { name: "semascan".into(), version: "1".into() },
+            part: "motor".into(),
+            source: "scene".into(),
+            labels: LabelSource::Source,
+            networks: None,
+            settings: Vec::new(),
+            voxel,
+            points: 0,
+            base_from_table: None,
+            refinement: None,
+            run: None,
+            views: Vec::new(),
+            components: Vec::new(),
+            defects: Vec::new(),
+            truth: None,
+        }
+    }
+
+    fn cloud(positions: &[[f32; 3]]) -> SemanticCloud {
+        let mut cloud = SemanticCloud::default();
+        for position in positions {
+            cloud.push(SemanticPoint { position: *position, flags: PointFlags(0), ..SemanticPoint::UNKNOWN });
+        }
+        cloud
+    }
+
+    #[test]
+    fn every_point_is_published_and_the_end_says_how_it_was() {
+        let taxonomy = Taxonomy::from_names(&["gear"], &["wear"]);
+        // On voxel faces, across chunks, below zero; two in one voxel, and one that is nowhere.
+        let points = [[0.0, 0.001, 0.0005], [0.0401, -0.0401, 0.2], [-1.0, 0.0, 0.0], [0.0001; 3], [f32::NAN; 3]];
+        let cloud = cloud(&[&points[..], &[[0.0002; 3]]].concat());
+        let live = LiveModel::new();
+        let left = publish_saved(&live, &record(Outcome::Finished, Some(1e-3)), &taxonomy, &cloud).expect("shown");
+        assert_eq!((left, live.totals().points), (2, 4));
+        assert_eq!((live.progress().phase(), live.progress().model_hash), (wire::Phase::Finished, live.hash()));
+        for (outcome, phase, word) in [
+            (Outcome::Stopped, wire::Phase::Finished, "stopped"),
+            (Outcome::Running, wire::Phase::Failed, "killed"),
+            (Outcome::Failed { reason: "no view".into() }, wire::Phase::Failed, "no view"),
+        ] {
+            publish_saved(&live, &record(outcome, None), &taxonomy, &SemanticCloud::default()).expect("shown");
+            assert_eq!(live.progress().phase(), phase);
+            assert!(live.progress().message.contains(word), "{}", live.progress().message);
+        }
+        let unknown = publish_saved(&live, &record(Outcome::Finished, None), &taxonomy, &cloud);
+        assert!(matches!(unknown, Err(SavedError::NoVoxel { points: 6 })));
+    }
+}
