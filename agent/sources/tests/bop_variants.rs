@@ -395,6 +395,22 @@ fn a_missing_mask_is_an_error_unless_the_object_is_hidden() {
 }
 
 #[test]
+fn overlapping_masks_give_the_same_labels_in_any_order_and_are_counted() {
+    let dir = tempfile::tempdir().expect("folder");
+    PLAIN.write(dir.path());
+    // The first object in every list covers all.
+    for view in 0..VIEWS {
+        let all = GrayImage::from_pixel(SIZE.0, SIZE.1, Luma([255]));
+        all.save(dir.path().join(format!("mask_visib/{view:06}_{:06}.png", view % 2))).expect("saved");
+    }
+    let (source, views) = views(dir.path(), unmasked()).expect("reads");
+    let first = views[0].labels.as_ref().expect("labels");
+    assert!(views.iter().all(|v| v.labels.as_ref().is_some_and(|l| l.components == first.components)));
+    let second = (0..SIZE.1).flat_map(|y| (0..SIZE.0).map(move |x| (x, y))).filter(|(x, y)| shows(1, *x, *y)).count();
+    assert!(setting(&source, "mask_overlap").contains(&format!("{} pixels", VIEWS as usize * second)));
+}
+
+#[test]
 fn a_scene_without_masks_or_objects_has_no_labels_and_says_why() {
     let dir = tempfile::tempdir().expect("folder");
     PLAIN.write(dir.path());

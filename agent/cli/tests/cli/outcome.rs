@@ -104,8 +104,9 @@ fn without_labels_no_point_carries_one() {
     let dir = tempfile::tempdir().expect("temporary folder");
     // A labelled scene on disk, and the simulated part that knows its truth.
     let set = dir.path().join("set");
-    let synth = ["synth", "--out", set.to_str().expect("UTF-8"), "--views", "3", "--size", "128x96", "--seed", "2"];
-    let synth = semascan(&[&synth[..], &["--parts", "1", "--cell", "3"]].concat());
+    let synth =
+        ["synth", "--out", set.to_str().expect("UTF-8"), "--views", "3", "--size", "128x96", "--window", "64x80"];
+    let synth = semascan(&[&synth[..], &["--parts", "1", "--seed", "2"]].concat());
     assert_eq!(synth.status.code(), Some(0), "{}", stderr(&synth));
     let scene = set.join("000000").display().to_string();
     for (name, source) in [("scene", scene.as_str()), ("motor", MOTOR)] {

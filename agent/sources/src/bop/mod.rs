@@ -48,7 +48,12 @@ pub struct BopSource {
     /// Pixels that show the robot, row-major.
     ignore: Option<Vec<bool>>,
     labels: bool,
+    /// Pixels of the views so far that are in more than one mask.
+    shared_pixels: u64,
 }
+
+/// The setting that says how far masks overlap.
+const OVERLAP: &str = "mask_overlap";
 
 /// Standard deviations assumed of recorded poses: BOP records none. Radians and metres.
 const POSE_SIGMA: (f64, f64) = (0.01, 0.003);
@@ -112,7 +117,7 @@ impl BopSource {
                 CameraPixels::TooMany { share } => {
                     let text = format!(
                         "0 pixels ignored: what seems to move with the camera is {:.0} % of the pixels with depth, which \
-                         is no robot; name a mask with --camera-mask PNG if it is",
+                         is no robot; name it with --camera-mask PNG, or what matters with --depth, --box or --roi",
                         100.0 * share
                     );
                     tracing::warn!("{}: camera mask: {text}", folder.display());
@@ -126,10 +131,11 @@ impl BopSource {
             say("instances", "objects of one kind are told apart by their order: no poses are recorded".into());
         }
         let labels = options.labels;
-        Ok(Self { info, metadata, pictures, units, instances, views, next: 0, ignore, labels })
+        Ok(Self { info, metadata, pictures, units, instances, views, next: 0, ignore, labels, shared_pixels: 0 })
     }
 
-    fn read_view(&self, index: u32, number: u32) -> Result<View, SourceError> {
+    /// A view, and how many of its pixels are in more than one mask.
+    fn read_view(&self, index: u32, number: u32) -> Result<(View, u64), SourceError> {
         let camera = self.metadata.camera(number, self.units.pose)?;
         let rgb = pictures::read_color(self.pictures.color.get(number)?)?;
         let size = rgb.dimensions();
@@ -156,26 +162,28 @@ impl BopSource {
             }
         }
         let labels = if self.labels { self.read_labels(number, size)? } else { None };
+        let (labels, shared) = labels.map_or((None, 0), |(labels, shared)| (Some(Arc::new(labels)), shared));
         let (rotation, translation) = POSE_SIGMA;
         let pose = camera.table_from_camera.map_or(PoseEvidence::None, |table_from_camera| PoseEvidence::World {
             table_from_camera,
             covariance: covariance_of_prior(rotation, translation),
         });
-        Ok(View {
+        let view = View {
             index,
             stamp: None,
             intrinsics: camera.intrinsics(size.0, size.1),
             rgb: Arc::new(rgb),
             depth: Arc::new(depth),
             pose,
-            labels: labels.map(Arc::new),
+            labels,
             truth: None,
-        })
+        };
+        Ok((view, shared))
     }
 
-    /// Masks of a view as labels: where masks overlap the object with the larger instance wins, in every view alike.
-    /// `None` if the scene has no ground truth for the view.
-    fn read_labels(&self, number: u32, size: (u32, u32)) -> Result<Option<RecordedLabels>, SourceError> {
+    /// Masks of a view as labels, and how many pixels are in more than one of them: there the object with the larger
+    /// instance wins, in every view alike. `None` if the scene has no ground truth for the view.
+    fn read_labels(&self, number: u32, size: (u32, u32)) -> Result<Option<(RecordedLabels, u64)>, SourceError> {
         if self.info.no_labels.is_some() {
             return Ok(None);
         }
@@ -184,6 +192,7 @@ impl BopSource {
         let pixels = (size.0 * size.1) as usize;
         let mut components = vec![0; pixels];
         let mut instances = vec![0; pixels];
+        let mut shared = 0;
         for object in objects {
             let key = (number, object.place);
             let Some(path) = self.pictures.masks.find(key)? else {
@@ -198,12 +207,13 @@ impl BopSource {
             };
             let instance = self.instances.of(number, object.place);
             for (i, _) in pictures::read_mask(path, size)?.iter().enumerate().filter(|(_, inside)| **inside) {
+                shared += u64::from(components[i] != 0);
                 components[i] = object.class;
                 instances[i] = instance;
             }
         }
         let defects = self.read_defects(number, size)?;
-        Ok(Some(RecordedLabels { components, defects, instances }))
+        Ok(Some((RecordedLabels { components, defects, instances }, shared)))
     }
 
     /// Defect classes of a view's pixels: none where the scene records none.
@@ -282,6 +292,18 @@ impl Source for BopSource {
         let number = *self.views.get(self.next)?;
         let index = self.next as u32;
         self.next += 1;
-        Some(self.read_view(index, number))
+        let read = self.read_view(index, number);
+        if let Ok((_, shared)) = &read
+            && *shared > 0
+        {
+            self.shared_pixels += shared;
+            let text = format!("{} pixels are in more than one mask: the later object has them", self.shared_pixels);
+            let settings = &mut self.info.settings;
+            match settings.iter_mut().find(|(name, _)| name == OVERLAP) {
+                Some((_, value)) => *value = text,
+                None => settings.push((OVERLAP.into(), text)),
+            }
+        }
+        Some(read.map(|(view, _)| view))
     }
 }
