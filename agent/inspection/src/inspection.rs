@@ -10,7 +10,7 @@ use crate::spec::InspectionSpec;
 use crate::summary::summarize;
 use jiff::Timestamp;
 use semascan_model::record::{
-    InspectionRecord, Outcome, RunRecord, SCHEMA_VERSION, Setting, SoftwareRecord, ViewRecord,
+    InspectionRecord, LabelSource, Outcome, RunRecord, SCHEMA_VERSION, Setting, SoftwareRecord, ViewRecord,
 };
 use semascan_model::{InspectionId, SemanticCloud};
 use semascan_perception::fuse::FuseError;
@@ -232,7 +232,12 @@ impl Inspection {
             let map = model.read();
             (map.cloud(), map.config().voxel)
         };
-        let (components, defects) = summarize(&cloud, &info.taxonomy, voxel);
+        let (mut components, mut defects) = summarize(&cloud, &info.taxonomy, voxel);
+        if spec.labels == LabelSource::None {
+            // Nobody looked for the others: no point of them would be no finding.
+            components.truncate(1);
+            defects.clear();
+        }
         let points = cloud.len() as u64;
         let record = InspectionRecord { voxel: Some(voxel), points, components, defects, ..record };
         Ok(Inspected { spec, source, model, cloud, record, recorded })

@@ -38,7 +38,7 @@ pub(crate) fn print(record: &InspectionRecord, folder: &Path) -> io::Result<()> 
         writeln!(out, "{:<28} {:>9} {:>12.1} {:>11.3}", c.name, c.points, c.area * 1e6, c.confidence)?;
     }
     if let Some(truth) = &record.truth {
-        print_truth(&mut out, truth)?;
+        print_truth(&mut out, truth, record.labels != LabelSource::None)?;
     }
     writeln!(out, "written to {}", folder.display())
 }
@@ -113,19 +113,11 @@ fn print_networks(out: &mut impl Write, record: &NetworksRecord, views: &[ViewRe
     Ok(())
 }
 
-fn print_truth(out: &mut impl Write, truth: &TruthRecord) -> io::Result<()> {
-    writeln!(
-        out,
-        "{:<28} {:>9} {:>12} {:>13} {:>7}",
-        "against truth", "points", "accuracy %", "completeness %", "IoU"
-    )?;
-    for c in truth.components.iter().chain(&truth.defects) {
-        let (accuracy, completeness) = (c.accuracy * 100.0, c.completeness * 100.0);
-        writeln!(out, "{:<28} {:>9} {accuracy:>12.2} {completeness:>14.2} {:>7.3}", c.name, c.points, c.iou)?;
+fn print_truth(out: &mut impl Write, truth: &TruthRecord, labelled: bool) -> io::Result<()> {
+    if labelled {
+        print_labels(out, truth)?;
     }
     let millimetres = |m: Option<f64>| m.map_or_else(|| "-".into(), |m| format!("{:.3} mm", m * 1e3));
-    let (accuracy, completeness) = (truth.label_accuracy * 100.0, truth.label_completeness * 100.0);
-    writeln!(out, "label accuracy {accuracy:.2} %, completeness {completeness:.2} %")?;
     writeln!(out, "HD95 {}, ME {} (model to truth)", millimetres(truth.hd95), millimetres(truth.mean_error))?;
     if let Some(aligned) = &truth.aligned {
         writeln!(
@@ -152,16 +144,35 @@ fn print_truth(out: &mut impl Write, truth: &TruthRecord) -> io::Result<()> {
         }
     }
     if let Some(ideal) = &truth.at_true_poses {
-        let loss = (ideal.label_accuracy - truth.label_accuracy) * 100.0;
-        writeln!(
-            out,
-            "with the true poses: accuracy {:.2} %, HD95 {}, ME {}; the poses cost {loss:.2} points of accuracy",
-            ideal.label_accuracy * 100.0,
-            millimetres(ideal.hd95),
-            millimetres(ideal.mean_error),
-        )?;
+        let (hd95, mean) = (millimetres(ideal.hd95), millimetres(ideal.mean_error));
+        if labelled {
+            let accuracy = ideal.label_accuracy * 100.0;
+            let loss = accuracy - truth.label_accuracy * 100.0;
+            writeln!(
+                out,
+                "with the true poses: accuracy {accuracy:.2} %, HD95 {hd95}, ME {mean}; the poses cost {loss:.2} points of \
+                 accuracy"
+            )?;
+        } else {
+            writeln!(out, "with the true poses: HD95 {hd95}, ME {mean}")?;
+        }
     }
     Ok(())
+}
+
+/// How true the labels are, class by class and all together.
+fn print_labels(out: &mut impl Write, truth: &TruthRecord) -> io::Result<()> {
+    writeln!(
+        out,
+        "{:<28} {:>9} {:>12} {:>13} {:>7}",
+        "against truth", "points", "accuracy %", "completeness %", "IoU"
+    )?;
+    for c in truth.components.iter().chain(&truth.defects) {
+        let (accuracy, completeness) = (c.accuracy * 100.0, c.completeness * 100.0);
+        writeln!(out, "{:<28} {:>9} {accuracy:>12.2} {completeness:>14.2} {:>7.3}", c.name, c.points, c.iou)?;
+    }
+    let (accuracy, completeness) = (truth.label_accuracy * 100.0, truth.label_completeness * 100.0);
+    writeln!(out, "label accuracy {accuracy:.2} %, completeness {completeness:.2} %")
 }
 
 /// Median and largest.
