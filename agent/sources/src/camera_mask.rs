@@ -21,7 +21,7 @@ const MIN_VIEWS: usize = 4;
 const MIN_READINGS: usize = 12;
 
 /// Fewest times that another view says something of a block's place, for a verdict.
-const MIN_TESTIMONY: u32 = 2;
+const MIN_TESTIMONY: u32 = 4;
 
 /// Deviation of a pixel's depth from its median over the views (90th percentile over a block) that still counts as
 /// unchanged, as a share of the depth.
