@@ -377,7 +377,7 @@ fn a_missing_mask_is_an_error_unless_the_object_is_hidden() {
     let dir = tempfile::tempdir().expect("folder");
     PLAIN.write(dir.path());
     fs::remove_file(dir.path().join("mask_visib/000001_000000.png")).expect("removed");
-    let error = views(dir.path(), unmasked()).err().expect("a mask is missing").to_string();
+    let error = views(dir.path(), unmasked()).expect_err("a mask is missing").to_string();
     assert!(error.contains("mask_visib/000001_000000.png") && error.contains("visib_fract"), "{error}");
     let hidden = |field: &str, value: f64| {
         let shown = json!({ "visib_fract": 0.5, "px_count_visib": 10 });
@@ -450,12 +450,12 @@ fn a_view_without_depth_says_what_its_pixels_are() {
     PLAIN.write(dir.path());
     let saturated = image::ImageBuffer::<Luma<u16>, Vec<u16>>::from_pixel(SIZE.0, SIZE.1, Luma([65535]));
     saturated.save(dir.path().join("depth/000002.png")).expect("saved");
-    let error = views(dir.path(), unmasked()).err().expect("no depth").to_string();
+    let error = views(dir.path(), unmasked()).expect_err("no depth").to_string();
     assert!(error.contains("000002.png") && error.contains("no depth") && error.contains("3072 saturated"), "{error}");
     let mask = dir.path().join("all.png");
     GrayImage::from_pixel(SIZE.0, SIZE.1, Luma([1])).save(&mask).expect("saved");
     let options = OpenOptions { camera_mask: CameraMask::File(mask), ..OpenOptions::default() };
-    let error = views(dir.path(), options).err().expect("all masked").to_string();
+    let error = views(dir.path(), options).expect_err("all masked").to_string();
     assert!(error.contains("camera mask takes all"), "{error}");
 }
 

@@ -21,7 +21,7 @@ pub(crate) fn prepare(spec: InspectionSpec) -> Result<Inspection, Failure> {
 /// The folder that an inspection is written into.
 pub(crate) struct Output {
     folder: PathBuf,
-    begun: InspectionRecord,
+    begun: Box<InspectionRecord>,
 }
 
 impl Output {
@@ -30,7 +30,7 @@ impl Output {
     /// # Errors
     /// [`Failure`] if the folder holds something already and is not to be overwritten, or cannot be written.
     pub(crate) fn begin(folder: &Path, inspection: &Inspection, overwrite: bool) -> Result<Self, Failure> {
-        let begun = inspection.record();
+        let begun = Box::new(inspection.record());
         begin_folder(folder, &begun, overwrite)?;
         Ok(Self { folder: folder.to_owned(), begun })
     }
@@ -61,7 +61,7 @@ pub(crate) fn finish(handle: InspectionHandle, output: Option<&Output>) -> Resul
             if let Some(output) = output {
                 let lost = || InspectionRecord {
                     outcome: Outcome::Failed { reason: failure.to_string() },
-                    ..output.begun.clone()
+                    ..(*output.begun).clone()
                 };
                 output.note(&error.into_record().unwrap_or_else(lost));
             }

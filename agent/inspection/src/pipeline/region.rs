@@ -1,8 +1,8 @@
 //! The region of interest, applied: the pixels of a view that take no part in anything after its segmentation. What is left
 //! out is counted.
 
-use crate::spec::{DepthRange, RegionSpec, SpecError};
-use nalgebra::Point3;
+use crate::spec::{Corners, DepthRange, RegionSpec, SpecError};
+use nalgebra::Isometry3;
 use semascan_model::record::RegionRecord;
 use semascan_perception::fuse::voxel_at;
 use semascan_perception::segment::Segmentation;
@@ -12,7 +12,7 @@ use semascan_perception::view::View;
 #[derive(Clone, Debug)]
 pub(crate) struct Region {
     depth: Option<DepthRange>,
-    bounds: Option<(Point3<f64>, Point3<f64>)>,
+    bounds: Option<Corners>,
     labelled: bool,
     /// Voxels that the footprint of a pixel may be wide.
     footprint: f64,
@@ -59,7 +59,7 @@ impl Region {
         for (i, (z, ignored)) in depth.iter().zip(&mut ignored).enumerate().filter(|(_, (z, _))| **z > 0.0) {
             counted.measured += 1;
             let z = f64::from(*z);
-            let inside = |((low, high), pose): &((Point3<f64>, Point3<f64>), nalgebra::Isometry3<f64>)| {
+            let inside = |((low, high), pose): &(Corners, Isometry3<f64>)| {
                 let (u, v) = (i as u32 % k.width, i as u32 / k.width);
                 let p = pose * k.unproject(u.into(), v.into(), z);
                 (0..3).all(|axis| low[axis] <= p[axis] && p[axis] <= high[axis])
@@ -103,7 +103,6 @@ impl Region {
 mod tests {
     use super::*;
     use image::RgbImage;
-    use nalgebra::Isometry3;
     use semascan_perception::segment::ClassField;
     use semascan_perception::view::{DepthImage, Intrinsics, PoseEvidence, covariance_of_prior};
     use std::sync::Arc;

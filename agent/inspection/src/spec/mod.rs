@@ -7,7 +7,7 @@ mod network;
 mod region;
 
 pub use network::NetworkSpec;
-pub use region::{DepthRange, RegionSpec};
+pub use region::{Corners, DepthRange, RegionSpec};
 pub use semascan_model::record::LabelSource;
 
 use semascan_perception::fuse::{AssociationTest, OutlierFilter};

@@ -10,6 +10,9 @@ use std::str::FromStr;
 /// registration.
 const FOOTPRINT_VOXELS: f64 = 4.0;
 
+/// The corners of a box in metres, the smaller coordinates first.
+pub type Corners = (Point3<f64>, Point3<f64>);
+
 /// The region of interest; by default everything that the sensor can measure at the wanted voxel.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -40,7 +43,7 @@ impl RegionSpec {
     ///
     /// # Errors
     /// [`SpecError`] if it has no inside.
-    pub fn corners(&self) -> Result<Option<(Point3<f64>, Point3<f64>)>, SpecError> {
+    pub fn corners(&self) -> Result<Option<Corners>, SpecError> {
         let Some([x0, y0, z0, x1, y1, z1]) = self.bounds else { return Ok(None) };
         let (low, high) = (Point3::new(x0, y0, z0), Point3::new(x1, y1, z1));
         if (0..3).all(|axis| low[axis] < high[axis]) {
