@@ -71,13 +71,45 @@ fn a_failed_inspection_says_why_and_too_few_views_are_no_success() {
     assert!(run.region.outside_depth > 0 && run.region.outside_depth == run.region.measured);
     assert_eq!(failed.views.len(), 3);
 
-    // One view of three: what the box holds, only the first shows... so a share is asked for that cannot be reached.
     let out = dir.path().join("all");
     let all = inspect(&out, &["--least-views", "1"]);
     assert_eq!(all.status.code(), Some(0), "{}", stderr(&all));
     assert!(stderr(&all).contains("3 of 3 views used (100 %"), "{}", stderr(&all));
     let wrong = inspect(&dir.path().join("wrong"), &["--least-views", "1.5"]);
     assert_eq!(wrong.status.code(), Some(2), "{}", stderr(&wrong));
+}
+
+/// A labelled scene of three views, 128 x 96 pixels.
+fn synthetic_scene(folder: &Path) -> String {
+    let set = folder.join("set");
+    let synth = ["synth", "--out", set.to_str().expect("UTF-8"), "--views", "3", "--size", "128x96", "--seed", "2"];
+    let synth = semascan(&[&synth[..], &["--parts", "1", "--window", "64x80"]].concat());
+    assert_eq!(synth.status.code(), Some(0), "{}", stderr(&synth));
+    set.join("000000").display().to_string()
+}
+
+#[test]
+fn a_model_of_one_view_in_three_is_kept_but_is_no_success_unless_that_was_asked_for() {
+    let dir = tempfile::tempdir().expect("temporary folder");
+    let scene = synthetic_scene(dir.path());
+    for view in [0, 2] {
+        std::fs::remove_file(Path::new(&scene).join(format!("depth/{view:06}.png"))).expect("removed");
+    }
+    let inspect = |name: &str, share: &str| {
+        let out = dir.path().join(name);
+        let output = semascan(&["inspect", &scene, "--least-views", share, "--out", out.to_str().expect("UTF-8")]);
+        (output, record(&out).expect("a record"))
+    };
+    let (output, few) = inspect("few", "0.5");
+    assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
+    let text = stderr(&output);
+    assert!(text.contains("1 of 3 views") && text.contains("--least-views") && text.contains("000000.png"), "{text}");
+    let run = few.run.expect("it ran");
+    assert_eq!((few.outcome, run.views, run.used, run.sufficient), (Outcome::Finished, 3, 1, false));
+    assert!(dir.path().join("few/mesh.ply").is_file());
+    let (output, enough) = inspect("enough", "0.3");
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    assert!(enough.run.is_some_and(|run| run.sufficient));
 }
 
 #[test]
@@ -103,12 +135,7 @@ fn a_folder_that_holds_something_is_refused_until_it_may_be_replaced() {
 fn without_labels_no_point_carries_one() {
     let dir = tempfile::tempdir().expect("temporary folder");
     // A labelled scene on disk, and the simulated part that knows its truth.
-    let set = dir.path().join("set");
-    let synth =
-        ["synth", "--out", set.to_str().expect("UTF-8"), "--views", "3", "--size", "128x96", "--window", "64x80"];
-    let synth = semascan(&[&synth[..], &["--parts", "1", "--seed", "2"]].concat());
-    assert_eq!(synth.status.code(), Some(0), "{}", stderr(&synth));
-    let scene = set.join("000000").display().to_string();
+    let scene = synthetic_scene(dir.path());
     for (name, source) in [("scene", scene.as_str()), ("motor", MOTOR)] {
         let out = dir.path().join(name);
         let output = semascan(&["inspect", source, "--labels", "none", "--out", out.to_str().expect("UTF-8")]);
@@ -124,7 +151,7 @@ fn without_labels_no_point_carries_one() {
     }
     let without = |labels: &str| {
         let out = dir.path().join(labels);
-        std::fs::remove_dir_all(set.join("000000/mask_visib")).unwrap_or_default();
+        std::fs::remove_dir_all(Path::new(&scene).join("mask_visib")).unwrap_or_default();
         semascan(&["inspect", &scene, "--labels", labels, "--out", out.to_str().expect("UTF-8")])
     };
     let refused = without("source");
