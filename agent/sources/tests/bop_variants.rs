@@ -360,6 +360,22 @@ fn a_factor_of_ten_is_refused_until_it_is_said_which_is_right() {
 }
 
 #[test]
+fn a_missing_depth_scale_is_said_and_the_poses_correct_it() {
+    let dir = tempfile::tempdir().expect("folder");
+    for (depth, factor) in [(DepthAs::Png(1.0), None), (DepthAs::Png(0.1), Some("0.1"))] {
+        Variant { depth, ..PLAIN }.write(dir.path());
+        let path = dir.path().join("scene_camera.json");
+        let text = fs::read_to_string(&path).expect("reads").replace("depth_scale", "no_scale");
+        fs::write(&path, text).expect("written");
+        let (source, views) = views(dir.path(), unmasked()).expect("reads");
+        assert!(setting(&source, "depth_scale").contains("missing"), "{:?}", source.info().settings);
+        assert_eq!(factor.is_some(), setting(&source, "depth_unit").contains(factor.unwrap_or("times")));
+        let off = f64::from(views[1].depth.at(32, 24).expect("depth")) - self::depth(1, 32, 24);
+        assert!(off.abs() < 1.1e-3, "{depth:?}: off by {off} m");
+    }
+}
+
+#[test]
 fn floating_point_depth_says_what_it_was_taken_for() {
     for (depth, name) in [(DepthAs::Float(1000.0), "metres"), (DepthAs::Float(1.0), "millimetres")] {
         // `depth_scale` is that of the pictures it was made from.

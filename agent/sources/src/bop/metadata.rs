@@ -30,6 +30,8 @@ pub(super) struct Camera {
     cy: f64,
     /// Metres a depth unit.
     pub(super) depth_scale: f64,
+    /// Whether the file says so; otherwise it is taken to be a millimetre.
+    pub(super) has_depth_scale: bool,
     pub(super) table_from_camera: Option<Isometry3<f64>>,
 }
 
@@ -120,8 +122,17 @@ impl SceneMetadata {
             None => 1.0,
             Some(v) => v.as_f64().filter(|s| *s > 0.0).ok_or_else(|| fields.error("depth_scale", "not positive"))?,
         };
+        let has_depth_scale = entry.get("depth_scale").is_some();
         let table_from_camera = fields.pose(pose_unit)?;
-        Ok(Camera { fx, fy, cx: k[2], cy: k[5], depth_scale: depth_scale * MILLIMETRE, table_from_camera })
+        Ok(Camera {
+            fx,
+            fy,
+            cx: k[2],
+            cy: k[5],
+            depth_scale: depth_scale * MILLIMETRE,
+            has_depth_scale,
+            table_from_camera,
+        })
     }
 
     /// The objects of a view in the order of the list; `None` if the scene has no ground truth for it.

@@ -87,6 +87,7 @@ impl Probe {
                 None => break,
             }
         }
+        let has_scale = looked.iter().all(|(camera, _)| camera.has_depth_scale);
         let unposed = looked.iter().all(|(camera, _)| camera.table_from_camera.is_none());
         let median = units::median_depth(looked.iter().map(|(_, depth)| depth)).filter(|_| unposed);
         let mut posed: Vec<PosedDepth> = looked
@@ -96,7 +97,10 @@ impl Probe {
                 Some(PosedDepth { intrinsics, depth, table_from_camera: camera.table_from_camera? })
             })
             .collect();
-        compare(metadata, &mut units, &mut posed, options, &mut said)?;
+        if !has_scale && units.known_depth.is_none() && units.float_depth.is_none() {
+            said.push(("depth_scale", "is missing: a depth of 1 is taken to be a millimetre".into()));
+        }
+        compare(metadata, &mut units, &mut posed, (options, has_scale), &mut said)?;
         let median = median.or_else(|| units::median_depth(posed.iter().map(|view| &view.depth)));
         if let Some(depth) = median.filter(|depth| !units::is_plausible(*depth)) {
             said.push((
@@ -113,7 +117,7 @@ fn compare(
     metadata: &SceneMetadata,
     units: &mut SceneUnits,
     posed: &mut [PosedDepth],
-    options: &OpenOptions,
+    (options, has_scale): (&OpenOptions, bool),
     said: &mut Vec<(&'static str, String)>,
 ) -> Result<(), SourceError> {
     let compared: Vec<PosedDepth> = spread(posed, COMPARED).into_iter().cloned().collect();
@@ -128,6 +132,8 @@ fn compare(
         (true, true) => return Ok(()),
         (true, false) => Finding::Depth(1.0 / factor),
         (false, true) => Finding::Poses(factor),
+        // What nobody wrote is what is wrong.
+        (false, false) if !has_scale && matches!(finding, Finding::Ambiguous(_)) => Finding::Depth(1.0 / factor),
         (false, false) => finding,
     };
     match finding {
