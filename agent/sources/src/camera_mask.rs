@@ -77,6 +77,8 @@ enum Verdict {
     Attached,
     /// A place of the scene: other views confirm it.
     Scene,
+    /// Something whose depth stays the same, and of whose place the views say too little.
+    Still,
     /// Too little is known.
     Unknown,
 }
@@ -139,8 +141,15 @@ fn grown(verdicts: &[Verdict], columns: u32, ranges: &[Option<(f32, f32)>]) -> V
         let limit = AS_NEAR * ranges[b as usize]?.0;
         scene.is_some_and(|scene| limit < scene).then_some((b, limit))
     };
-    let mut near: Vec<(u32, f32)> =
-        (0..verdicts.len() as u32).filter(|&b| taken[b as usize]).filter_map(limit).collect();
+    let blocks = || 0..verdicts.len() as u32;
+    let mut near: Vec<(u32, f32)> = blocks().filter(|&b| taken[b as usize]).filter_map(limit).collect();
+    // Where a robot is in sight, what is as near before the scene and as still is another part of it.
+    if !near.is_empty() {
+        let still: Vec<(u32, f32)> =
+            blocks().filter(|&b| verdicts[b as usize] == Verdict::Still).filter_map(limit).collect();
+        still.iter().for_each(|(b, _)| taken[*b as usize] = true);
+        near.extend(still);
+    }
     let mut next = 0;
     while let Some(&(b, limit)) = near.get(next) {
         next += 1;
@@ -202,7 +211,7 @@ fn verdict(views: &[PosedDepth], block: (u32, u32)) -> Verdict {
         }
     }
     if through + supported < MIN_TESTIMONY {
-        return Verdict::Unknown;
+        return if is_static(&readings) { Verdict::Still } else { Verdict::Unknown };
     }
     if f64::from(supported) > MOST_SUPPORT * f64::from(through + supported) {
         return Verdict::Scene;
