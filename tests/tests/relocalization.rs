@@ -28,7 +28,9 @@ fn cell(uri: &str) -> Result<VirtualCell> {
 }
 
 fn inspect(source: Box<dyn Source>, registration: RegistrationMethod) -> Result<Inspected> {
-    let spec = InspectionSpec { registration, labels: LabelSource::None, ..InspectionSpec::default() };
+    // Segment ICP needs to know the object: by the labels that come with the views, where they have some.
+    let labels = if source.info().no_labels.is_none() { LabelSource::Source } else { LabelSource::None };
+    let spec = InspectionSpec { registration, labels, ..InspectionSpec::default() };
     let inspected = inspect_with(spec, source)?;
     for view in &inspected.record.views {
         eprintln!("view {}: {:?} {}", view.index, view.registration, view.reason.as_deref().unwrap_or_default());

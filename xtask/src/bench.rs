@@ -194,7 +194,7 @@ fn clouds(workspace: &Workspace, folder: &Path) -> Result<Vec<PathBuf>> {
     for (name, arguments) in sources {
         let out = folder.join(name);
         let mut inspect = Command::new(agent(workspace)?);
-        inspect.arg("inspect").args(arguments).args(["--labels", "source", "--out"]).arg(&out);
+        inspect.arg("inspect").args(arguments).args(["--labels", "source", "--overwrite", "--out"]).arg(&out);
         run_command(&mut inspect)?;
         let cloud = folder.join(format!("{name}.ply"));
         fs::copy(out.join("cloud.ply"), &cloud).with_context(|| format!("{} has no cloud.ply", out.display()))?;

@@ -50,8 +50,12 @@ fn record(folder: &Path) {
 fn inspect(recording: &Path, out: &Path) -> (f64, f64, Value) {
     let (start, began) = (Instant::now(), SystemTime::now());
     let mut command = Command::new(env!("CARGO_BIN_EXE_semascan"));
-    let output =
-        command.arg("inspect").arg(recording).args(["--labels", "network", "--json", "--out"]).arg(out).output();
+    let output = command
+        .arg("inspect")
+        .arg(recording)
+        .args(["--labels", "network", "--json", "--overwrite", "--out"])
+        .arg(out)
+        .output();
     let (to_end, output) = (start.elapsed().as_secs_f64(), output.expect("starts"));
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let written = out.join("mesh.ply").metadata().and_then(|m| m.modified()).expect("a mesh");

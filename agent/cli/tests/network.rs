@@ -79,7 +79,7 @@ fn an_inspection_is_labelled_by_networks_and_says_by_which_and_how_sure_they_wer
         record["components"].as_array().expect("classes").iter().filter_map(|c| c["name"].as_str()).collect();
     assert!(names.contains(&"solenoid") && !names.contains(&"Solenoid"), "{names:?}");
     assert!(record["truth"]["label_accuracy"].is_number());
-    let again = semascan(&[&args[..], &["--sigma", "0.2", "--uncertain", "drop"]].concat());
+    let again = semascan(&[&args[..], &["--overwrite", "--sigma", "0.2", "--uncertain", "drop"]].concat());
     assert!(again.status.success());
     let cloud = std::fs::read(out.join("cloud.ply")).expect("a cloud");
     let header = String::from_utf8_lossy(&cloud[..cloud.len().min(4000)]).into_owned();

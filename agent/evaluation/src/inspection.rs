@@ -10,7 +10,9 @@ use semascan_geometry::measure::ClassScore;
 use semascan_inspection::Inspected;
 use semascan_inspection::record::{TruePoses, pose_record};
 use semascan_inspection::source::TrueMesh;
-use semascan_model::record::{AlignedTruth, ClassTruth, Convention, PoseErrorRecord, TruthAtTruePoses, TruthRecord};
+use semascan_model::record::{
+    AlignedTruth, ClassTruth, Convention, LabelSource, PoseErrorRecord, TruthAtTruePoses, TruthRecord,
+};
 use semascan_model::{ClassDef, SemanticCloud, Taxonomy};
 use semascan_perception::fuse::{OutlierFilter, SemanticMap};
 
@@ -28,7 +30,20 @@ pub fn judge_inspection(inspected: &Inspected) -> Option<TruthRecord> {
         record.aligned = aligned(cloud, mesh, known);
         record.at_true_poses = ideal(&inspected.model.read(), mesh, known, &inspected.spec.outliers);
     }
+    if inspected.record.labels == LabelSource::None {
+        without_labels(&mut record);
+    }
     Some(record)
+}
+
+/// Where no labels were used none was retained, let alone right: scores of classes would be figures of nothing.
+fn without_labels(record: &mut TruthRecord) {
+    record.components.clear();
+    record.defects.clear();
+    let aligned = record.aligned.iter_mut().map(|a| &mut a.label_accuracy);
+    let ideal = record.at_true_poses.iter_mut().map(|a| &mut a.label_accuracy);
+    let accuracies = aligned.chain(ideal).chain([&mut record.label_accuracy, &mut record.label_completeness]);
+    accuracies.for_each(|accuracy| *accuracy = 0.0);
 }
 
 /// The model and its poses after one rigid alignment of the poses to the true ones.

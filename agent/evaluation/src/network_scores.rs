@@ -141,6 +141,7 @@ pub(super) fn test_source() -> SourceInfo {
         view_count: None,
         turntable: None,
         volume: None,
+        no_labels: None,
         settings: Vec::new(),
     }
 }

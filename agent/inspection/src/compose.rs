@@ -12,7 +12,7 @@ use semascan_perception::segment::network::{
 };
 use semascan_perception::segment::preparation::contour::Snake;
 use semascan_perception::segment::preparation::{Background, Preparation, Prepared};
-use semascan_perception::segment::{GeometricSegmenter, RecordedSegmenter, Segmenter};
+use semascan_perception::segment::{GeometricSegmenter, RecordedSegmenter, Segmenter, Unlabelled};
 use std::path::PathBuf;
 
 /// Why an inspection cannot begin.
@@ -56,15 +56,32 @@ pub(crate) fn compose(spec: &InspectionSpec, source: Box<dyn Source>) -> Result<
             source = Box::new(WithTaxonomy::new(source, taxonomy));
             models
         }
-        LabelSource::Source | LabelSource::None => Vec::new(),
+        LabelSource::None => {
+            // Without truth there is nothing that classes could be compared with, and none is looked for.
+            if source.truth().is_none() {
+                source = Box::new(WithTaxonomy::new(source, Taxonomy::from_names::<&str>(&[], &[])));
+            }
+            Vec::new()
+        }
+        LabelSource::Source => {
+            if let Some(reason) = &source.info().no_labels {
+                let reason = format!("source: {reason}; use --labels network or --labels none");
+                return Err(SpecError { field: "labels".into(), reason }.into());
+            }
+            Vec::new()
+        }
     };
+    if spec.region.labelled && spec.labels == LabelSource::None {
+        let reason = "only labelled pixels are asked for, but no labels: none would be left".to_owned();
+        return Err(SpecError { field: "region.labelled".into(), reason }.into());
+    }
     if spec.source.keyframes {
         source = Box::new(Keyframes::new(source, KeyframeRule::default()));
     }
     let info = source.info();
     let (labels, networks): (Box<dyn Segmenter>, _) = match spec.labels {
-        LabelSource::Source => (Box::new(RecordedSegmenter { required: true }), None),
-        LabelSource::None => (Box::new(RecordedSegmenter { required: false }), None),
+        LabelSource::Source => (Box::new(RecordedSegmenter), None),
+        LabelSource::None => (Box::new(Unlabelled), None),
         LabelSource::Network => {
             let segmenter = network_segmenter(&spec.network, &models, info)?;
             let network = segmenter.report().clone();

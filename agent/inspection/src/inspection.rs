@@ -3,13 +3,15 @@
 use crate::bus::{EventBus, Events};
 use crate::compose::{Composition, SetupFailure, compose};
 use crate::event::{EventKind, SharedModel};
-use crate::pipeline::{self, PipelineConfig};
+use crate::pipeline::{self, PipelineConfig, Region, Stages};
 use crate::record::{Recorded, Recorder, pose_record};
 use crate::source::{Source, SourceInfo};
 use crate::spec::InspectionSpec;
 use crate::summary::summarize;
 use jiff::Timestamp;
-use semascan_model::record::{InspectionRecord, Outcome, SCHEMA_VERSION, Setting, SoftwareRecord};
+use semascan_model::record::{
+    InspectionRecord, LabelSource, Outcome, RunRecord, SCHEMA_VERSION, Setting, SoftwareRecord, ViewRecord,
+};
 use semascan_model::{InspectionId, SemanticCloud};
 use semascan_perception::fuse::FuseError;
 use std::sync::Arc;
@@ -40,6 +42,8 @@ pub struct Inspection {
     id: InspectionId,
     spec: InspectionSpec,
     config: PipelineConfig,
+    region: Region,
+    least_share: f64,
     parts: Composition,
     events: EventBus,
 }
@@ -76,13 +80,26 @@ pub struct Inspected {
 #[derive(Debug, thiserror::Error)]
 pub enum InspectionError {
     /// The map could not be made.
-    #[error(transparent)]
-    Fuse(#[from] FuseError),
+    #[error("{source}")]
+    Fuse {
+        /// Why.
+        source: FuseError,
+        /// What there is to record.
+        record: Box<InspectionRecord>,
+    },
     /// Every view was left out.
     #[error("no view could be used: {}", reasons.join("; "))]
     NoView {
         /// Why, view by view.
         reasons: Vec<String>,
+        /// What there is to record.
+        record: Box<InspectionRecord>,
+    },
+    /// It was stopped before there was a model.
+    #[error("stopped before a view was in the model")]
+    Stopped {
+        /// What there is to record.
+        record: Box<InspectionRecord>,
     },
     /// A stage panicked.
     #[error("the inspection ended unexpectedly: this is a fault of the program")]
@@ -102,9 +119,11 @@ impl Inspection {
             uncertainty: spec.network.uncertainty_rule(),
             pace: spec.pace()?,
         };
+        let region = Region::new(&spec.region, config.voxel)?;
+        let least_share = spec.least_share()?;
         let parts = compose(&spec, source)?;
         let id = InspectionId::from(uuid::Uuid::now_v7());
-        Ok(Self { id, spec, config, parts, events: EventBus::new(id) })
+        Ok(Self { id, spec, config, region, least_share, parts, events: EventBus::new(id) })
     }
 
     /// Its identifier.
@@ -115,6 +134,33 @@ impl Inspection {
     /// What is inspected, with the classes that its labels will have.
     pub fn info(&self) -> &SourceInfo {
         self.parts.source.info()
+    }
+
+    /// The record as it is before anything happened: kept from the beginning on, it says so if the inspection is killed.
+    pub fn record(&self) -> InspectionRecord {
+        let Composition { source, networks, .. } = &self.parts;
+        InspectionRecord {
+            schema_version: SCHEMA_VERSION,
+            id: self.id,
+            began: Timestamp::now(),
+            ended: None,
+            outcome: Outcome::Running,
+            software: SoftwareRecord { name: "semascan".into(), version: env!("CARGO_PKG_VERSION").into() },
+            part: source.info().part.clone(),
+            source: source.info().uri.clone(),
+            labels: self.spec.labels,
+            networks: networks.clone(),
+            settings: settings(source.info()),
+            voxel: None,
+            points: 0,
+            base_from_table: None,
+            refinement: None,
+            run: None,
+            views: Vec::new(),
+            components: Vec::new(),
+            defects: Vec::new(),
+            truth: None,
+        }
     }
 
     /// Everything that will happen, from the first event on. A subscriber that does not read holds the inspection up: see
@@ -132,8 +178,9 @@ impl Inspection {
     }
 
     fn run(self, stop: &StopSwitch) -> Result<Inspected, InspectionError> {
-        let Self { id, spec, config, parts, events } = self;
-        let Composition { mut source, mut segmenter, mut registrar, networks } = parts;
+        let begun = self.record();
+        let Self { id: _, spec, config, mut region, least_share, parts, events } = self;
+        let Composition { mut source, mut segmenter, mut registrar, networks: _ } = parts;
         let info = source.info().clone();
         // The record is made by a subscriber like any other, which is done when the events are.
         let followed = events.subscribe();
@@ -149,50 +196,66 @@ impl Inspection {
             views_expected: info.view_count,
             turntable: info.turntable,
         });
-        let model = pipeline::run(source.as_mut(), segmenter.as_mut(), registrar.as_mut(), &config, &events, &stop.0);
+        let stages = Stages { segmenter: segmenter.as_mut(), region: &mut region, registrar: registrar.as_mut() };
+        let model = pipeline::run(source.as_mut(), stages, &config, &events, &stop.0);
         let outcome = match &model {
             Err(error) => Outcome::Failed { reason: error.to_string() },
+            Ok(_) if stop.is_set() => Outcome::Stopped,
             Ok(None) => Outcome::Failed { reason: "no view could be used".into() },
-            Ok(Some(_)) if stop.is_set() => Outcome::Stopped,
             Ok(Some(_)) => Outcome::Finished,
         };
         events.publish(EventKind::Ended { outcome: outcome.clone() });
         drop(events);
         let recorded = recorder.join().map_err(|_| InspectionError::Panicked)?;
-        let Some(model) = model? else {
-            return Err(InspectionError::NoView { reasons: recorded.rejections() });
+        let used = recorded.views.iter().filter(|v: &&ViewRecord| v.accepted).count() as u32;
+        let record = InspectionRecord {
+            began: recorded.began.unwrap_or(begun.began),
+            ended: recorded.ended,
+            outcome,
+            // A source may count while it is used up: its settings are those of the end.
+            settings: settings(source.info()),
+            base_from_table: recorded.base_from_table.as_ref().map(pose_record),
+            refinement: recorded.refinement.clone(),
+            run: Some(RunRecord::new(recorded.views.len() as u32, used, least_share, region.counted())),
+            views: recorded.views.clone(),
+            ..begun
         };
-
+        let model = match model {
+            Ok(Some(model)) => model,
+            Ok(None) if stop.is_set() => return Err(InspectionError::Stopped { record: Box::new(record) }),
+            Ok(None) => {
+                return Err(InspectionError::NoView { reasons: recorded.rejections(), record: Box::new(record) });
+            }
+            Err(source) => return Err(InspectionError::Fuse { source, record: Box::new(record) }),
+        };
         let (cloud, voxel) = {
             let map = model.read();
             (map.cloud(), map.config().voxel)
         };
-        let (components, defects) = summarize(&cloud, &info.taxonomy, voxel);
-        // A source may count while it is used up: its settings are those of the end.
-        let settings = source.info().settings.iter();
-        let settings = settings.map(|(name, value)| Setting { name: name.clone(), value: value.clone() }).collect();
-        let record = InspectionRecord {
-            schema_version: SCHEMA_VERSION,
-            id,
-            began: recorded.began.unwrap_or(Timestamp::UNIX_EPOCH),
-            ended: recorded.ended,
-            outcome,
-            software: SoftwareRecord { name: "semascan".into(), version: env!("CARGO_PKG_VERSION").into() },
-            part: info.part,
-            source: info.uri,
-            labels: spec.labels,
-            networks,
-            settings,
-            voxel: Some(voxel),
-            points: cloud.len() as u64,
-            base_from_table: recorded.base_from_table.as_ref().map(pose_record),
-            refinement: recorded.refinement.clone(),
-            views: recorded.views.clone(),
-            components,
-            defects,
-            truth: None,
-        };
+        let (mut components, mut defects) = summarize(&cloud, &info.taxonomy, voxel);
+        if spec.labels == LabelSource::None {
+            // Nobody looked for the others: no point of them would be no finding.
+            components.truncate(1);
+            defects.clear();
+        }
+        let points = cloud.len() as u64;
+        let record = InspectionRecord { voxel: Some(voxel), points, components, defects, ..record };
         Ok(Inspected { spec, source, model, cloud, record, recorded })
+    }
+}
+
+/// A source's settings as the record keeps them.
+fn settings(info: &SourceInfo) -> Vec<Setting> {
+    info.settings.iter().map(|(name, value)| Setting { name: name.clone(), value: value.clone() }).collect()
+}
+
+impl InspectionError {
+    /// What there is to record of the inspection; `None` after a fault of the program.
+    pub fn into_record(self) -> Option<InspectionRecord> {
+        match self {
+            Self::Fuse { record, .. } | Self::NoView { record, .. } | Self::Stopped { record } => Some(*record),
+            Self::Panicked => None,
+        }
     }
 }
 

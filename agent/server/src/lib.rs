@@ -8,6 +8,7 @@ mod guard;
 mod live;
 mod live_stream;
 mod messages;
+mod saved;
 mod server;
 
 mod thumbnail;
@@ -16,5 +17,6 @@ mod web;
 pub use guard::AccessRule;
 pub use live::{LiveModel, StreamTotals};
 pub use live_stream::LiveStream;
+pub use saved::{SavedError, publish_saved};
 pub use server::{ServeError, Server, ServerConfig};
 pub use web::{EmbeddedFiles, WebFiles};

@@ -83,11 +83,14 @@ impl<'a> LiveStream<'a> {
                 });
             }
             EventKind::Ended { outcome: Outcome::Failed { reason } } => self.live.fail(reason),
-            EventKind::Ended { outcome: Outcome::Finished | Outcome::Stopped } => {
+            EventKind::Ended { outcome } => {
                 let hash = self.live.hash();
                 self.live.update_progress(|p| {
                     p.set_phase(wire::Phase::Finished);
                     p.model_hash = hash;
+                    if *outcome == Outcome::Stopped {
+                        p.message = format!("stopped after {} views", p.views_done);
+                    }
                 });
             }
             EventKind::ModelChanged { model: None, .. } | EventKind::Refined { .. } => {}

@@ -84,6 +84,7 @@ impl VirtualCell {
             view_count: Some(spec.views),
             turntable: Some(set.turntable),
             volume: Some(set.volume),
+            no_labels: None,
             settings: taxonomy_settings,
         };
         let mut truth = set.scene.truth(set.volume.0.z as f32);

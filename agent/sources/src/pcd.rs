@@ -52,7 +52,7 @@ impl PcdSource {
             let distance = files.iter().find_map(|file| median_distance(&pcd::read_file(file).ok()?))?;
             let unit = Unit::of_distance(distance);
             tracing::warn!(
-                "{}: the points are {distance:.3} away, so one unit is taken for 1 {}: say another with ?unit=",
+                "{}: the points are {distance:.3} away, so one unit is taken for 1 {}: say another with --unit",
                 path.display(),
                 unit.name()
             );
@@ -71,6 +71,7 @@ impl PcdSource {
             view_count: Some(files.len() as u32),
             turntable: None,
             volume: None,
+            no_labels: Some("labels of PCD files are not read".into()),
             settings: vec![("unit".into(), format!("{}, {setting}", unit.name()))],
         };
         Ok(Self { info, files, next: 0, unit, labels_said: false })
@@ -224,6 +225,7 @@ impl Line {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use semascan_inspection::spec::LengthUnit;
 
     const CAMERA: Intrinsics = Intrinsics { width: 40, height: 30, fx: 52.5, fy: 53.0, cx: 19.2, cy: 14.9 };
 
@@ -281,10 +283,9 @@ mod tests {
         assert!((assumed - 0.88).abs() < 1e-5 && setting == "mm, assumed from the distances", "{assumed} {setting}");
         let (said, setting) = depth(Some(Unit::Centimetres));
         assert!((said - 8.8).abs() < 1e-4 && setting == "cm, as said", "{said} {setting}");
-        let name = file.to_str().expect("UTF-8");
-        let open = |key: &str| crate::open(&format!("{name}{key}"), &semascan_inspection::spec::CameraMask::default());
-        assert_eq!(open("?unit=inch").expect("opens").info().settings[0].1, "inch, as said");
-        assert!(open("?unit=foot").err().is_some_and(|e| e.to_string().contains("foot")));
+        let options = crate::OpenOptions { unit: Some(LengthUnit::Inch), ..Default::default() };
+        let source = crate::open(file.to_str().expect("UTF-8"), options).expect("opens");
+        assert_eq!(source.info().settings[0].1, "inch, as said");
     }
 
     #[test]

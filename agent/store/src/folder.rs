@@ -27,6 +27,14 @@ pub enum StoreError {
         /// The underlying I/O error.
         source: io::Error,
     },
+    /// The folder holds something already.
+    #[error("{}: holds {found} already; name another folder, or replace it with --overwrite", path.display())]
+    NotEmpty {
+        /// The folder.
+        path: PathBuf,
+        /// One of the things in it.
+        found: String,
+    },
     /// An export failed.
     #[error("{}: {source}", path.display())]
     Export {
@@ -46,6 +54,48 @@ pub enum StoreError {
         /// Why.
         source: MeshError,
     },
+}
+
+/// The files of an inspection. The record is the first that goes: without it the others are of no inspection.
+const FILES: [&str; 5] = ["inspection.json", "cloud.ply", "mesh.ply", "scene.glb", "truth.ply"];
+
+/// Begins the folder of an inspection: afterwards it holds `record` and nothing of an earlier one. It is made if need be;
+/// one that holds something is refused, unless `overwrite` allows that the files of an earlier inspection are removed.
+///
+/// # Errors
+/// [`StoreError`] naming the folder or file.
+pub fn begin_folder(folder: &Path, record: &InspectionRecord, overwrite: bool) -> Result<(), StoreError> {
+    let io = |path: &Path| {
+        let path = path.to_owned();
+        move |source| StoreError::Io { path, source }
+    };
+    fs::create_dir_all(folder).map_err(io(folder))?;
+    if !overwrite {
+        let mut names = fs::read_dir(folder).map_err(io(folder))?.filter_map(Result::ok).map(|e| e.file_name());
+        if let Some(name) = names.find(|name| !name.to_string_lossy().starts_with('.')) {
+            return Err(StoreError::NotEmpty { path: folder.to_owned(), found: name.to_string_lossy().into_owned() });
+        }
+    }
+    let views = fs::read_dir(folder.join("views")).into_iter().flatten().filter_map(Result::ok).map(|e| e.path());
+    let clouds = views.filter(|path| path.extension().is_some_and(|e| e == "ply"));
+    for path in FILES.iter().map(|file| folder.join(file)).chain(clouds) {
+        match fs::remove_file(&path) {
+            Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(io(&path)(error)),
+            _ => {}
+        }
+    }
+    write_record(folder, record)
+}
+
+/// Writes the record of an inspection into its folder.
+///
+/// # Errors
+/// [`StoreError`] naming the file.
+pub fn write_record(folder: &Path, record: &InspectionRecord) -> Result<(), StoreError> {
+    write(&folder.join("inspection.json"), |out| {
+        serde_json::to_writer_pretty(&mut *out, record)?;
+        Ok(writeln!(out)?)
+    })
 }
 
 /// Writes an inspection into `folder`, which is made if need be.
@@ -82,10 +132,7 @@ pub fn write_inspection(folder: &Path, inspected: &Inspected) -> Result<(), Stor
             ply::write_mesh(out, &labelled, taxonomy, &comments)
         })?;
     }
-    write(&folder.join("inspection.json"), |out| {
-        serde_json::to_writer_pretty(&mut *out, record)?;
-        Ok(writeln!(out)?)
-    })
+    write_record(folder, record)
 }
 
 /// Writes every kept view as a semantic cloud of its own (as [Wang 2023] makes of keyframes), `folder/000000.ply` and

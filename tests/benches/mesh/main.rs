@@ -98,7 +98,7 @@ fn posed(cell: &VirtualCell, info: &SourceInfo, i: u32) -> Posed {
         let normal = (0..12).map(|_| random.random_range(0.0..1.0_f64)).sum::<f64>() - 6.0;
         *z = if inside { *z + (NOISE * normal) as f32 } else { 0.0 };
     }
-    let segmentation = RecordedSegmenter { required: true }.segment(&view).expect("the cell labels its views");
+    let segmentation = RecordedSegmenter.segment(&view).expect("the cell labels its views");
     Posed { view, segmentation, table_from_camera }
 }
 

@@ -1,7 +1,7 @@
 //! `semascan evaluate A B`: metrics of a model against a reference, each with its convention.
 
 use super::Failure;
-use super::source::LengthUnit;
+use super::spec_args::UnitArg;
 use anyhow::{Context, anyhow};
 use clap::Args;
 use nalgebra::Isometry3;
@@ -10,6 +10,7 @@ use semascan_evaluation::{
 };
 use semascan_geometry::measure::{CONVENTIONS, ClassScore, SEMANTIC_CONVENTIONS};
 use semascan_inspection::record::pose_record;
+use semascan_inspection::spec::LengthUnit;
 use serde_json::{Value, json};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -41,7 +42,7 @@ pub(crate) struct EvaluateArgs {
     seed: u64,
     /// Unit of both files [default: assumed from the size of each, and said]
     #[arg(long, value_enum, conflicts_with_all = ["scale_a", "scale_b"])]
-    unit: Option<LengthUnit>,
+    unit: Option<UnitArg>,
     /// What one unit of A's coordinates is in metres (0.001 for a file in millimetres)
     #[arg(long, value_name = "METRES")]
     scale_a: Option<f64>,
@@ -72,7 +73,7 @@ impl EvaluateArgs {
                 return wrong(anyhow!("{}: is none of {}", path.display(), FORMATS.join(", ")));
             }
         }
-        let unit = self.unit.map(LengthUnit::in_metres);
+        let unit = self.unit.map(|unit| LengthUnit::from(unit).in_metres());
         let (model, reference) = ((self.a.as_path(), unit.or(self.scale_a)), (self.b.as_path(), unit.or(self.scale_b)));
         let [a, b] = MeasuredGeometry::read_pair(model, reference, self.samples, self.seed)?;
         if self.align { self.protocol(&a, &b) } else { self.as_they_stand(&a, &b) }

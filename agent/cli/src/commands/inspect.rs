@@ -1,10 +1,10 @@
 //! `semascan inspect S --out DIR`: one inspection without a browser.
 
-use super::source::LengthUnit;
 use super::spec_args::SpecArgs;
 use super::{Failure, config, report, run, serve};
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
+use run::Output;
 use semascan_inspection::bus::Events;
 use semascan_inspection::event::{EventKind, StageStatus};
 use std::io::Write;
@@ -15,13 +15,12 @@ use std::path::PathBuf;
 pub(crate) struct InspectArgs {
     /// What to inspect: `virtual:starter-motor?seed=7&views=5`, a BOP scene folder, or a folder of PCD files
     source: String,
-    /// Unit of the source's lengths, where its format does not fix it (PCD, meshes) [default: assumed from its size, and
-    /// said]
-    #[arg(long, value_enum)]
-    unit: Option<LengthUnit>,
     /// Folder to write the inspection into
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
+    /// Write into the folder even if it holds something: the results of an earlier inspection are replaced
+    #[arg(long)]
+    overwrite: bool,
     /// Configuration of the cell
     #[arg(long, value_name = "TOML")]
     config: Option<PathBuf>,
@@ -43,16 +42,17 @@ impl InspectArgs {
         serve::use_threads(self.threads)?;
         let config = config::read(self.config.as_deref()).map_err(Failure::Call)?;
         let mut spec = self.inspection.apply(config.inspection);
-        spec.source.uri = Some(self.unit.map_or(self.source.clone(), |unit| unit.of_source(&self.source)));
+        spec.source.uri = Some(self.source.clone());
         let inspection = run::prepare(spec)?;
         let bar = progress_bar(inspection.info().view_count);
+        let output = Output::begin(&self.out, &inspection, self.overwrite)?;
         let events = inspection.subscribe();
         let handle = inspection.start();
+        run::stop_when_interrupted(handle.stop_switch());
         follow(events, &bar);
-        let inspected = run::finish(handle);
+        let inspected = run::finish(handle, Some(&output));
         bar.finish_and_clear();
         let inspected = inspected?;
-        run::write(&self.out, &inspected)?;
         if self.view_clouds {
             run::write_views(&self.out.join("views"), &inspected)?;
         }
@@ -62,7 +62,7 @@ impl InspectArgs {
             serde_json::to_writer(&mut out, &inspected.record)?;
             writeln!(out)?;
         }
-        Ok(())
+        run::verdict(&inspected.record)
     }
 }
 

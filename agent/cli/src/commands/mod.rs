@@ -25,6 +25,7 @@ use semascan_inspection::SetupFailure;
 use semascan_inspection::source::SourceError;
 use semascan_perception::segment::network::SelectError;
 use semascan_server::EmbeddedFiles;
+use semascan_store::StoreError;
 
 /// Semantic 3D inspection of used parts.
 #[derive(Debug, Parser)]
@@ -94,6 +95,7 @@ impl<E: Into<anyhow::Error>> From<E> for Failure {
         let error = error.into();
         let is_call = error.chain().any(|cause| {
             matches!(cause.downcast_ref(), Some(SourceError::Uri { .. }))
+                || matches!(cause.downcast_ref(), Some(StoreError::NotEmpty { .. }))
                 || matches!(cause.downcast_ref(), Some(SelectError::Unknown { .. } | SelectError::None { .. }))
                 || matches!(
                     cause.downcast_ref(),

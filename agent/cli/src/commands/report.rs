@@ -1,6 +1,8 @@
 //! What an inspection found, for people, on stderr.
 
-use semascan_model::record::{InspectionRecord, NetworksRecord, TruthRecord, ViewRecord};
+use semascan_model::record::{
+    InspectionRecord, LabelSource, NetworksRecord, RegistrationRecord, TruthRecord, ViewRecord,
+};
 use semascan_perception::segment::network::UncertaintyFigures;
 use std::io::{self, Write};
 use std::path::Path;
@@ -8,15 +10,23 @@ use std::path::Path;
 /// Prints a summary of `record`, which was written to `folder`.
 pub(crate) fn print(record: &InspectionRecord, folder: &Path) -> io::Result<()> {
     let mut out = io::stderr().lock();
-    let rejected = record.views.iter().filter(|v| !v.accepted).count();
+    let used = record.views.iter().filter(|v| v.accepted).count();
+    let (views, share) = (record.views.len(), 100.0 * used as f64 / record.views.len().max(1) as f64);
     let voxel = record.voxel.map_or_else(|| "none".into(), |v| format!("{:.3} mm", v * 1e3));
     writeln!(
         out,
-        "{}: {} views ({rejected} left out), {} points, voxel {voxel}",
+        "{}: {used} of {views} views used ({share:.0} %, {} left out), {} points, voxel {voxel}",
         record.part,
-        record.views.len(),
+        views - used,
         record.points
     )?;
+    print_poses(&mut out, &record.views)?;
+    if let Some(run) = record.run.filter(|run| run.region.left_out() > 0) {
+        writeln!(out, "  region of interest: {}", run.region)?;
+    }
+    if record.labels == LabelSource::None {
+        writeln!(out, "  labels: none were used")?;
+    }
     for setting in &record.settings {
         writeln!(out, "  {} = {}", setting.name, setting.value)?;
     }
@@ -28,9 +38,32 @@ pub(crate) fn print(record: &InspectionRecord, folder: &Path) -> io::Result<()> 
         writeln!(out, "{:<28} {:>9} {:>12.1} {:>11.3}", c.name, c.points, c.area * 1e6, c.confidence)?;
     }
     if let Some(truth) = &record.truth {
-        print_truth(&mut out, truth)?;
+        print_truth(&mut out, truth, record.labels != LabelSource::None)?;
     }
     writeln!(out, "written to {}", folder.display())
+}
+
+/// How the views got their poses.
+fn print_poses(out: &mut impl Write, views: &[ViewRecord]) -> io::Result<()> {
+    let mut counts = [
+        ("aligned with the model", 0),
+        ("at the robot's pose, which the alignment confirms or cannot improve", 0),
+        ("at the robot's pose", 0),
+        ("found in the model", 0),
+        ("the frame of the model", 0),
+    ];
+    for registration in views.iter().filter(|v| v.accepted).filter_map(|v| v.registration.as_ref()) {
+        let which = match registration {
+            RegistrationRecord::Icp { .. } => 0,
+            RegistrationRecord::KeptPrior { .. } => 1,
+            RegistrationRecord::Kinematic => 2,
+            RegistrationRecord::Relocalized { .. } => 3,
+            RegistrationRecord::CameraIsFrame => 4,
+        };
+        counts[which].1 += 1;
+    }
+    let said: Vec<String> = counts.iter().filter(|(_, n)| *n > 0).map(|(what, n)| format!("{n} {what}")).collect();
+    if said.is_empty() { Ok(()) } else { writeln!(out, "  poses: {}", said.join(", ")) }
 }
 
 /// What labelled the views, how its uncertainty was computed and used, and how large it was.
@@ -80,19 +113,11 @@ fn print_networks(out: &mut impl Write, record: &NetworksRecord, views: &[ViewRe
     Ok(())
 }
 
-fn print_truth(out: &mut impl Write, truth: &TruthRecord) -> io::Result<()> {
-    writeln!(
-        out,
-        "{:<28} {:>9} {:>12} {:>13} {:>7}",
-        "against truth", "points", "accuracy %", "completeness %", "IoU"
-    )?;
-    for c in truth.components.iter().chain(&truth.defects) {
-        let (accuracy, completeness) = (c.accuracy * 100.0, c.completeness * 100.0);
-        writeln!(out, "{:<28} {:>9} {accuracy:>12.2} {completeness:>14.2} {:>7.3}", c.name, c.points, c.iou)?;
+fn print_truth(out: &mut impl Write, truth: &TruthRecord, labelled: bool) -> io::Result<()> {
+    if labelled {
+        print_labels(out, truth)?;
     }
     let millimetres = |m: Option<f64>| m.map_or_else(|| "-".into(), |m| format!("{:.3} mm", m * 1e3));
-    let (accuracy, completeness) = (truth.label_accuracy * 100.0, truth.label_completeness * 100.0);
-    writeln!(out, "label accuracy {accuracy:.2} %, completeness {completeness:.2} %")?;
     writeln!(out, "HD95 {}, ME {} (model to truth)", millimetres(truth.hd95), millimetres(truth.mean_error))?;
     if let Some(aligned) = &truth.aligned {
         writeln!(
@@ -119,16 +144,35 @@ fn print_truth(out: &mut impl Write, truth: &TruthRecord) -> io::Result<()> {
         }
     }
     if let Some(ideal) = &truth.at_true_poses {
-        let loss = (ideal.label_accuracy - truth.label_accuracy) * 100.0;
-        writeln!(
-            out,
-            "with the true poses: accuracy {:.2} %, HD95 {}, ME {}; the poses cost {loss:.2} points of accuracy",
-            ideal.label_accuracy * 100.0,
-            millimetres(ideal.hd95),
-            millimetres(ideal.mean_error),
-        )?;
+        let (hd95, mean) = (millimetres(ideal.hd95), millimetres(ideal.mean_error));
+        if labelled {
+            let accuracy = ideal.label_accuracy * 100.0;
+            let loss = accuracy - truth.label_accuracy * 100.0;
+            writeln!(
+                out,
+                "with the true poses: accuracy {accuracy:.2} %, HD95 {hd95}, ME {mean}; the poses cost {loss:.2} points of \
+                 accuracy"
+            )?;
+        } else {
+            writeln!(out, "with the true poses: HD95 {hd95}, ME {mean}")?;
+        }
     }
     Ok(())
+}
+
+/// How true the labels are, class by class and all together.
+fn print_labels(out: &mut impl Write, truth: &TruthRecord) -> io::Result<()> {
+    writeln!(
+        out,
+        "{:<28} {:>9} {:>12} {:>13} {:>7}",
+        "against truth", "points", "accuracy %", "completeness %", "IoU"
+    )?;
+    for c in truth.components.iter().chain(&truth.defects) {
+        let (accuracy, completeness) = (c.accuracy * 100.0, c.completeness * 100.0);
+        writeln!(out, "{:<28} {:>9} {accuracy:>12.2} {completeness:>14.2} {:>7.3}", c.name, c.points, c.iou)?;
+    }
+    let (accuracy, completeness) = (truth.label_accuracy * 100.0, truth.label_completeness * 100.0);
+    writeln!(out, "label accuracy {accuracy:.2} %, completeness {completeness:.2} %")
 }
 
 /// Median and largest.

@@ -1,15 +1,20 @@
 //! `semascan serve`: the live stream and the viewer.
 
 use super::config::{self, CellConfig};
+use super::run::{self, Output};
 use super::spec_args::SpecArgs;
-use super::{Failure, format_error, run};
+use super::{Failure, format_error};
 use anyhow::{Context, anyhow};
 use clap::Args;
 use semascan_inspection::bus::Events;
 use semascan_inspection::{Inspection, InspectionHandle};
-use semascan_server::{AccessRule, EmbeddedFiles, LiveModel, LiveStream, Server, ServerConfig, WebFiles};
+use semascan_model::record::Outcome;
+use semascan_server::{
+    AccessRule, EmbeddedFiles, LiveModel, LiveStream, Server, ServerConfig, WebFiles, publish_saved,
+};
+use semascan_store::{SavedInspection, read_inspection};
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 
 const DEFAULT_PORT: u16 = 8787;
@@ -37,6 +42,9 @@ pub(crate) struct ReachArgs {
 /// Arguments of `semascan serve`.
 #[derive(Debug, Args)]
 pub(crate) struct ServeArgs {
+    /// A saved inspection to show: its folder
+    #[arg(value_name = "DIR", conflicts_with_all = ["source", "out"])]
+    saved: Option<PathBuf>,
     /// What to inspect; without it the agent waits
     #[arg(long)]
     source: Option<String>,
@@ -46,6 +54,9 @@ pub(crate) struct ServeArgs {
     /// Folder to write the finished inspection into
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+    /// Write into the folder even if it holds something: the results of an earlier inspection are replaced
+    #[arg(long)]
+    overwrite: bool,
     #[command(flatten)]
     inspection: SpecArgs,
     #[command(flatten)]
@@ -56,20 +67,31 @@ impl ServeArgs {
     pub(crate) fn run(self, viewer: EmbeddedFiles) -> Result<(), Failure> {
         use_threads(self.reach.threads)?;
         let config = config::read(self.config.as_deref()).map_err(Failure::Call)?;
+        if let Some(folder) = self.saved {
+            let saved = read_inspection(&folder)?;
+            return serve(&self.reach, &config, viewer, false, Some(Job::Saved(Box::new(saved))));
+        }
         let mut spec = self.inspection.apply(config.inspection.clone());
         spec.source.uri = self.source.or(spec.source.uri);
         let job = match spec.source.uri {
-            Some(_) => Some(Job { inspection: run::prepare(spec)?, out: self.out }),
+            Some(_) => {
+                let inspection = run::prepare(spec)?;
+                let begin = |out: &PathBuf| Output::begin(out, &inspection, self.overwrite);
+                let output = self.out.as_ref().map(begin).transpose()?;
+                Some(Job::Inspect { inspection: Box::new(inspection), output })
+            }
             None => None,
         };
         serve(&self.reach, &config, viewer, false, job)
     }
 }
 
-/// An inspection to be served, and where it is written to.
-pub(crate) struct Job {
-    pub(crate) inspection: Inspection,
-    pub(crate) out: Option<PathBuf>,
+/// What is served.
+pub(crate) enum Job {
+    /// An inspection that is run, and where it is written to.
+    Inspect { inspection: Box<Inspection>, output: Option<Output> },
+    /// One that was.
+    Saved(Box<SavedInspection>),
 }
 
 /// Serves until it is interrupted; a running inspection is then stopped and written.
@@ -106,34 +128,52 @@ pub(crate) fn serve(
         if open_browser && let Err(error) = open::that_detached(&url) {
             tracing::info!("open {url} in a browser ({error})");
         }
-        let running = job.map(|Job { inspection, out }| {
-            let events = inspection.subscribe();
-            let handle = inspection.start();
-            let (live, stop) = (Arc::clone(&live), handle.stop_switch());
-            (std::thread::spawn(move || follow(events, handle, out.as_deref(), &live)), stop)
-        });
-        server.run(interrupted()).await?;
-        // The view in work is finished first, so that the record on disk is whole.
-        if let Some((follower, stop)) = running {
-            stop.set();
-            if follower.join().is_err() {
-                return Err(Failure::Work(anyhow!("the inspection ended unexpectedly")));
+        let running = match job {
+            Some(Job::Inspect { inspection, output }) => {
+                let events = inspection.subscribe();
+                let handle = inspection.start();
+                let (live, stop) = (Arc::clone(&live), handle.stop_switch());
+                Some((std::thread::spawn(move || follow(events, handle, output.as_ref(), &live)), stop))
             }
+            Some(Job::Saved(saved)) => {
+                show(&saved, &live)?;
+                None
+            }
+            None => None,
+        };
+        server.run(run::interrupted()).await?;
+        // The view in work is finished first, so that the record on disk is whole.
+        let Some((follower, stop)) = running else { return Ok(()) };
+        stop.set();
+        match follower.join() {
+            Ok(result) => result,
+            Err(_) => Err(Failure::Work(anyhow!("the inspection ended unexpectedly"))),
         }
-        Ok(())
     })
 }
 
-/// Publishes an inspection to `live` until its end, and writes it; a failure is published too and does not end the server.
-fn follow(events: Events, handle: InspectionHandle, out: Option<&Path>, live: &LiveModel) {
+/// Publishes a saved inspection to `live`.
+fn show(saved: &SavedInspection, live: &LiveModel) -> Result<(), Failure> {
+    let SavedInspection { record, cloud, taxonomy } = saved;
+    let doubled = publish_saved(live, record, taxonomy, cloud)?;
+    if doubled > 0 {
+        tracing::warn!("{doubled} points are not shown: they share a voxel with another");
+    }
+    tracing::info!("{} of {}: {} points", record.part, record.began, record.points);
+    match &record.outcome {
+        Outcome::Finished => {}
+        Outcome::Running => tracing::warn!("this inspection did not end: it was killed, or still runs"),
+        Outcome::Stopped => tracing::warn!("this inspection was stopped after {} views", record.views.len()),
+        Outcome::Failed { reason } => tracing::warn!("this inspection failed: {reason}"),
+    }
+    Ok(())
+}
+
+/// Publishes an inspection to `live` until its end, and writes it; a failure is published too and does not end the server,
+/// but is the command's when that ends.
+fn follow(events: Events, handle: InspectionHandle, output: Option<&Output>, live: &LiveModel) -> Result<(), Failure> {
     LiveStream::new(live).follow(events);
-    let inspected = run::finish(handle).and_then(|inspected| {
-        if let Some(folder) = out {
-            run::write(folder, &inspected)?;
-        }
-        Ok(inspected)
-    });
-    match inspected {
+    match run::finish(handle, output) {
         Ok(inspected) => {
             let totals = live.totals();
             tracing::info!(
@@ -144,20 +184,20 @@ fn follow(events: Events, handle: InspectionHandle, out: Option<&Path>, live: &L
                 totals.bytes / 1000,
                 totals.snapshot_bytes / 1000
             );
+            let verdict = run::verdict(&inspected.record);
+            if let Err(Failure::Work(reason)) = &verdict {
+                tracing::warn!("{reason}");
+                live.say(&reason.to_string());
+            }
+            verdict
         }
         Err(failure) => {
             let (_, error) = failure.into_parts();
-            let error = format_error(&error);
-            tracing::error!("inspection failed: {error}");
-            live.fail(&error);
+            let text = format_error(&error);
+            tracing::error!("inspection failed: {text}");
+            live.fail(&text);
+            Err(Failure::Work(error))
         }
-    }
-}
-
-async fn interrupted() {
-    if tokio::signal::ctrl_c().await.is_err() {
-        // Without signals the process can still be killed.
-        std::future::pending::<()>().await;
     }
 }
 

@@ -2,7 +2,8 @@
 
 use clap::{Args, ValueEnum};
 use semascan_inspection::spec::{
-    BackgroundMethod, CameraMask, InspectionSpec, LabelSource, MaskRefinement, ObjectAssociation, RegistrationMethod,
+    BackgroundMethod, CameraMask, DepthRange, InspectionSpec, LabelSource, LengthUnit, MaskRefinement,
+    ObjectAssociation, RegistrationMethod,
 };
 use semascan_perception::fuse::Uncertain;
 
@@ -15,6 +16,25 @@ pub(crate) struct SpecArgs {
     /// Pixels that show the robot: a PNG (nonzero = ignore), `auto` to find them, or `none` [default: auto]
     #[arg(long, value_name = "PNG")]
     camera_mask: Option<String>,
+    /// Unit of the source's lengths [default: of a BOP scene's translations millimetres, checked against the depth; of PCD
+    /// files and meshes assumed from their size, and said]
+    #[arg(long, value_enum)]
+    unit: Option<UnitArg>,
+    /// Millimetres of a depth of 1 in a recording [default: what the recording says]
+    #[arg(long, value_name = "MM")]
+    depth_scale: Option<f64>,
+    /// Inspect only these depths along the optical axis, in metres: 0.2..1.5, ..1.5 or 0.2..
+    #[arg(long, value_name = "MIN..MAX")]
+    depth: Option<DepthRange>,
+    /// Inspect only this box in the table frame, in metres
+    #[arg(long = "box", value_name = "X0,Y0,Z0,X1,Y1,Z1", value_parser = corners, allow_hyphen_values = true)]
+    bounds: Option<Corners>,
+    /// Inspect only these pixels
+    #[arg(long, value_enum)]
+    roi: Option<RoiArg>,
+    /// Smallest share of the views that must become part of the model, 0 to 1; with fewer the exit code is 1 [default: 0.5]
+    #[arg(long, value_name = "SHARE")]
+    least_views: Option<f64>,
     /// Models for `--labels network`: names, folders of models, or folders with models, separated by commas; by default
     /// the best of each task that is installed
     #[arg(long, value_name = "NAME|DIR", value_delimiter = ',')]
@@ -60,6 +80,38 @@ enum LabelsArg {
     Network,
     /// Geometry only
     None,
+}
+
+/// Two corners of a box: x, y, z of one, then of the other. (An array alone would be several arguments.)
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Corners([f64; 6]);
+
+/// Reads six numbers with commas.
+fn corners(text: &str) -> Result<Corners, String> {
+    let numbers: Result<Vec<f64>, _> = text.split(',').map(|n| n.trim().parse::<f64>()).collect();
+    let numbers = numbers.map_err(|e| e.to_string())?;
+    let corners = numbers.as_slice().try_into().map_err(|_| format!("{} numbers in place of 6", numbers.len()))?;
+    Ok(Corners(corners))
+}
+
+/// A unit of length.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum UnitArg {
+    /// Millimetres
+    Mm,
+    /// Centimetres
+    Cm,
+    /// Metres
+    M,
+    /// Inches
+    Inch,
+}
+
+/// Which pixels are inspected.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum RoiArg {
+    /// Those that carry a component label
+    Labelled,
 }
 
 /// What becomes of uncertain pixels.
@@ -127,6 +179,12 @@ impl SpecArgs {
         }
         set(&mut spec.labels, self.labels);
         set(&mut spec.source.camera_mask, self.camera_mask.map(CameraMask::from));
+        spec.source.unit = self.unit.map(Into::into).or(spec.source.unit);
+        spec.source.depth_scale_mm = self.depth_scale.or(spec.source.depth_scale_mm);
+        spec.region.depth = self.depth.or(spec.region.depth);
+        spec.region.bounds = self.bounds.map(|Corners(corners)| corners).or(spec.region.bounds);
+        spec.region.labelled |= self.roi == Some(RoiArg::Labelled);
+        spec.least_views = self.least_views.or(spec.least_views);
         if !self.models.is_empty() {
             spec.network.models = self.models;
         }
@@ -150,6 +208,17 @@ impl From<LabelsArg> for LabelSource {
             LabelsArg::Source => Self::Source,
             LabelsArg::Network => Self::Network,
             LabelsArg::None => Self::None,
+        }
+    }
+}
+
+impl From<UnitArg> for LengthUnit {
+    fn from(arg: UnitArg) -> Self {
+        match arg {
+            UnitArg::Mm => Self::Mm,
+            UnitArg::Cm => Self::Cm,
+            UnitArg::M => Self::M,
+            UnitArg::Inch => Self::Inch,
         }
     }
 }
@@ -231,5 +300,15 @@ mod tests {
         assert_eq!(changed.network.threshold, Some(0.3));
         assert_eq!(changed.source.camera_mask, CameraMask::File("m.png".into()));
         assert!(changed.source.keyframes && changed.source.pace_s == 0.5);
+        let changed = apply("--unit m --depth 0.2..2 --box -1,-1,0,1,1,0.5 --roi labelled --least-views 0.9", spec);
+        assert_eq!((changed.source.unit, changed.least_views), (Some(LengthUnit::M), Some(0.9)));
+        assert_eq!(changed.region.depth, Some(DepthRange { min: 0.2, max: 2.0 }));
+        assert_eq!(changed.region.bounds, Some([-1.0, -1.0, 0.0, 1.0, 1.0, 0.5]));
+        assert!(changed.region.labelled);
+        let wrong = ["--box 1,2,3", "--depth 2..1", "--depth 1", "--unit feet"];
+        for line in wrong {
+            let words = std::iter::once("semascan").chain(line.split_whitespace());
+            assert!(Command::try_parse_from(words).is_err(), "{line}");
+        }
     }
 }

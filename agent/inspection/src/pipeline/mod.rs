@@ -6,6 +6,9 @@
 //! A view that fails in any stage is reported with its reason and left out; the inspection goes on.
 
 mod fusion;
+mod region;
+
+pub(crate) use region::Region;
 
 use crate::bus::EventBus;
 use crate::event::{EventKind, SharedModel, StageStatus};
@@ -40,6 +43,16 @@ pub(crate) struct PipelineConfig {
     pub(crate) pace: Duration,
 }
 
+/// What does the work of the stages.
+pub(crate) struct Stages<'a> {
+    /// Labels the pixels.
+    pub(crate) segmenter: &'a mut dyn Segmenter,
+    /// Leaves out those that are of no interest.
+    pub(crate) region: &'a mut Region,
+    /// Finds where the view was taken.
+    pub(crate) registrar: &'a mut dyn Registrar,
+}
+
 /// What the first stage made of one view.
 struct Captured {
     index: u32,
@@ -61,24 +74,24 @@ struct Surface {
     segmentation: Segmentation,
 }
 
-/// Takes the views of `source` their way until the last one, or until `stop` is set; the model, if a view could be used.
+/// Takes the views of `source` their way until the last one, or until `stop` is set, the pixels outside the region left out; the model, if a view could be used.
 ///
 /// # Errors
 /// [`FuseError`] if the map cannot be set up; failing views are published to `events` instead.
 pub(crate) fn run(
     source: &mut dyn Source,
-    segmenter: &mut dyn Segmenter,
-    registrar: &mut dyn Registrar,
+    stages: Stages<'_>,
     config: &PipelineConfig,
     events: &EventBus,
     stop: &AtomicBool,
 ) -> Result<Option<SharedModel>, FuseError> {
     let info = source.info().clone();
+    let Stages { segmenter, region, registrar } = stages;
     let (captured, to_segment) = sync_channel(QUEUE);
     let (segmented, to_fuse) = sync_channel(QUEUE);
     std::thread::scope(|scope| {
         scope.spawn(move || acquire(source, config.pace, events, stop, &captured));
-        scope.spawn(move || segment(segmenter, events, &to_segment, &segmented));
+        scope.spawn(move || segment(segmenter, region, events, &to_segment, &segmented));
         let mut fusion = Fusion::new(&info, config, events, registrar);
         for view in to_fuse {
             fusion.add(view)?;
@@ -131,6 +144,7 @@ fn sleep_unless_stopped(mut rest: Duration, stop: &AtomicBool) {
 
 fn segment(
     segmenter: &mut dyn Segmenter,
+    region: &mut Region,
     events: &EventBus,
     captured: &Receiver<Captured>,
     segmented: &SyncSender<Segmented>,
@@ -140,11 +154,12 @@ fn segment(
             Err(reason) => Segmented { index, timings, view: None, result: Err(reason) },
             Ok(view) => {
                 let result = run_stage(events, &mut timings, index, Stage::Segment, || {
-                    let segmentation = segmenter.segment(&view).map_err(|e| e.to_string())?;
-                    let cloud = OrganizedCloud::new(view.intrinsics, &view.depth, None);
-                    if cloud.is_empty() {
+                    if view.depth.metres.iter().all(|z| *z <= 0.0) {
                         return Err("no depth in the whole picture".to_owned());
                     }
+                    let segmentation = segmenter.segment(&view).map_err(|e| e.to_string())?;
+                    let ignored = region.ignored(&view, &segmentation)?;
+                    let cloud = OrganizedCloud::new(view.intrinsics, &view.depth, Some(&ignored));
                     Ok(Surface { cloud, segmentation })
                 });
                 Segmented { index, timings, view: Some(view), result }

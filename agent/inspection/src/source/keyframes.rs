@@ -48,6 +48,8 @@ pub struct Keyframes {
     last: VecDeque<Keyframe>,
     seen: u32,
     taken: u32,
+    /// Views that were taken because nothing is known of where they were.
+    without_pose: u32,
 }
 
 /// What is remembered of a keyframe.
@@ -61,7 +63,7 @@ impl Keyframes {
     /// The keyframes of `source`. How many there will be is not known before.
     pub fn new(source: Box<dyn Source>, rule: KeyframeRule) -> Self {
         let info = SourceInfo { view_count: None, ..source.info().clone() };
-        let mut keyframes = Self { source, info, rule, last: VecDeque::new(), seen: 0, taken: 0 };
+        let mut keyframes = Self { source, info, rule, last: VecDeque::new(), seen: 0, taken: 0, without_pose: 0 };
         keyframes.info.settings.push((SETTING.into(), String::new()));
         keyframes.note();
         keyframes
@@ -71,6 +73,9 @@ impl Keyframes {
     fn note(&mut self) {
         if let Some((_, value)) = self.info.settings.iter_mut().find(|(key, _)| key == SETTING) {
             *value = format!("{} of {} views", self.taken, self.seen);
+            if self.without_pose > 0 {
+                *value += &format!(" ({} have no pose and cannot be judged: they are kept)", self.without_pose);
+            }
         }
     }
 
@@ -133,6 +138,7 @@ impl Source for Keyframes {
                 _ => true,
             };
             self.taken += u32::from(wanted);
+            self.without_pose += u32::from(next.is_ok() && pose.is_none());
             self.note();
             if !wanted {
                 continue;
@@ -203,6 +209,7 @@ mod tests {
             view_count: Some(shifts.len() as u32),
             turntable: None,
             volume: None,
+            no_labels: None,
             settings: Vec::new(),
         };
         let mut source = Keyframes::new(Box::new(Wall { info, shifts, next: 0 }), rule);
@@ -234,7 +241,7 @@ mod tests {
         let rule = KeyframeRule { most_overlap: 0.0, ..KeyframeRule::default() };
         let (taken, count) = keyframes(vec![Some(0.0), None, Some(0.1), Some(0.3), None], rule);
         assert_eq!(taken, [0, 1, 3, 4]);
-        assert_eq!(count, "4 of 5 views");
+        assert_eq!(count, "4 of 5 views (2 have no pose and cannot be judged: they are kept)");
     }
 
     #[test]

@@ -72,6 +72,8 @@ pub struct SourceInfo {
     pub turntable: Option<Turntable>,
     /// The measuring volume in the table frame (min, max corner, metres); points outside are background.
     pub volume: Option<(Point3<f64>, Point3<f64>)>,
+    /// Why its views carry no recorded labels, or have none that were read; `None` if they carry some.
+    pub no_labels: Option<String>,
     /// Seeds and settings that make the run repeatable, as `key = value`.
     pub settings: Vec<(String, String)>,
 }

@@ -4,8 +4,10 @@
 //! mistake is noticed.
 
 mod network;
+mod region;
 
 pub use network::NetworkSpec;
+pub use region::{Corners, DepthRange, RegionSpec};
 pub use semascan_model::record::LabelSource;
 
 use semascan_perception::fuse::{AssociationTest, OutlierFilter};
@@ -13,12 +15,20 @@ use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 use std::time::Duration;
 
+/// Share of the views that must become part of the model, if nothing is said.
+const LEAST_VIEWS: f64 = 0.5;
+
 /// What an inspection is run with.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct InspectionSpec {
     /// What is inspected, and at which resolution.
     pub source: SourceSpec,
+    /// Which of a view's pixels are inspected.
+    pub region: RegionSpec,
+    /// Smallest share of the views that must become part of the model, 0 to 1; half of them if absent. An inspection with
+    /// fewer is kept, but did not succeed.
+    pub least_views: Option<f64>,
     /// Where labels come from.
     pub labels: LabelSource,
     /// The networks, with `labels = "network"`.
@@ -43,12 +53,52 @@ pub struct SourceSpec {
     pub uri: Option<String>,
     /// Pixels that show the robot itself: `auto`, `none` or a PNG (nonzero = ignored).
     pub camera_mask: CameraMask,
+    /// Unit of recorded lengths (a BOP scene's translations); by default that of the format, checked against the depth.
+    pub unit: Option<LengthUnit>,
+    /// Millimetres of a recorded depth of 1; by default what the recording says.
+    pub depth_scale_mm: Option<f64>,
     /// Voxel edge in millimetres; by default twice the median pixel footprint of the first view, at least 0.5.
     pub voxel_mm: Option<f64>,
     /// Inspect only the views of a moving camera that show something new (keyframes); the rest is counted.
     pub keyframes: bool,
     /// Least time between two captures in seconds, so that people can watch.
     pub pace_s: f64,
+}
+
+/// A unit of length.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum LengthUnit {
+    /// Millimetres.
+    Mm,
+    /// Centimetres.
+    Cm,
+    /// Metres.
+    M,
+    /// Inches.
+    Inch,
+}
+
+impl LengthUnit {
+    /// Its name on the command line and in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Mm => "mm",
+            Self::Cm => "cm",
+            Self::M => "m",
+            Self::Inch => "inch",
+        }
+    }
+
+    /// One of it in metres.
+    pub fn in_metres(self) -> f64 {
+        match self {
+            Self::Mm => 1e-3,
+            Self::Cm => 1e-2,
+            Self::M => 1.0,
+            Self::Inch => 0.0254,
+        }
+    }
 }
 
 /// What is known to show the robot itself in every view.
@@ -152,6 +202,32 @@ impl InspectionSpec {
         }
     }
 
+    /// The smallest share of the views that must become part of the model.
+    ///
+    /// # Errors
+    /// [`SpecError`] if it is no share.
+    pub fn least_share(&self) -> Result<f64, SpecError> {
+        let share = self.least_views.unwrap_or(LEAST_VIEWS);
+        if (0.0..=1.0).contains(&share) {
+            return Ok(share);
+        }
+        Err(SpecError { field: "least_views".into(), reason: format!("{share} is no share: 0 to 1") })
+    }
+
+    /// The millimetres of a recorded depth of 1, if they are said.
+    ///
+    /// # Errors
+    /// [`SpecError`] if they are no length.
+    pub fn depth_scale(&self) -> Result<Option<f64>, SpecError> {
+        match self.source.depth_scale_mm {
+            Some(mm) if !(mm.is_finite() && mm > 0.0) => Err(SpecError {
+                field: "depth_scale_mm".into(),
+                reason: format!("{mm} is not a length in millimetres"),
+            }),
+            mm => Ok(mm),
+        }
+    }
+
     /// The least time between two captures.
     ///
     /// # Errors
@@ -207,8 +283,9 @@ mod tests {
     #[test]
     fn every_field_is_read_and_an_unknown_one_is_named() {
         let text = "labels = \"network\"\nmasks = \"lcccp\"\nassociation = \"gravity-centre\"\n\
-            registration = \"segment-icp\"\n[source]\nuri = \"scene\"\ncamera_mask = \"gripper.png\"\nvoxel_mm = 1.5\n\
-            keyframes = true\npace_s = 0.5\n[preparation]\ndenoise = true\nbackground = \"volume\"\n\
+            registration = \"segment-icp\"\nleast_views = 0.8\n[region]\ndepth = \"0.2..1.5\"\n\
+            box = [-0.1, -0.1, 0.0, 0.1, 0.1, 0.2]\nlabelled = true\nfootprint_voxels = 3\n[source]\nuri = \"scene\"\ncamera_mask = \"gripper.png\"\nvoxel_mm = 1.5\n\
+            keyframes = true\nunit = \"cm\"\ndepth_scale_mm = 0.25\npace_s = 0.5\n[preparation]\ndenoise = true\nbackground = \"volume\"\n\
             [outliers]\nmin_neighbours = 4\n[network]\nmodels = [\"ud-net-edge\"]\nthreshold = 0.3\n";
         let spec: InspectionSpec = toml::from_str(text).expect("right");
         assert_eq!(spec.source.camera_mask, CameraMask::File("gripper.png".into()));
@@ -216,7 +293,20 @@ mod tests {
         assert_eq!(spec.pace(), Ok(Duration::from_millis(500)));
         assert_eq!((spec.outliers.min_neighbours, spec.outliers.radius), (4, OutlierFilter::default().radius));
         assert!(spec.association_test().is_some());
-        for (wrong, word) in [("lables = \"none\"", "lables"), ("[source]\nurl = 1", "url"), ("masks = 3", "masks")] {
+        assert_eq!((spec.least_share(), spec.depth_scale()), (Ok(0.8), Ok(Some(0.25))));
+        assert_eq!(spec.source.unit.map(LengthUnit::in_metres), Some(0.01));
+        assert!(spec.region.labelled && spec.region.depth == Some(DepthRange { min: 0.2, max: 1.5 }));
+        assert_eq!(
+            spec.region.corners().map(|c| c.map(|(low, high)| high - low)).map(|d| d.map(|d| d.z)),
+            Ok(Some(0.2))
+        );
+        for (wrong, word) in [
+            ("lables = \"none\"", "lables"),
+            ("[source]\nurl = 1", "url"),
+            ("masks = 3", "masks"),
+            ("[region]\ndepht = \"1..2\"", "depht"),
+            ("[region]\ndepth = \"2..1\"", "2..1"),
+        ] {
             let error = toml::from_str::<InspectionSpec>(wrong).expect_err(word).to_string();
             assert!(error.contains(word), "{error}");
         }

@@ -122,7 +122,7 @@ fn trial(
 ) -> Trial {
     let mut map: Option<SemanticMap> = None;
     for view in views.iter().filter(|view| view.index != wanted) {
-        let segmentation = RecordedSegmenter { required: true }.segment(view).expect("labels");
+        let segmentation = RecordedSegmenter.segment(view).expect("labels");
         let cloud = OrganizedCloud::new(view.intrinsics, &view.depth, None);
         let map = map.get_or_insert_with(|| {
             let voxel = case.voxel.or_else(|| voxel_for(&cloud)).expect("depth");

@@ -2,6 +2,7 @@
 
 use crate::organized::OrganizedCloud;
 use crate::segment::{COMPONENT_SIGMA_LIMIT, DEFECT_SIGMA_LIMIT};
+use crate::view::Intrinsics;
 use nalgebra::Point3;
 pub use semascan_model::record::Uncertain;
 
@@ -61,6 +62,10 @@ pub const SMALLEST_VOXEL: f64 = 0.5e-3;
 
 /// Voxel edge for views like this one: twice the median pixel footprint, at least [`SMALLEST_VOXEL`]. `None` without depth.
 pub fn voxel_for(cloud: &OrganizedCloud) -> Option<f64> {
-    let depth = cloud.median_depth()?;
-    Some((2.0 * cloud.intrinsics.footprint(depth)).max(SMALLEST_VOXEL))
+    cloud.median_depth().map(|depth| voxel_at(&cloud.intrinsics, depth))
+}
+
+/// Voxel edge in metres for views whose median depth is `depth` metres.
+pub fn voxel_at(intrinsics: &Intrinsics, depth: f64) -> f64 {
+    (2.0 * intrinsics.footprint(depth)).max(SMALLEST_VOXEL)
 }

@@ -65,4 +65,4 @@ pub use filters::OutlierFilter;
 pub use kept_views::KeptViews;
 pub use labelled_view::LabelledView;
 pub use map::{Integration, SemanticMap, TouchedChunk};
-pub use map_config::{MapConfig, SMALLEST_VOXEL, Uncertain, UncertaintyRule, voxel_for};
+pub use map_config::{MapConfig, SMALLEST_VOXEL, Uncertain, UncertaintyRule, voxel_at, voxel_for};

@@ -17,6 +17,6 @@ mod sigma_limits;
 pub use class_field::ClassField;
 pub use degrade::{Degradation, Degraded};
 pub use geometric::GeometricSegmenter;
-pub use recorded::RecordedSegmenter;
+pub use recorded::{RecordedSegmenter, Unlabelled};
 pub use segmentation::{SegmentError, Segmentation, Segmenter};
 pub use sigma_limits::{COMPONENT_SIGMA_LIMIT, DEFECT_SIGMA_LIMIT};

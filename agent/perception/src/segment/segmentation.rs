@@ -22,7 +22,7 @@ pub struct Segmentation {
 #[derive(Debug, thiserror::Error)]
 pub enum SegmentError {
     /// The view has no recorded labels although they were asked for.
-    #[error("view {view} carries no recorded labels")]
+    #[error("view {view} carries no recorded labels (--labels network or none does without)")]
     NoLabels {
         /// The view.
         view: u32,

@@ -26,7 +26,7 @@ fn iou(segmentation: &Segmentation, truth: &[u16]) -> f64 {
 fn spoiled_masks_of_a_motor_get_better() {
     let spec = VirtualCellSpec::parse("virtual:starter-motor?seed=7&views=3&cell=2.5").expect("a valid URI");
     let mut cell = VirtualCell::open(&spec).expect("needs no file");
-    let inner = Degraded { inner: RecordedSegmenter { required: true }, degradation: Degradation::network(6, 1) };
+    let inner = Degraded { inner: RecordedSegmenter, degradation: Degradation::network(6, 1) };
     let (mut spoiled, mut by) = (inner.clone(), [0.0; 3]);
     let mut lcccp = GeometricSegmenter::new(inner.clone(), PatchMethod::LCCCP);
     let mut slic = GeometricSegmenter::new(inner, PatchMethod::SLIC);

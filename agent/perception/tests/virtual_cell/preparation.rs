@@ -25,7 +25,7 @@ fn outside_the_volume_nothing_is_labelled_and_inside_nothing_changes() {
     let (low, high) = cell.info().volume.expect("a volume");
     let preparation = Preparation { denoise: false, background: Background::Volume(low, high) };
     let said = Prepared::new(AllOne, preparation).segment(&view).expect("labels");
-    let truth = RecordedSegmenter { required: true }.segment(&view).expect("truth");
+    let truth = RecordedSegmenter.segment(&view).expect("truth");
     let pose = view.truth.as_ref().expect("truth").table_from_camera;
     let (mut part, mut kept, mut below) = (0, 0, 0);
     for i in 0..view.depth.metres.len() {

@@ -149,6 +149,11 @@ impl LiveModel {
         });
     }
 
+    /// Tells clients something of an inspection that is over.
+    pub fn say(&self, message: &str) {
+        self.update_progress(|p| p.message = message.into());
+    }
+
     /// Hash of the model as published.
     pub fn hash(&self) -> u64 {
         let state = self.lock();

@@ -4,7 +4,7 @@ use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, UnitQuaternion, Vect
 use semascan_inspection::source::SourceError;
 use semascan_perception::view::Intrinsics;
 use serde_json::{Map, Value};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -18,6 +18,9 @@ pub(super) struct SceneClass {
     pub(super) name: String,
 }
 
+/// Metres of a translation of 1, as BOP has it.
+pub(super) const MILLIMETRE: f64 = 1e-3;
+
 /// One entry of `scene_camera.json`, in metres.
 #[derive(Clone, Debug)]
 pub(super) struct Camera {
@@ -27,6 +30,8 @@ pub(super) struct Camera {
     cy: f64,
     /// Metres a depth unit.
     pub(super) depth_scale: f64,
+    /// Whether the file says so; otherwise it is taken to be a millimetre.
+    pub(super) has_depth_scale: bool,
     pub(super) table_from_camera: Option<Isometry3<f64>>,
 }
 
@@ -36,41 +41,73 @@ impl Camera {
     }
 }
 
+/// One object of a view, as `scene_gt.json` lists it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct ListedObject {
+    /// Its number in the list, which its mask's name has too.
+    pub(super) place: u32,
+    /// Class: the place of its `obj_id` among the scene's, from 1.
+    pub(super) class: u16,
+    /// `cam_t_m2c`: where its own frame stands in the camera's, in the unit of the file.
+    pub(super) in_camera: Option<Vector3<f64>>,
+}
+
 /// What the scene's JSON files say.
 #[derive(Debug)]
 pub(super) struct SceneMetadata {
     cameras_path: PathBuf,
-    cameras: Map<String, Value>,
+    cameras: BTreeMap<u32, Value>,
     ground_truth_path: PathBuf,
-    ground_truth: Option<Map<String, Value>>,
+    ground_truth: Option<BTreeMap<u32, Value>>,
+    /// Objects of views, by their places in the list, that `scene_gt_info.json` says are hidden.
+    hidden: HashSet<(u32, u32)>,
     pub(super) objects: Vec<SceneClass>,
     /// What the values of the pictures in `defects/` mean; empty if the scene records no defects.
     pub(super) defects: Vec<SceneClass>,
 }
 
 impl SceneMetadata {
-    pub(super) fn read(folder: &Path) -> Result<Self, SourceError> {
+    /// Reads the scene's files; those of the labels only if `labels` are wanted.
+    pub(super) fn read(folder: &Path, labels: bool) -> Result<Self, SourceError> {
         let cameras_path = folder.join("scene_camera.json");
-        let cameras = read_object(&cameras_path)?;
+        let cameras = by_view(read_object(&cameras_path)?);
         let ground_truth_path = folder.join("scene_gt.json");
-        let ground_truth = ground_truth_path.is_file().then(|| read_object(&ground_truth_path)).transpose()?;
-        let names = |file: &str| {
-            let path = folder.join(file);
-            if path.is_file() { read_object(&path) } else { Ok(Map::new()) }
+        let optional = |path: &Path| {
+            if labels && path.is_file() { read_object(path).map(Some) } else { Ok(None) }
         };
+        let ground_truth = optional(&ground_truth_path)?.map(by_view);
+        let info = optional(&folder.join("scene_gt_info.json"))?.map(by_view).unwrap_or_default();
+        let names = |file: &str| optional(&folder.join(file)).map(Option::unwrap_or_default);
         let objects = classes(ground_truth.as_ref(), &names("objects.json")?);
         let defects = classes(None, &names("defects.json")?);
-        Ok(Self { cameras_path, cameras, ground_truth_path, ground_truth, objects, defects })
+        let hidden = hidden_objects(&info);
+        Ok(Self { cameras_path, cameras, ground_truth_path, ground_truth, hidden, objects, defects })
+    }
+
+    /// The file that lists the objects.
+    pub(super) fn ground_truth_path(&self) -> &Path {
+        &self.ground_truth_path
+    }
+
+    /// The file that lists the cameras.
+    pub(super) fn cameras_path(&self) -> &Path {
+        &self.cameras_path
+    }
+
+    /// Whether the scene lists objects.
+    pub(super) fn has_ground_truth(&self) -> bool {
+        self.ground_truth.is_some()
     }
 
     /// Numbers of the views that have a camera entry.
     pub(super) fn camera_numbers(&self) -> impl Iterator<Item = u32> + '_ {
-        self.cameras.keys().filter_map(|k| k.parse().ok())
+        self.cameras.keys().copied()
     }
 
-    pub(super) fn camera(&self, number: u32) -> Result<Camera, SourceError> {
+    /// The camera of a view; `pose_unit` is the length in metres of a translation of 1.
+    pub(super) fn camera(&self, number: u32, pose_unit: f64) -> Result<Camera, SourceError> {
         let path = &self.cameras_path;
-        let entry = self.cameras.get(&number.to_string()).ok_or_else(|| SourceError::Field {
+        let entry = self.cameras.get(&number).ok_or_else(|| SourceError::Field {
             path: path.clone(),
             field: number.to_string(),
             reason: "no camera entry for this view".into(),
@@ -85,13 +122,22 @@ impl SceneMetadata {
             None => 1.0,
             Some(v) => v.as_f64().filter(|s| *s > 0.0).ok_or_else(|| fields.error("depth_scale", "not positive"))?,
         };
-        let table_from_camera = fields.pose()?;
-        Ok(Camera { fx, fy, cx: k[2], cy: k[5], depth_scale: depth_scale * 1e-3, table_from_camera })
+        let has_depth_scale = entry.get("depth_scale").is_some();
+        let table_from_camera = fields.pose(pose_unit)?;
+        Ok(Camera {
+            fx,
+            fy,
+            cx: k[2],
+            cy: k[5],
+            depth_scale: depth_scale * MILLIMETRE,
+            has_depth_scale,
+            table_from_camera,
+        })
     }
 
-    /// Classes of the objects of a view in mask order; `None` if the scene has no ground truth for it.
-    pub(super) fn visible_objects(&self, number: u32) -> Result<Option<Vec<u16>>, SourceError> {
-        let Some(entry) = self.ground_truth.as_ref().and_then(|gt| gt.get(&number.to_string())) else {
+    /// The objects of a view in the order of the list; `None` if the scene has no ground truth for it.
+    pub(super) fn objects_of(&self, number: u32) -> Result<Option<Vec<ListedObject>>, SourceError> {
+        let Some(entry) = self.ground_truth.as_ref().and_then(|gt| gt.get(&number)) else {
             return Ok(None);
         };
         let bad = |field: String, reason: &str| SourceError::Field {
@@ -100,14 +146,44 @@ impl SceneMetadata {
             reason: reason.into(),
         };
         let list = entry.as_array().ok_or_else(|| bad(number.to_string(), "not a list"))?;
-        let class = |(k, object): (usize, &Value)| {
+        let object = |(k, object): (usize, &Value)| {
             let field = || format!("{number}[{k}].obj_id");
             let id = object.get("obj_id").and_then(Value::as_u64).ok_or_else(|| bad(field(), "not an object id"))?;
             let at = self.objects.iter().position(|o| o.id == id).ok_or_else(|| bad(field(), "unknown object"))?;
-            Ok(at as u16 + 1)
+            let class = u16::try_from(at + 1).map_err(|_| bad(field(), "more than 65 535 kinds of objects"))?;
+            let position = object.get("cam_t_m2c").and_then(Value::as_array).filter(|t| t.len() == 3);
+            let position = position.and_then(|t| {
+                let t = Vector3::new(t[0].as_f64()?, t[1].as_f64()?, t[2].as_f64()?);
+                t.iter().all(|c| c.is_finite()).then_some(t)
+            });
+            Ok(ListedObject { place: k as u32, class, in_camera: position })
         };
-        list.iter().enumerate().map(class).collect::<Result<Vec<_>, _>>().map(Some)
+        list.iter().enumerate().map(object).collect::<Result<Vec<_>, _>>().map(Some)
     }
+
+    /// Whether `scene_gt_info.json` says that no pixel shows the object at `place` of a view's list.
+    pub(super) fn is_hidden(&self, number: u32, place: u32) -> bool {
+        self.hidden.contains(&(number, place))
+    }
+}
+
+/// The entries of a file by the numbers of their views, however many digits these have.
+fn by_view(entries: Map<String, Value>) -> BTreeMap<u32, Value> {
+    entries.into_iter().filter_map(|(key, value)| Some((key.trim().parse().ok()?, value))).collect()
+}
+
+/// Objects that are said to have no visible pixel.
+fn hidden_objects(info: &BTreeMap<u32, Value>) -> HashSet<(u32, u32)> {
+    let is_zero = |object: &Value, field: &str| object.get(field).and_then(Value::as_f64) == Some(0.0);
+    let mut hidden = HashSet::new();
+    for (view, list) in info {
+        for (place, object) in (0..).zip(list.as_array().into_iter().flatten()) {
+            if is_zero(object, "visib_fract") || is_zero(object, "px_count_visib") {
+                hidden.insert((*view, place));
+            }
+        }
+    }
+    hidden
 }
 
 /// Typed access to one camera entry; errors name file, view and field.
@@ -140,8 +216,8 @@ impl Fields<'_> {
         Ok(Some(out))
     }
 
-    /// `cam_R_w2c`, `cam_t_w2c` (millimetres) turned round; `None` if the scene records no camera poses.
-    fn pose(&self) -> Result<Option<Isometry3<f64>>, SourceError> {
+    /// `cam_R_w2c`, `cam_t_w2c` (in units of `unit` metres) turned round; `None` if the scene records no camera poses.
+    fn pose(&self, unit: f64) -> Result<Option<Isometry3<f64>>, SourceError> {
         let (rotation, translation) = (self.numbers::<9>("cam_R_w2c")?, self.numbers::<3>("cam_t_w2c")?);
         let (r, t) = match (rotation, translation) {
             (None, None) => return Ok(None),
@@ -155,13 +231,13 @@ impl Fields<'_> {
             return Err(self.error("cam_R_w2c", &format!("not a rotation (off by {deviation:.3})")));
         }
         let rotation = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix(&matrix));
-        let translation = Translation3::from(Vector3::from(t) * 1e-3);
+        let translation = Translation3::from(Vector3::from(t) * unit);
         Ok(Some(Isometry3::from_parts(translation, rotation).inverse()))
     }
 }
 
 /// Every class that the ground truth or the name list mentions, by id.
-fn classes(ground_truth: Option<&Map<String, Value>>, names: &Map<String, Value>) -> Vec<SceneClass> {
+fn classes(ground_truth: Option<&BTreeMap<u32, Value>>, names: &Map<String, Value>) -> Vec<SceneClass> {
     let mut found: BTreeMap<u64, String> = BTreeMap::new();
     let listed = ground_truth.into_iter().flat_map(|gt| gt.values()).filter_map(Value::as_array).flatten();
     for id in listed.filter_map(|o| o.get("obj_id")?.as_u64()) {
@@ -176,13 +252,30 @@ fn classes(ground_truth: Option<&Map<String, Value>>, names: &Map<String, Value>
 }
 
 fn read_object(path: &Path) -> Result<Map<String, Value>, SourceError> {
-    let text = fs::read_to_string(path).map_err(|source| SourceError::Io { path: path.to_owned(), source })?;
+    let bytes = fs::read(path).map_err(|source| SourceError::Io { path: path.to_owned(), source })?;
     let bad = |reason: String| SourceError::Format { path: path.to_owned(), reason };
+    let text = decode(&bytes).ok_or_else(|| bad("neither UTF-8 nor UTF-16 text".into()))?;
     // Python writes NaN and Infinity, which JSON forbids: as null they cost the view they stand in, not the scene.
     let value: Value = serde_json::from_str(&without_nan(&text)).map_err(|e| bad(e.to_string()))?;
     match value {
         Value::Object(map) => Ok(map),
         _ => Err(bad("not a JSON object".into())),
+    }
+}
+
+/// Text in UTF-8, or in UTF-16 with a byte order mark; a mark at its head is no part of it.
+fn decode(bytes: &[u8]) -> Option<String> {
+    let utf16 = |unit: fn([u8; 2]) -> u16| {
+        let units: Vec<u16> = bytes[2..].chunks_exact(2).map(|pair| unit([pair[0], pair[1]])).collect();
+        String::from_utf16(&units).ok()
+    };
+    match bytes {
+        [0xff, 0xfe, ..] => utf16(u16::from_le_bytes),
+        [0xfe, 0xff, ..] => utf16(u16::from_be_bytes),
+        _ => {
+            let text = std::str::from_utf8(bytes).ok()?;
+            Some(text.strip_prefix('\u{feff}').unwrap_or(text).to_owned())
+        }
     }
 }
 
@@ -217,6 +310,15 @@ mod tests {
             without_nan(r#"{"NaN": [NaN, -Infinity, 1], "a\"NaN": 2}"#),
             r#"{"NaN": [null, null, 1], "a\"NaN": 2}"#
         );
+    }
+
+    #[test]
+    fn marks_at_the_head_of_a_text_are_no_part_of_it() {
+        let utf16: Vec<u8> = "\u{feff}{}".encode_utf16().flat_map(u16::to_le_bytes).collect();
+        for bytes in [&b"{}"[..], b"\xef\xbb\xbf{}", &utf16] {
+            assert_eq!(decode(bytes).as_deref(), Some("{}"));
+        }
+        assert_eq!(decode(b"{\xff}"), None);
     }
 
     proptest! {

@@ -1,109 +1,211 @@
-//! The picture files of a BOP scene.
+//! The pictures of a BOP scene: which files there are, and what colour and depth they hold.
+//!
+//! Colour lies in `rgb/`, or in `gray/` where a camera has none (ITODD). Depth is a picture of whole numbers, 16 bits or
+//! more, times `depth_scale`, or a TIFF of floating point numbers. What is not a length (0, NaN, infinite, negative, the
+//! largest number of the type, which sensors and renderers write for out of range, or farther than any sensor measures)
+//! is missing depth.
 
-use super::metadata::SceneMetadata;
-use image::{DynamicImage, ImageReader, Limits, RgbImage};
+use super::listing::Listing;
+use super::mask;
+use super::raster::{self, GreyTiff};
+use image::{DynamicImage, ImageFormat, RgbImage};
 use semascan_inspection::source::SourceError;
 use semascan_perception::view::DepthImage;
-use std::collections::BTreeSet;
+use std::fmt;
 use std::path::{Path, PathBuf};
 
-/// Largest picture edge that is read: beyond any camera, and a bound on what a broken header can ask for.
-const MAX_EDGE: u32 = 16_384;
+/// No depth sensor measures this far, in metres.
+const FARTHEST: f64 = 1e3;
+
+/// The picture files of a scene.
+#[derive(Debug)]
+pub(super) struct Pictures {
+    pub(super) color: Listing<u32>,
+    pub(super) depth: Listing<u32>,
+    pub(super) masks: Listing<(u32, u32)>,
+    pub(super) defects: Listing<u32>,
+}
+
+impl Pictures {
+    /// Lists what `folder` holds.
+    ///
+    /// # Errors
+    /// [`SourceError::Io`] naming the folder that cannot be listed, or that holds no colour pictures.
+    pub(super) fn list(folder: &Path) -> Result<Self, SourceError> {
+        let mut color = Listing::read(folder.join("rgb"))?;
+        if color.is_empty() {
+            let gray = Listing::read(folder.join("gray"))?;
+            if !gray.is_empty() {
+                color = gray;
+            }
+        }
+        if color.is_empty() {
+            let path = color.folder().to_owned();
+            let source = std::io::Error::new(std::io::ErrorKind::NotFound, "holds no numbered picture, nor does gray/");
+            return Err(SourceError::Io { path, source });
+        }
+        let depth = Listing::read(folder.join("depth"))?;
+        let masks = Listing::read(folder.join("mask_visib"))?;
+        Ok(Self { color, depth, masks, defects: Listing::read(folder.join("defects"))? })
+    }
+}
 
 /// `folder/kind/000007.png`.
 pub(super) fn path_of(folder: &Path, kind: &str, number: u32) -> PathBuf {
     folder.join(kind).join(format!("{number:06}.png"))
 }
 
-/// Numbers of the scene's views: every picture and every camera entry, so that a missing half is noticed.
-pub(super) fn view_numbers(folder: &Path, metadata: &SceneMetadata) -> Result<Vec<u32>, SourceError> {
-    let rgb = folder.join("rgb");
-    let entries = std::fs::read_dir(&rgb).map_err(|source| SourceError::Io { path: rgb.clone(), source })?;
-    let number = |e: std::fs::DirEntry| Path::new(&e.file_name()).file_stem()?.to_str()?.parse::<u32>().ok();
-    let mut numbers: BTreeSet<u32> = entries.filter_map(Result::ok).filter_map(number).collect();
-    numbers.extend(metadata.camera_numbers());
-    Ok(numbers.into_iter().collect())
+/// What the numbers of a scene's depth pictures are.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct DepthUnit {
+    /// Metres of a whole number 1: `depth_scale`, unless something else is known.
+    pub(super) whole: f64,
+    /// Metres of a floating point number 1.
+    pub(super) float: f64,
 }
 
-pub(super) fn read_rgb(folder: &Path, number: u32) -> Result<RgbImage, SourceError> {
-    let png = path_of(folder, "rgb", number);
-    let jpg = png.with_extension("jpg");
-    read(if !png.exists() && jpg.exists() { &jpg } else { &png }).map(DynamicImage::into_rgb8)
+/// A depth picture as it is stored.
+#[derive(Clone, Debug)]
+pub(super) struct StoredDepth {
+    size: (u32, u32),
+    values: Vec<f64>,
+    /// The largest number of the type; `None` for floating point numbers.
+    largest: Option<f64>,
 }
 
-/// Depth in metres; `size` is what it must measure, if that is known.
-pub(super) fn read_depth(
-    folder: &Path,
-    number: u32,
-    metres_per_unit: f64,
-    size: Option<(u32, u32)>,
-) -> Result<DepthImage, SourceError> {
-    let path = path_of(folder, "depth", number);
-    let DynamicImage::ImageLuma16(picture) = read(&path)? else {
-        return Err(SourceError::Format { path, reason: "depth is not a 16-bit grey picture".into() });
-    };
-    check_size(&path, picture.dimensions(), size)?;
-    let (width, height) = picture.dimensions();
-    let metres = picture.into_raw().into_iter().map(|d| (f64::from(d) * metres_per_unit) as f32).collect();
-    Ok(DepthImage { width, height, metres })
+/// Why pixels have no depth, in numbers.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Unmeasured {
+    /// Pixels of value 0.
+    zero: usize,
+    /// Pixels of the largest value of the type.
+    saturated: usize,
+    /// Pixels that hold no length.
+    no_length: usize,
 }
 
-/// Mask of object `k` of a view; `None` if the scene holds no such file (the object is hidden there).
-pub(super) fn read_object_mask(
-    folder: &Path,
-    number: u32,
-    k: usize,
-    width: u32,
-    height: u32,
-) -> Result<Option<Vec<bool>>, SourceError> {
-    let path = folder.join("mask_visib").join(format!("{number:06}_{k:06}.png"));
-    if !path.exists() {
-        return Ok(None);
+impl fmt::Display for Unmeasured {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { zero, saturated, no_length } = self;
+        write!(f, "{zero} pixels are 0, {saturated} saturated, {no_length} no length")
     }
-    let mask = read(&path)?.into_luma8();
-    check_size(&path, mask.dimensions(), Some((width, height)))?;
-    Ok(Some(mask.into_raw().into_iter().map(|m| m > 0).collect()))
 }
 
-/// The values of a view's picture in `defects/`; `None` if the scene holds no such file.
-pub(super) fn read_defects(
-    folder: &Path,
-    number: u32,
-    width: u32,
-    height: u32,
-) -> Result<Option<Vec<u8>>, SourceError> {
-    let path = path_of(folder, "defects", number);
-    if !path.exists() {
-        return Ok(None);
+impl StoredDepth {
+    /// Reads a depth picture.
+    ///
+    /// # Errors
+    /// [`SourceError`] naming the file.
+    pub(super) fn read(path: &Path) -> Result<Self, SourceError> {
+        let refuse = |reason: String| SourceError::Format { path: path.to_owned(), reason };
+        if raster::format(path)? == Some(ImageFormat::Tiff) {
+            return match raster::read_grey_tiff(path)? {
+                Some(GreyTiff { bits: 8, .. }) | None => Err(refuse(
+                    "depth is not a grey picture of 16 bits or more, nor one of floating point numbers".into(),
+                )),
+                Some(GreyTiff { size, values, largest, .. }) => Ok(Self { size, values, largest }),
+            };
+        }
+        match raster::read(path)? {
+            DynamicImage::ImageLuma16(picture) => Ok(Self {
+                size: picture.dimensions(),
+                values: picture.into_raw().into_iter().map(f64::from).collect(),
+                largest: Some(u16::MAX.into()),
+            }),
+            other => Err(refuse(format!("depth is not a 16-bit grey picture but {:?}", other.color()))),
+        }
     }
-    let DynamicImage::ImageLuma8(picture) = read(&path)? else {
-        return Err(SourceError::Format { path, reason: "defects are not an 8-bit grey picture".into() });
-    };
-    check_size(&path, picture.dimensions(), Some((width, height)))?;
-    Ok(Some(picture.into_raw()))
+
+    /// Whether the numbers are floating point numbers.
+    pub(super) fn is_float(&self) -> bool {
+        self.largest.is_none()
+    }
+
+    /// Median of the numbers that may be lengths, as they are stored.
+    pub(super) fn median(&self) -> Option<f64> {
+        let mut values: Vec<f64> = self.values.iter().copied().filter(|v| *v > 0.0 && *v < 1e9).collect();
+        values.retain(|v| Some(*v) != self.largest);
+        let middle = values.len() / 2;
+        (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, f64::total_cmp).1)
+    }
+
+    /// Depth in metres.
+    pub(super) fn in_metres(&self, unit: DepthUnit) -> (DepthImage, Unmeasured) {
+        let metres_per_one = if self.is_float() { unit.float } else { unit.whole };
+        let mut unmeasured = Unmeasured::default();
+        let metres = |value: &f64| {
+            if *value == 0.0 {
+                unmeasured.zero += 1;
+                return 0.0;
+            }
+            if self.largest == Some(*value) {
+                unmeasured.saturated += 1;
+                return 0.0;
+            }
+            let z = value * metres_per_one;
+            // NaN is no length either.
+            if z > 0.0 && z < FARTHEST {
+                return z as f32;
+            }
+            unmeasured.no_length += 1;
+            0.0
+        };
+        let metres = self.values.iter().map(metres).collect();
+        (DepthImage { width: self.size.0, height: self.size.1, metres }, unmeasured)
+    }
 }
 
-/// A camera mask: nonzero pixels are ignored.
-pub(super) fn read_mask(path: &Path) -> Result<Vec<bool>, SourceError> {
-    Ok(read(path)?.into_luma8().into_raw().into_iter().map(|m| m > 0).collect())
+/// The colour picture of a view.
+pub(super) fn read_color(path: &Path) -> Result<RgbImage, SourceError> {
+    raster::read(path).map(DynamicImage::into_rgb8)
 }
 
-fn check_size(path: &Path, found: (u32, u32), expected: Option<(u32, u32)>) -> Result<(), SourceError> {
-    match expected {
-        Some((w, h)) if (w, h) != found => Err(SourceError::Format {
+/// A mask of the size that the colour picture has.
+pub(super) fn read_mask(path: &Path, size: (u32, u32)) -> Result<Vec<bool>, SourceError> {
+    let mask = mask::read(path)?;
+    check_size(path, mask.size, size)?;
+    Ok(mask.inside)
+}
+
+/// The values of a picture in `defects/`.
+pub(super) fn read_defects(path: &Path, size: (u32, u32)) -> Result<Vec<u8>, SourceError> {
+    let DynamicImage::ImageLuma8(picture) = raster::read(path)? else {
+        return Err(SourceError::Format {
             path: path.to_owned(),
-            reason: format!("{}x{} pixels, but the colour picture has {w}x{h}", found.0, found.1),
-        }),
-        _ => Ok(()),
-    }
+            reason: "defects are not an 8-bit grey picture".into(),
+        });
+    };
+    check_size(path, picture.dimensions(), size)?;
+    Ok(picture.into_raw())
 }
 
-fn read(path: &Path) -> Result<DynamicImage, SourceError> {
-    let io = |source| SourceError::Io { path: path.to_owned(), source };
-    let mut reader = ImageReader::open(path).map_err(io)?.with_guessed_format().map_err(io)?;
-    let mut limits = Limits::default();
-    limits.max_image_width = Some(MAX_EDGE);
-    limits.max_image_height = Some(MAX_EDGE);
-    reader.limits(limits);
-    reader.decode().map_err(|e| SourceError::Format { path: path.to_owned(), reason: e.to_string() })
+/// Refuses a picture that has another size than the colour picture.
+pub(super) fn check_size(path: &Path, found: (u32, u32), (w, h): (u32, u32)) -> Result<(), SourceError> {
+    if found == (w, h) {
+        return Ok(());
+    }
+    Err(SourceError::Format {
+        path: path.to_owned(),
+        reason: format!("{}x{} pixels, but the colour picture has {w}x{h}", found.0, found.1),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_no_length_is_missing_depth() {
+        let unit = DepthUnit { whole: 1e-4, float: 1e-3 };
+        let whole = StoredDepth { size: (4, 1), values: vec![0.0, 5000.0, 65535.0, -3.0], largest: Some(65535.0) };
+        let (depth, unmeasured) = whole.in_metres(unit);
+        assert_eq!(depth.metres, [0.0, 0.5, 0.0, 0.0]);
+        assert_eq!(unmeasured, Unmeasured { zero: 1, saturated: 1, no_length: 1 });
+        assert_eq!(whole.median(), Some(5000.0));
+        let values = vec![500.0, f64::NAN, f64::INFINITY, -1.0, 1e10, 65535.0];
+        let float = StoredDepth { size: (6, 1), values, largest: None };
+        let (depth, unmeasured) = float.in_metres(unit);
+        assert_eq!(depth.metres, [0.5, 0.0, 0.0, 0.0, 0.0, 65.535]);
+        assert_eq!(unmeasured.no_length, 4);
+    }
 }

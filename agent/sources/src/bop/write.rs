@@ -36,7 +36,8 @@ pub struct SceneWriter {
 pub struct SceneEntry {
     number: u32,
     camera: Value,
-    objects: Value,
+    /// `None` for a view without labels: an empty list would say that it shows no object.
+    objects: Option<Value>,
 }
 
 impl SceneWriter {
@@ -64,15 +65,16 @@ impl SceneWriter {
         let depth: Vec<u8> = view.depth.metres.iter().flat_map(|z| depth_units(*z).to_ne_bytes()).collect();
         write_png(&picture("depth"), &depth, (view.depth.width, view.depth.height), ExtendedColorType::L16)?;
         let camera_from_table = true_pose(view).map(|pose| pose.inverse());
-        let mut objects = Vec::new();
+        let mut objects = None;
         if let Some(labels) = &view.labels {
+            let mut listed = Vec::new();
             for (kind, classes) in [("labels", &labels.components), ("defects", &labels.defects)] {
                 let bytes: Vec<u8> = classes.iter().map(|c| u8::try_from(*c).unwrap_or(u8::MAX)).collect();
                 write_png(&picture(kind), &bytes, (w, h), ExtendedColorType::L8)?;
             }
             for class in self.taxonomy.components.iter().skip(1).filter(|c| labels.components.contains(&c.id)) {
                 let mask: Vec<u8> = labels.components.iter().map(|c| if *c == class.id { 255 } else { 0 }).collect();
-                let name = format!("{number:06}_{:06}.png", objects.len());
+                let name = format!("{number:06}_{:06}.png", listed.len());
                 write_png(&self.folder.join("mask_visib").join(name), &mask, (w, h), ExtendedColorType::L8)?;
                 let mut entry = json!({ "obj_id": class.id });
                 if let Some(pose) = camera_from_table {
@@ -80,8 +82,9 @@ impl SceneWriter {
                     entry["cam_R_m2c"] = json!(r);
                     entry["cam_t_m2c"] = json!(t);
                 }
-                objects.push(entry);
+                listed.push(entry);
             }
+            objects = Some(Value::Array(listed));
         }
         let k = &view.intrinsics;
         let mut camera = json!({
@@ -93,7 +96,7 @@ impl SceneWriter {
             camera["cam_R_w2c"] = json!(r);
             camera["cam_t_w2c"] = json!(t);
         }
-        Ok(SceneEntry { number, camera, objects: Value::Array(objects) })
+        Ok(SceneEntry { number, camera, objects })
     }
 
     /// Writes the scene's JSON files: after this the scene is whole.
@@ -101,16 +104,16 @@ impl SceneWriter {
     /// # Errors
     /// [`SourceError`] naming the file.
     pub fn finish(self, entries: &[SceneEntry]) -> Result<(), SourceError> {
-        let by_number = |of: fn(&SceneEntry) -> &Value| -> Map<String, Value> {
-            entries.iter().map(|e| (e.number.to_string(), of(e).clone())).collect()
+        let by_number = |of: fn(&SceneEntry) -> Option<&Value>| -> Map<String, Value> {
+            entries.iter().filter_map(|e| Some((e.number.to_string(), of(e)?.clone()))).collect()
         };
         let names = |classes: &[ClassDef]| -> Map<String, Value> {
             classes.iter().skip(1).map(|c| (c.id.to_string(), json!(c.name))).collect()
         };
         write_json(&self.folder.join("objects.json"), &names(&self.taxonomy.components))?;
         write_json(&self.folder.join("defects.json"), &names(&self.taxonomy.defects))?;
-        write_json(&self.folder.join("scene_gt.json"), &by_number(|e| &e.objects))?;
-        write_json(&self.folder.join("scene_camera.json"), &by_number(|e| &e.camera))
+        write_json(&self.folder.join("scene_gt.json"), &by_number(|e| e.objects.as_ref()))?;
+        write_json(&self.folder.join("scene_camera.json"), &by_number(|e| Some(&e.camera)))
     }
 }
 
@@ -129,10 +132,11 @@ fn bop_pose(pose: &Isometry3<f64>) -> (Vec<f64>, [f64; 3]) {
     (r.matrix().transpose().as_slice().to_vec(), (pose.translation.vector * 1e3).into())
 }
 
-/// Depth in units of the depth pictures; 0 where nothing was measured or the depth is past what they hold (6.5 m).
+/// Depth in units of the depth pictures; 0 where nothing was measured or the depth is past what they hold (6.5 m): their
+/// largest value is no depth.
 fn depth_units(metres: f32) -> u16 {
     let units = (f64::from(metres) * 1e3 / DEPTH_SCALE).round();
-    if (0.0..=f64::from(u16::MAX)).contains(&units) { units as u16 } else { 0 }
+    if (0.0..f64::from(u16::MAX)).contains(&units) { units as u16 } else { 0 }
 }
 
 fn write_png(path: &Path, bytes: &[u8], (w, h): (u32, u32), color: ExtendedColorType) -> Result<(), SourceError> {
@@ -160,6 +164,6 @@ mod tests {
 
     #[test]
     fn depth_that_does_not_fit_is_a_gap() {
-        assert_eq!([0.0, 0.5, 6.5535, 6.6, -1.0].map(depth_units), [0, 5000, 65535, 0, 0]);
+        assert_eq!([0.0, 0.5, 6.5534, 6.5535, 6.6, -1.0].map(depth_units), [0, 5000, 65534, 0, 0, 0]);
     }
 }

@@ -5,6 +5,7 @@
 //! |---|---|
 //! | `mod.rs` | the record of an inspection |
 //! | `view.rs` | one view: pose, registration, timings |
+//! | `run.rs` | how many views were used, what the region of interest left out |
 //! | `stage.rs` | the stages of a view, and how an inspection ends |
 //! | `networks.rs` | the networks, and what they said of a view |
 //! | `truth.rs` | the model against truth |
@@ -12,6 +13,7 @@
 
 mod networks;
 mod reader;
+mod run;
 mod stage;
 mod truth;
 mod view;
@@ -21,6 +23,7 @@ pub use networks::{
     Statistic, Task, Uncertain, UncertaintyFigures, ViewNetworksRecord, WeightsFile, WindowRecord,
 };
 pub use reader::RecordError;
+pub use run::{RegionRecord, RunRecord};
 pub use stage::{Outcome, Stage};
 pub use truth::{AlignedTruth, ClassTruth, Convention, PoseErrorRecord, TruthAtTruePoses, TruthRecord};
 pub use view::{
@@ -76,6 +79,9 @@ pub struct InspectionRecord {
     /// The refinement of all poses together; absent if they were not refined.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub refinement: Option<RefinementRecord>,
+    /// How the run went; absent in records that did not keep it, and while it runs.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub run: Option<RunRecord>,
     /// Every view, in capture order.
     pub views: Vec<ViewRecord>,
     /// Every component class.

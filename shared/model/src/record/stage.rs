@@ -37,6 +37,8 @@ impl Stage {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(tag = "state", rename_all = "snake_case")]
 pub enum Outcome {
+    /// It runs; where nothing runs any more, it was killed, and there is no result.
+    Running,
     /// Every view was taken its way.
     Finished,
     /// Somebody stopped it; the model is that of the views until then.

@@ -39,7 +39,7 @@ pub(super) fn ProgressPanel(ui: Ui) -> impl IntoView {
             </header>
             <p class="headline"><span class="headline-figure">{views}</span> {of}</p>
             <ProgressBar ui/>
-            <Show when=move || progress.with(|p| p.phase == Phase::Failed && !p.message.is_empty())>
+            <Show when=move || progress.with(|p| p.phase != Phase::Running && !p.message.is_empty())>
                 <p class="callout callout-error"><Icon path=WARNING/> <span>{move || progress.with(|p| units::sentence(&p.message))}</span></p>
             </Show>
             <dl class="figures">

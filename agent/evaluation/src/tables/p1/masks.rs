@@ -127,7 +127,7 @@ fn score(
 ) -> Result<Vec<(usize, DomainMasks)>, NetworkError> {
     let fitter = GeometricSegmenter {
         fusion: FusionConfig::PAPER,
-        ..GeometricSegmenter::new(RecordedSegmenter { required: true }, PatchMethod::LCCCP)
+        ..GeometricSegmenter::new(RecordedSegmenter, PatchMethod::LCCCP)
     };
     let nothing = RiskCoverage::new(TestViews::taxonomy().component_count());
     let mut scores = vec![(nothing.clone(), nothing); networks.len()];

@@ -107,7 +107,7 @@ pub(super) fn reconstruct(
 ) -> Result<Reconstruction, MethodError> {
     let fitter = method.patches().map(|patches| GeometricSegmenter {
         fusion: FusionConfig::PAPER,
-        ..GeometricSegmenter::new(RecordedSegmenter { required: true }, patches)
+        ..GeometricSegmenter::new(RecordedSegmenter, patches)
     });
     let mut registrar = method.registrar();
     let mut map: Option<SemanticMap> = None;

@@ -1,0 +1,56 @@
+//! How a recording is read: what its own files do not say, or say wrongly.
+
+use semascan_formats::unit::Unit;
+use semascan_inspection::spec::{CameraMask, InspectionSpec, LabelSource, LengthUnit};
+
+/// How a recording is read.
+#[derive(Clone, Debug, PartialEq)]
+pub struct OpenOptions {
+    /// Pixels that show the robot.
+    pub camera_mask: CameraMask,
+    /// Unit of the recorded lengths; by default that of the format, checked where the recording allows it.
+    pub unit: Option<LengthUnit>,
+    /// Millimetres of a depth of 1; by default what the recording says.
+    pub depth_scale: Option<f64>,
+    /// Whether recorded labels are read; otherwise their files are not looked at.
+    pub labels: bool,
+}
+
+impl Default for OpenOptions {
+    fn default() -> Self {
+        Self { camera_mask: CameraMask::default(), unit: None, depth_scale: None, labels: true }
+    }
+}
+
+impl From<&CameraMask> for OpenOptions {
+    fn from(camera_mask: &CameraMask) -> Self {
+        Self { camera_mask: camera_mask.clone(), ..Self::default() }
+    }
+}
+
+impl From<&Self> for OpenOptions {
+    fn from(options: &Self) -> Self {
+        options.clone()
+    }
+}
+
+impl From<&InspectionSpec> for OpenOptions {
+    fn from(spec: &InspectionSpec) -> Self {
+        Self {
+            camera_mask: spec.source.camera_mask.clone(),
+            unit: spec.source.unit,
+            depth_scale: spec.source.depth_scale_mm,
+            labels: spec.labels == LabelSource::Source,
+        }
+    }
+}
+
+/// The unit as readers of files know it.
+pub(crate) fn unit(unit: LengthUnit) -> Unit {
+    match unit {
+        LengthUnit::Mm => Unit::Millimetres,
+        LengthUnit::Cm => Unit::Centimetres,
+        LengthUnit::M => Unit::Metres,
+        LengthUnit::Inch => Unit::Inches,
+    }
+}
