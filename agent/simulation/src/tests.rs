@@ -179,6 +179,9 @@ fn a_mesh_file_is_a_part_too() {
     assert_eq!(cell.info().taxonomy.components[1].name, "wedge");
     let labels = cell.view(1).expect("three views").labels.expect("labels");
     assert!(labels.components.iter().filter(|c| **c == 1).count() > 200);
-    let refused = VirtualCell::open(&VirtualCellSpec::parse(&uri("")).expect("valid"));
-    assert!(refused.expect_err("80 m long").to_string().contains("scale"));
+    // No part is 80 m long: without a scale one unit is taken for a millimetre, and a metre is refused.
+    let assumed = VirtualCell::open(&VirtualCellSpec::parse(&uri("")).expect("valid")).expect("millimetres");
+    assert!(assumed.info().settings.contains(&("scale".into(), "0.001".into())), "{:?}", assumed.info().settings);
+    let refused = VirtualCell::open(&VirtualCellSpec::parse(&uri("&scale=1")).expect("valid"));
+    assert!(refused.err().is_some_and(|error| error.to_string().contains("scale")), "80 m long");
 }
