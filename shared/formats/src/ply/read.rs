@@ -37,7 +37,7 @@ impl PlyModel {
         self.comments.iter().find(|(k, _)| k == key).map(|(_, v)| v.as_str())
     }
 
-    /// Whether the file has a column of [`POINT_COLUMNS`], by its name, with all its numbers.
+    /// Whether the file has a column of [`POINT_COLUMNS`](semascan_model::POINT_COLUMNS), by its name, with all its numbers.
     pub fn has(&self, column: &str) -> bool {
         self.columns.contains(&column)
     }
