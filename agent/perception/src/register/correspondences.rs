@@ -9,14 +9,11 @@ use super::model_view::ModelView;
 use super::normal_equations::{BINS, Linearised, RUN, Run, Sums};
 use super::source_points::SourcePoints;
 use nalgebra::{Isometry3, Point3};
-use rayon::prelude::*;
 use semascan_geometry::vector::{cross, dot, sub};
 
 /// Pixels of a picture that share their error at least: smoothed depth, normals and silhouettes err alike over the window
 /// that they are computed from, which residuals that are small do not show.
 const PATCH: f64 = 25.0;
-/// Points of one task: fixed, so that sums do not depend on the number of threads.
-const BLOCK: usize = 4096;
 
 /// Which pairs count, and how much.
 #[derive(Clone, Copy, Debug)]
@@ -42,14 +39,7 @@ pub fn linearise(
 ) -> Linearised {
     let centre = target_from_source * centre;
     let pairing = Pairing::new(target, target_from_source, &centre, gate);
-    let blocks: Vec<Sums> = (0..source.len().div_ceil(BLOCK))
-        .into_par_iter()
-        .map(|b| pairing.block(source, b * BLOCK..((b + 1) * BLOCK).min(source.len())))
-        .collect();
-    let mut total = Sums::default();
-    for block in &blocks {
-        total.add(block);
-    }
+    let total = Sums::over(source.len(), |range| pairing.block(source, range));
     let mut linearised = total.finish(centre, gate.distance.into());
     linearised.correlation = linearised.correlation.max(PATCH / source.pixels_per_point);
     linearised

@@ -21,6 +21,7 @@ use rayon::prelude::*;
 const MOST_PARTNERS: usize = 12;
 /// Least share of a view's points on another view for the two to be paired.
 const LEAST_OVERLAP: f64 = 0.1;
+
 /// One stage of the way from coarse to fine.
 struct Stage {
     /// Level of the pictures' pyramid.

@@ -4,7 +4,11 @@
 //! row `J = [m x n, n]` over a twist about a centre, and share it. Terms are f32, sums f64.
 
 use nalgebra::{Matrix6, Point3, Vector6};
+use rayon::prelude::*;
+use std::ops::Range;
 
+/// Points of one task: fixed, so that sums do not depend on the number of threads.
+const BLOCK: usize = 4096;
 /// Bins of the residual histogram.
 pub(super) const BINS: usize = 512;
 /// Neighbours in a row of the picture whose residuals are compared.
@@ -60,6 +64,19 @@ impl Default for Sums {
 }
 
 impl Sums {
+    /// The sums over `points` residuals, `block` by block on all threads, added in order.
+    pub(super) fn over(points: usize, block: impl Fn(Range<usize>) -> Self + Sync) -> Self {
+        let blocks: Vec<Self> = (0..points.div_ceil(BLOCK))
+            .into_par_iter()
+            .map(|b| block(b * BLOCK..((b + 1) * BLOCK).min(points)))
+            .collect();
+        let mut total = Self::default();
+        for block in &blocks {
+            total.add(block);
+        }
+        total
+    }
+
     #[inline]
     pub(super) fn push(&mut self, j: &[f32; 6], w: f32, r: f32, outside: f64) {
         let mut k = 0;
@@ -75,7 +92,7 @@ impl Sums {
         self.cost += f64::from(r * r) - outside;
     }
 
-    pub(super) fn add(&mut self, other: &Self) {
+    fn add(&mut self, other: &Self) {
         self.hessian.iter_mut().zip(&other.hessian).for_each(|(a, b)| *a += b);
         self.gradient.iter_mut().zip(&other.gradient).for_each(|(a, b)| *a += b);
         self.histogram.iter_mut().zip(&other.histogram).for_each(|(a, b)| *a += b);

@@ -9,11 +9,8 @@ use super::model_view::ModelView;
 use super::normal_equations::{BINS, Linearised, RUN, Run, Sums};
 use super::texture::{TexturedPoints, ViewTexture};
 use nalgebra::{Isometry3, Point3, Vector3};
-use rayon::prelude::*;
 use semascan_geometry::vector::{cross, dot, sub};
 
-/// Points of one task: fixed, so that sums do not depend on the number of threads.
-const BLOCK: usize = 4096;
 /// Largest difference of two normalised grey values that is told apart.
 pub(super) const RANGE: f32 = 4.0;
 
@@ -40,17 +37,9 @@ pub(super) fn linearise(
 ) -> Linearised {
     let centre = target_from_source * centre;
     let about = [centre.x as f32, centre.y as f32, centre.z as f32];
-    let blocks: Vec<Sums> = (0..source.points.len().div_ceil(BLOCK))
-        .into_par_iter()
-        .map(|b| {
-            let range = b * BLOCK..((b + 1) * BLOCK).min(source.points.len());
-            block(source, range, picture, surface, target_from_source, about, gate)
-        })
-        .collect();
-    let mut total = Sums::default();
-    for block in &blocks {
-        total.add(block);
-    }
+    let total = Sums::over(source.points.len(), |range| {
+        block(source, range, picture, surface, target_from_source, about, gate)
+    });
     total.finish(centre, RANGE.into())
 }
 
