@@ -32,6 +32,8 @@ def manifest_text(
         digest = hashlib.sha256(file.read_bytes()).hexdigest()
         lines += ["", "[[network]]", _entry("file", file.name), _entry("sha256", digest)]
     lines += ["", "[input]", _entry("tensor", "image"), _entry("channels", list(recipe.data.channels)), "multiple = 32"]
+    if recipe.data.footprint:
+        lines += [_entry("footprint", list(recipe.data.footprint))]
     if recipe.uses_colour:
         lines += ["[input.colour]", _entry("mean", list(MEAN)), _entry("std", list(STD))]
     if recipe.uses_depth:

@@ -39,6 +39,8 @@ class DataRecipe:
     channels: tuple[str, ...] = (*COLOUR, "depth")
     near: float = 0.25  # metres
     far: float = 0.90
+    # Finest and coarsest edge of a pixel on the parts, metres; empty = unknown. The default is that of `semascan synth`.
+    footprint: tuple[float, ...] = (0.0006, 0.00115)
     augment: float = 0.5  # share of the images that are augmented
     augment_validation: bool = False  # [Remanufacturing paper] validates on augmented images
     part_pattern: str = ""  # labelme: pattern of file names; its first group that matches is the part
@@ -168,6 +170,9 @@ def _check(recipe: Recipe) -> None:
         raise TrainingError(f"network.fusion: a {recipe.network.architecture} has none; {', '.join(FUSED)} have")
     if not 0 < recipe.data.near < recipe.data.far:
         raise TrainingError("data.near, data.far: 0 < near < far is expected")
+    footprint = recipe.data.footprint
+    if footprint and not (len(footprint) == 2 and 0 < footprint[0] <= footprint[1]):
+        raise TrainingError("data.footprint: two lengths, the finest first, or none are expected")
     positive = (
         ("training.epochs", recipe.training.epochs),
         ("training.batch", recipe.training.batch),

@@ -24,6 +24,7 @@ def test_files_input_and_classes_are_named(tmp_path):
     assert (table["name"], table["task"], table["fusion"]) == ("small", "semantic", "early")
     assert table["network"] == [{"file": "member-0.onnx", "sha256": hashlib.sha256(b"a network").hexdigest()}]
     assert table["input"]["channels"] == ["red", "green", "blue", "depth"] and table["input"]["multiple"] == 32
+    assert table["input"]["footprint"] == [0.0006, 0.00115]
     assert table["input"]["colour"] == {"mean": [0.485, 0.456, 0.406], "std": [0.229, 0.224, 0.225]}
     assert table["input"]["depth"] == {"near": 0.25, "far": 0.9, "missing": 0.0}
     assert table["output"] == {"tensor": "probabilities", "activation": "none", "contribution": "contribution"}

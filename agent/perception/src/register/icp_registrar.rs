@@ -1,10 +1,11 @@
 //! Registration of a whole inspection: each view against the model so far, all of them again at the end.
 
 use super::global::GlobalConfig;
-use super::joint_refinement::{JointConfig, JointRefinement, RefinedView, refine};
+use super::joint_refinement::{JointConfig, JointRefinement, RefinedView};
 use super::kinematics::{Prior, prior};
 use super::model_view::ModelView;
 use super::projective_icp::{Aligned, IcpConfig, NotAligned, align};
+use super::refinement_set::RefinementSet;
 use super::registration::{Method, RegisterError, Registrar, Registration, RegistrationInput, Relocalization};
 use super::relocalization::{Proposal, camera_as_frame, find};
 use super::se3::adjoint;
@@ -32,8 +33,7 @@ pub struct IcpRegistrar {
     selection: Selection,
     global: GlobalConfig,
     pending: Option<Pending>,
-    /// In order; the first one says where the model stands.
-    views: Vec<RefinedView>,
+    views: RefinementSet,
     /// Whether the table frame is that of the first view's camera.
     camera_is_frame: bool,
 }
@@ -67,7 +67,7 @@ enum How {
 impl IcpRegistrar {
     /// Registers on the pixels of `selection`.
     pub fn new(config: IcpConfig, selection: Selection) -> Self {
-        let (pending, views) = (None, Vec::new());
+        let (pending, views) = (None, RefinementSet::default());
         Self { config, selection, global: GlobalConfig::default(), pending, views, camera_is_frame: false }
     }
 
@@ -157,7 +157,7 @@ impl Registrar for IcpRegistrar {
 
     fn refine(&mut self) -> Option<JointRefinement> {
         let IcpConfig { weakest, same_label, .. } = self.config;
-        refine(&self.views, &JointConfig { weakest, same_label })
+        self.views.refine(&JointConfig { weakest, same_label })
     }
 }
 

@@ -76,6 +76,15 @@ impl RefinedView {
         let depth = self.points.centroid().map_or(0.0, |centre| centre.z);
         self.surface.intrinsics.footprint(depth) * f64::from(1_u32 << level)
     }
+
+    /// How differently two views look at what they see: the angle between their cameras, and between the rays from
+    /// either to what this one sees; radians.
+    pub(super) fn distance_to(&self, other: &Self) -> f64 {
+        let (pose, other) = (&self.surface.table_from_camera, &other.surface.table_from_camera);
+        let depth = self.points.centroid().map_or(f64::INFINITY, |centre| centre.z);
+        let baseline = (pose.translation.vector - other.translation.vector).norm();
+        pose.rotation.angle_to(&other.rotation) + baseline.atan2(depth)
+    }
 }
 
 /// What the refinement did.
@@ -106,7 +115,7 @@ struct Edge {
 }
 
 /// Moves all `views` at once; `None` if there is nothing to refine or it would not fit better.
-pub(super) fn refine(views: &[RefinedView], config: &JointConfig) -> Option<JointRefinement> {
+pub(super) fn refine(views: &[&RefinedView], config: &JointConfig) -> Option<JointRefinement> {
     let centred: Vec<(Point3<f64>, f64)> = views
         .iter()
         .map(|v| {
@@ -149,12 +158,12 @@ pub(super) fn refine(views: &[RefinedView], config: &JointConfig) -> Option<Join
 }
 
 /// Ordered pairs of views that see common ground, each view with those it shares most with.
-fn overlapping(views: &[RefinedView], poses: &[Isometry3<f64>]) -> Vec<Edge> {
+fn overlapping(views: &[&RefinedView], poses: &[Isometry3<f64>]) -> Vec<Edge> {
     (0..views.len()).into_par_iter().flat_map_iter(|source| partners(views, poses, source)).collect()
 }
 
 /// The edges from one view to those that it shares most surface with.
-fn partners(views: &[RefinedView], poses: &[Isometry3<f64>], source: usize) -> Vec<Edge> {
+fn partners(views: &[&RefinedView], poses: &[Isometry3<f64>], source: usize) -> Vec<Edge> {
     let points = views[source].points.thinned(views[source].points.len().div_ceil(PROBES));
     let Some(centre) = points.centroid() else { return Vec::new() };
     let reach = (0.02 * centre.z) as f32;
@@ -191,7 +200,7 @@ struct Noise {
 }
 
 struct Problem<'a> {
-    views: &'a [RefinedView],
+    views: &'a [&'a RefinedView],
     /// Centre (camera frame) and radius of each view's points.
     centred: &'a [(Point3<f64>, f64)],
     stiffness: &'a [Matrix6<f64>],
@@ -361,7 +370,7 @@ impl Equations {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use crate::organized::OrganizedCloud;
     use crate::view::{DepthImage, Intrinsics, covariance_of_prior};
@@ -371,12 +380,12 @@ mod tests {
     const CAMERA: Intrinsics = Intrinsics { width: 320, height: 240, fx: 300.0, fy: 300.0, cx: 159.5, cy: 119.5 };
 
     /// A camera half a metre above the table plane, `x` metres along it, looking down.
-    fn above(x: f64) -> Isometry3<f64> {
+    pub(in super::super) fn above(x: f64) -> Isometry3<f64> {
         Isometry3::new(Vector3::new(x, 0.0, 0.5), Vector3::new(std::f64::consts::PI, 0.0, 0.0))
     }
 
     /// What a camera truly at `truth` sees of a printed, flat table, with exposure `gain`; its prior is `prior`.
-    fn view(truth: &Isometry3<f64>, prior: &Isometry3<f64>, gain: f64) -> RefinedView {
+    pub(in super::super) fn view(truth: &Isometry3<f64>, prior: &Isometry3<f64>, gain: f64) -> RefinedView {
         let depth = DepthImage { width: CAMERA.width, height: CAMERA.height, metres: vec![0.5; 320 * 240] };
         let cloud = OrganizedCloud::new(CAMERA, &depth, None);
         let rgb = RgbImage::from_fn(CAMERA.width, CAMERA.height, |u, v| {
@@ -404,11 +413,11 @@ mod tests {
         let slid = above(0.054);
         let config = JointConfig { weakest: 2e-3, same_label: false };
         let mut views = [view(&above(0.0), &above(0.0), 1.0), view(&above(0.05), &slid, 0.6)];
-        let refined = refine(&views, &config).expect("refined");
+        let refined = refine(&views.each_ref(), &config).expect("refined");
         assert!(offset(&refined) < 1e-4, "{} m", offset(&refined));
         // Surfaces alone do not see it.
         views.iter_mut().for_each(|view| view.texture = None);
-        let refined = refine(&views, &config);
+        let refined = refine(&views.each_ref(), &config);
         assert!(refined.is_none_or(|refined| offset(&refined) > 3e-3));
     }
 

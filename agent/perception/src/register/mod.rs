@@ -3,7 +3,8 @@
 //! The steps in the order of a view's way: [`KinematicRegistrar`] gives the prior, [`SourcePoints`] the points of the
 //! object with their normals (segment ICP, [Eye-in-hand 2020], section 3.2), `projective_icp` aligns them with a
 //! [`ModelView`] of the model so far, `degeneracy` projects out the directions that the data leave unconstrained, and
-//! `joint_refinement` moves all views at once when the turn is complete. [`IcpRegistrar`] puts them together.
+//! `joint_refinement` moves all views at once when the turn is complete (of long recordings those of a
+//! `refinement_set`). [`IcpRegistrar`] puts them together.
 //!
 //! Clouds that are not organized take another way: [`SurfelCloud`] thins them and fits normals, [`gicp`] aligns them from
 //! a guess, and [`global`] without one. A view without a prior is found in the model by the latter (`relocalization`).
@@ -19,6 +20,7 @@ mod model_view;
 mod normal_equations;
 mod photometric;
 mod projective_icp;
+mod refinement_set;
 mod registration;
 mod relocalization;
 pub mod rigid;

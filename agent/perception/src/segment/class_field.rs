@@ -98,8 +98,9 @@ impl ClassField {
             }
             Self::Soft { classes, probabilities, .. } => {
                 let p = probabilities.get(i * classes..(i + 1) * classes).unwrap_or(&[]);
+                let each = weight / 255.0;
                 for (slot, p) in evidence.iter_mut().zip(p) {
-                    *slot += weight * f32::from(*p) / 255.0;
+                    *slot += each * f32::from(*p);
                 }
             }
         }

@@ -195,6 +195,7 @@ mod tests {
             multiple: 1,
             width: None,
             height: None,
+            footprint: None,
             color: Some(ColorScale { mean: [0.4; 3], std: [0.2; 3] }),
             depth: Some(DepthScale { near: 0.2, far: 0.9, missing: 0.0 }),
         }

@@ -10,12 +10,14 @@ pub mod engine;
 mod ensemble;
 #[cfg(test)]
 pub(crate) mod fixtures;
+mod glance;
 mod library;
 mod manifest;
 mod model;
 mod objects;
 mod preprocess;
 mod region;
+mod scale;
 mod segmenter;
 mod taxonomy;
 mod uncertainty;
@@ -31,7 +33,7 @@ pub use manifest::{
 };
 pub use model::{Answer, ModelError, NetworkModel};
 pub use objects::{Objects, ShapeError};
-pub use region::{Volume, Window};
+pub use region::{Sight, Volume, Window};
 pub use segmenter::{NetworkSegmenter, SetupError};
 pub use taxonomy::extended;
 pub use uncertainty::{Estimate, Predictions, Statistic, UncertaintyFigures, UncertaintySettings};

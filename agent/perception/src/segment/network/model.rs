@@ -206,31 +206,24 @@ impl NetworkModel {
             return Ok(vec![self.detect(pictures)?]);
         }
         let Self { folder, manifest, networks } = self;
-        let output = &manifest.output;
-        let wanted: Vec<&str> = output.tensor.iter().chain(&output.contribution).map(String::as_str).collect();
-        let classes = manifest.classes.len();
         // Members are independent of each other, and each has a session of its own.
-        networks
-            .par_iter_mut()
-            .zip(&manifest.networks)
-            .map(|(network, file)| {
-                let mut outputs = network.run(pictures, &wanted)?.into_iter();
-                let mut next = |channels: usize| {
-                    let wanted = [&pictures.shape[..1], &[channels], &pictures.shape[2..]].concat();
-                    let output = outputs.next().unwrap_or_default();
-                    let is_whole = output.data.len() == output.shape.iter().product::<usize>();
-                    if let Some(factor) = factor(&output.shape, &wanted).filter(|_| is_whole) {
-                        return Ok(if factor == 1 { output } else { enlarged(&output, factor) });
-                    }
-                    let reason = format!("gives {:?}, not {wanted:?}", output.shape);
-                    Err(EngineError::Run { file: folder.join(&file.file), reason })
-                };
-                let mut probabilities = next(classes)?;
-                activate(&mut probabilities, classes, output.activation);
-                let contribution = if output.contribution.is_some() { Some(next(1)?) } else { None };
-                Ok(Answer { probabilities, contribution, objects: None })
-            })
-            .collect()
+        let members = networks.par_iter_mut().zip(&manifest.networks);
+        members.map(|(network, file)| answer(network.as_mut(), &folder.join(&file.file), manifest, pictures)).collect()
+    }
+
+    /// What the first network alone says of a batch of pictures.
+    ///
+    /// # Errors
+    /// As [`Self::ask`].
+    pub fn ask_first(&mut self, pictures: &Tensor) -> Result<Answer, EngineError> {
+        if self.manifest.output.boxes.is_some() {
+            return self.detect(pictures);
+        }
+        let Self { folder, manifest, networks } = self;
+        let (Some(network), Some(file)) = (networks.first_mut(), manifest.networks.first()) else {
+            return Err(EngineError::Run { file: folder.clone(), reason: "holds no network".into() });
+        };
+        answer(network.as_mut(), &folder.join(&file.file), manifest, pictures)
     }
 
     /// What a detector says, picture by picture.
@@ -282,6 +275,33 @@ impl NetworkModel {
     pub fn separates_objects(&self) -> bool {
         self.manifest.task == Task::Instance
     }
+}
+
+/// What the network in `file` says of a batch of pictures.
+fn answer(
+    network: &mut dyn Network,
+    file: &Path,
+    manifest: &Manifest,
+    pictures: &Tensor,
+) -> Result<Answer, EngineError> {
+    let output = &manifest.output;
+    let wanted: Vec<&str> = output.tensor.iter().chain(&output.contribution).map(String::as_str).collect();
+    let classes = manifest.classes.len();
+    let mut outputs = network.run(pictures, &wanted)?.into_iter();
+    let mut next = |channels: usize| {
+        let wanted = [&pictures.shape[..1], &[channels], &pictures.shape[2..]].concat();
+        let output = outputs.next().unwrap_or_default();
+        let is_whole = output.data.len() == output.shape.iter().product::<usize>();
+        if let Some(factor) = factor(&output.shape, &wanted).filter(|_| is_whole) {
+            return Ok(if factor == 1 { output } else { enlarged(&output, factor) });
+        }
+        let reason = format!("gives {:?}, not {wanted:?}", output.shape);
+        Err(EngineError::Run { file: file.to_owned(), reason })
+    };
+    let mut probabilities = next(classes)?;
+    activate(&mut probabilities, classes, output.activation);
+    let contribution = if output.contribution.is_some() { Some(next(1)?) } else { None };
+    Ok(Answer { probabilities, contribution, objects: None })
 }
 
 /// Makes probabilities of what the network gives, `[N, K, H, W]`.

@@ -191,6 +191,7 @@ mod tests {
             multiple,
             width: size.map(|s| s.0),
             height: size.map(|s| s.1),
+            footprint: None,
             color: Some(ColorScale { mean: [0.5, 0.0, 0.0], std: [0.25, 1.0, 1.0] }),
             depth: Some(DepthScale { near: 0.2, far: 0.6, missing: -1.0 }),
         }

@@ -2,7 +2,7 @@
 //!
 //! The measuring volume, seen from the pose that the robot reports, is a box in the picture, and the pixels in it whose
 //! depth lies in the volume are the part. Networks look at the rectangle around these and a margin, a third of the
-//! picture. Where the volume or the pose is unknown, they look at everything.
+//! picture. Where the volume or the pose is unknown, a glance at the whole picture says where the part is (`glance`).
 
 use crate::view::{Intrinsics, View};
 use nalgebra::{Isometry3, Point3};
@@ -18,6 +18,17 @@ pub struct Window {
     pub width: u32,
     /// Rows.
     pub height: u32,
+}
+
+/// Where the measuring volume is in a picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Sight {
+    /// The volume or the pose is unknown, or the camera is in the volume.
+    Unknown,
+    /// Out of sight.
+    None,
+    /// In this window.
+    In(Window),
 }
 
 /// Corners of the measuring volume in the table frame.
@@ -45,20 +56,34 @@ impl Window {
     }
 
     /// The window that what is in `volume` takes in `view`, `margin` pixels wider on each side and clipped to the picture;
-    /// the volume's own where there is no depth; the whole picture where the volume or the pose is unknown or the camera
-    /// is in it. `None` if the volume is out of sight.
-    pub fn of_volume(view: &View, volume: Option<&Volume>, margin: u32) -> Option<Self> {
+    /// the volume's own where there is no depth.
+    pub fn of_volume(view: &View, volume: Option<&Volume>, margin: u32) -> Sight {
         let k = &view.intrinsics;
-        let whole = Some(Self::whole(k.width, k.height));
-        let Some((low, high)) = volume else { return whole };
-        let Some(table_from_camera) = view.pose.table_from_camera() else { return whole };
-        let Some([left, top, right, bottom]) = bounds(k, &table_from_camera, low, high) else { return whole };
+        let Some((low, high)) = volume else { return Sight::Unknown };
+        let Some(table_from_camera) = view.pose.table_from_camera() else { return Sight::Unknown };
+        let Some([left, top, right, bottom]) = bounds(k, &table_from_camera, low, high) else { return Sight::Unknown };
         let clip = |c: f64, end: u32| c.clamp(0.0, f64::from(end)) as u32;
         let (left, right) = (clip(left.floor(), k.width), clip(right.ceil() + 1.0, k.width));
         let (top, bottom) = (clip(top.floor(), k.height), clip(bottom.ceil() + 1.0, k.height));
         let volume_seen = Self { left, top, width: right.saturating_sub(left), height: bottom.saturating_sub(top) };
         let part = volume_seen.measured(view, &table_from_camera, low, high).unwrap_or(volume_seen);
-        (part.pixels() > 0).then(|| part.widened(margin, (k.width, k.height)))
+        if part.pixels() > 0 { Sight::In(part.widened(margin, (k.width, k.height))) } else { Sight::None }
+    }
+
+    /// The window in a picture that was shrunk by `factor`: the pixels that hold any of it.
+    pub(super) fn shrunk(&self, factor: u32) -> Self {
+        let (left, top) = (self.left / factor, self.top / factor);
+        let right = (self.left + self.width).div_ceil(factor);
+        let bottom = (self.top + self.height).div_ceil(factor);
+        Self { left, top, width: right - left, height: bottom - top }
+    }
+
+    /// The window of a picture that was shrunk by `factor` in the `picture` (columns, rows) itself.
+    pub(super) fn enlarged(&self, factor: u32, picture: (u32, u32)) -> Self {
+        let (left, top) = (self.left * factor, self.top * factor);
+        let right = ((self.left + self.width) * factor).min(picture.0);
+        let bottom = ((self.top + self.height) * factor).min(picture.1);
+        Self { left, top, width: right - left, height: bottom - top }
     }
 
     /// The rectangle around the pixels whose depth lies in the volume; `None` if these are few.
@@ -90,7 +115,7 @@ impl Window {
     }
 
     /// The window, `margin` pixels wider on each side where the picture allows it.
-    fn widened(&self, margin: u32, picture: (u32, u32)) -> Self {
+    pub(super) fn widened(&self, margin: u32, picture: (u32, u32)) -> Self {
         let (left, top) = (self.left.saturating_sub(margin), self.top.saturating_sub(margin));
         let right = (self.left + self.width).saturating_add(margin).min(picture.0);
         let bottom = (self.top + self.height).saturating_add(margin).min(picture.1);
@@ -141,5 +166,13 @@ mod tests {
         let window = Window { left: 600, top: 10, width: 30, height: 20 };
         assert_eq!(window.grown(64, 32, (640, 480)), Window { left: 576, top: 4, width: 64, height: 32 });
         assert_eq!(window.grown(8, 512, (640, 480)), Window { left: 600, top: 0, width: 30, height: 480 });
+    }
+
+    #[test]
+    fn a_shrunk_window_holds_all_of_it() {
+        let window = Window { left: 7, top: 9, width: 5, height: 3 };
+        let coarse = window.shrunk(3);
+        assert_eq!(coarse, Window { left: 2, top: 3, width: 2, height: 1 });
+        assert_eq!(coarse.enlarged(3, (11, 100)), Window { left: 6, top: 9, width: 5, height: 3 });
     }
 }

@@ -92,6 +92,10 @@ pub struct Input {
     /// Height of a network with a fixed size.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub height: Option<u32>,
+    /// Finest and coarsest footprint of a pixel on the parts of the training, metres: pictures of finer pixels are shrunk.
+    /// Where it is not stated, pictures are taken as they are.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub footprint: Option<[f64; 2]>,
     /// Scaling of the colour channels, where there are any.
     #[serde(default, rename = "colour", skip_serializing_if = "Option::is_none")]
     pub color: Option<ColorScale>,

@@ -125,6 +125,11 @@ impl Input {
                 _ => {}
             }
         }
+        if let Some([finest, coarsest]) = self.footprint
+            && !(finest > 0.0 && finest <= coarsest && coarsest.is_finite())
+        {
+            return fault("input.footprint", "is not two lengths in metres, the finest first");
+        }
         let has_color = self.channels.iter().any(|c| *c != Channel::Depth);
         match &self.color {
             None if has_color => return fault("input.colour", "is missing, and there are colour channels"),

@@ -4,11 +4,13 @@ use super::augment::Drawn;
 use super::config::{ModelReport, NetworkConfig, NetworkReport, Region, ViewDetail};
 use super::engine::{EngineDescription, EngineError, Tensor};
 use super::ensemble;
+use super::glance::{Glance, glance};
 use super::manifest::Task;
 use super::model::NetworkModel;
 use super::objects::{from_centres, from_detections};
 use super::preprocess::Frame;
-use super::region::{Volume, Window};
+use super::region::{Sight, Volume, Window};
+use super::scale;
 use super::taxonomy::numbers;
 use super::uncertainty::{Estimate, UncertaintySettings};
 use crate::segment::class_field::ClassField;
@@ -41,6 +43,11 @@ pub enum SetupError {
         class: String,
     },
 }
+
+/// A window that cuts the part short grows by this part of its larger side in each direction.
+const WIDENING: u32 = 3;
+/// This part of a window's side has to show the part for it to be cut short there.
+const AT_THE_RIM: u32 = 40;
 
 /// A model and the numbers that the inspection gives its classes.
 #[derive(Debug)]
@@ -163,15 +170,71 @@ impl Segmenter for NetworkSegmenter {
                 return Err(SegmentError::WrongSize { view: view.index, field, found, expected });
             }
         }
-        // Where to look, and how the picture is varied: the same for all networks of the view.
         let failed = |error: EngineError| SegmentError::Network { view: view.index, reason: error.to_string() };
-        let window = Window::of_volume(view, self.volume.as_ref(), self.config.margin);
+        // Where to look: at the measuring volume, or at what a glance takes for the part.
+        let whole = Window::whole(picture.0, picture.1);
+        let margin = self.config.margin;
+        let (window, glance) = match Window::of_volume(view, self.volume.as_ref(), margin) {
+            Sight::In(window) => (Some(window), None),
+            Sight::None => (None, None),
+            Sight::Unknown if self.config.region == Region::Whole => (Some(whole), None),
+            Sight::Unknown => {
+                let glance = glance(&mut self.components.model, view, margin).map_err(failed)?;
+                (Some(glance.as_ref().map_or(whole, |glance| glance.window)), glance)
+            }
+        };
+        let mut said = self.look(view, window, glance.as_ref())?;
+        // A glance may have cut the part short.
+        let mut seen = window.filter(|_| glance.is_some());
+        while let Some(window) = seen.filter(|window| reaches_rim(&said.components, *window, picture)) {
+            let wider = window.widened(window.width.max(window.height) / WIDENING, picture);
+            said = self.look(view, Some(wider), glance.as_ref())?;
+            seen = Some(wider);
+        }
+        Ok(said)
+    }
+}
+
+impl NetworkSegmenter {
+    /// Asks all networks about what `window` shows, at the scale that the components' network was trained at. Outside of it
+    /// the part is not, or what `glance` saw.
+    fn look(
+        &mut self,
+        view: &View,
+        window: Option<Window>,
+        glance: Option<&Glance>,
+    ) -> Result<Segmentation, SegmentError> {
+        let input = &self.components.model.manifest().input;
+        let factor = window.map_or(1, |window| scale::factor(view, window, input));
+        if factor == 1 {
+            return self.ask(view, window, glance.map(|glance| (glance, 1)));
+        }
+        let coarse = scale::shrunk(view, factor);
+        let said =
+            self.ask(&coarse, window.map(|window| window.shrunk(factor)), glance.map(|glance| (glance, factor)))?;
+        Ok(scale::enlarged(said, factor, (view.intrinsics.width, view.intrinsics.height)))
+    }
+
+    /// Asks all networks about what `window` shows; `glance` comes with the factor that `view` is shrunk by.
+    fn ask(
+        &mut self,
+        view: &View,
+        window: Option<Window>,
+        glance: Option<(&Glance, u32)>,
+    ) -> Result<Segmentation, SegmentError> {
+        let picture = (view.intrinsics.width, view.intrinsics.height);
+        let expected = picture.0 as usize * picture.1 as usize;
+        let failed = |error: EngineError| SegmentError::Network { view: view.index, reason: error.to_string() };
+        // How the picture is varied: the same for all networks of the view.
         let drawn = self.augmentations(view.index);
         let mut detail = ViewDetail { window, ..ViewDetail::default() };
         let (component_count, defect_count) = (self.taxonomy.component_count(), self.taxonomy.defect_count());
 
         // Components: the ensemble's mean is the label, its scatter the uncertainty. A detector gives objects as well.
         let mut canvas = Canvas::new(picture, component_count);
+        if let Some((glance, factor)) = glance {
+            canvas.sketch(glance, factor, &self.components.numbers);
+        }
         let mut instances = None;
         if let Some(window) = window {
             let labeller = &mut self.components;
@@ -261,6 +324,21 @@ fn spread<T: Copy + Default>(columns: u32, pixels: usize, window: Window, values
     picture
 }
 
+/// Whether the part goes on beyond `window`: something other than none lies along its rim, where that is not the rim of the
+/// picture (columns, rows).
+fn reaches_rim(components: &ClassField, window: Window, picture: (u32, u32)) -> bool {
+    let Window { left, top, width, height } = window;
+    let (right, bottom) = (left + width - 1, top + height - 1);
+    let at = |u: u32, v: u32| components.best((v * picture.0 + u) as usize) != 0;
+    let many = |pixels: usize, side: u32| pixels as u32 * AT_THE_RIM > side;
+    let beside = |u: u32| many((top..=bottom).filter(|&v| at(u, v)).count(), height);
+    let along = |v: u32| many((left..=right).filter(|&u| at(u, v)).count(), width);
+    left > 0 && beside(left)
+        || right + 1 < picture.0 && beside(right)
+        || top > 0 && along(top)
+        || bottom + 1 < picture.1 && along(bottom)
+}
+
 /// A share in eight bits, 255 = 1.
 fn byte(share: f32) -> u8 {
     (share.clamp(0.0, 1.0) * 255.0).round() as u8
@@ -293,6 +371,19 @@ impl Canvas {
             field.fill(0);
             for (c, &number) in numbers.iter().enumerate() {
                 field[usize::from(number)] = byte(estimate.mean[c * pixels + i]);
+            }
+        }
+    }
+
+    /// Puts what a glance saw of the picture, which was shrunk by `factor`, everywhere.
+    fn sketch(&mut self, glance: &Glance, factor: u32, numbers: &[u16]) {
+        let pixels = self.probabilities.chunks_exact_mut(self.classes.max(1)).zip(&mut self.sigma);
+        for (i, (field, sigma)) in pixels.enumerate() {
+            let (probabilities, deviation) = glance.at((i % self.columns) as u32, (i / self.columns) as u32, factor);
+            *sigma = byte(deviation);
+            field.fill(0);
+            for (&number, p) in numbers.iter().zip(probabilities) {
+                field[usize::from(number)] = byte(p);
             }
         }
     }

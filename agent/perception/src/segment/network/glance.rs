@@ -1,0 +1,119 @@
+//! A first look at a whole picture, where neither volume nor pose says where the part is: one network is asked once, at
+//! half the scale of its training. What it takes for anything but none, and a margin around it, is then looked at by the
+//! whole ensemble.
+
+use super::engine::{EngineError, Tensor};
+use super::model::NetworkModel;
+use super::preprocess::Frame;
+use super::region::Window;
+use super::scale::{factor, shrunk};
+use crate::view::View;
+
+/// Pixels of the training's scale along an edge of a pixel of the glance.
+const COARSER: u32 = 2;
+/// Least probability of a class other than none.
+const LEAST: f32 = 0.2;
+/// Fewest pixels among a pixel's neighbours and itself, nine in all, that agree with it.
+const AGREEING: usize = 5;
+
+/// What the glance saw.
+#[derive(Clone, Debug)]
+pub(super) struct Glance {
+    /// Where to look, in the picture's pixels.
+    pub(super) window: Window,
+    /// Columns and rows of the shrunk picture.
+    size: (u32, u32),
+    /// What the picture was shrunk by.
+    factor: u32,
+    classes: usize,
+    /// Class after class.
+    probabilities: Vec<f32>,
+}
+
+/// Looks at `view` with the first network of `model`; `None` if nothing is seen or the network's scale is unknown: all of
+/// the picture has to be looked at then. `margin` is in pixels of the training's scale.
+///
+/// # Errors
+/// [`EngineError`] if the network does not run.
+pub(super) fn glance(model: &mut NetworkModel, view: &View, margin: u32) -> Result<Option<Glance>, EngineError> {
+    let input = &model.manifest().input;
+    let picture = (view.intrinsics.width, view.intrinsics.height);
+    let whole = Window::whole(picture.0, picture.1);
+    // A detector, and a network of fixed size, takes as long for a glance as for a look.
+    if input.footprint.is_none() || input.width.is_some() || model.manifest().output.boxes.is_some() {
+        return Ok(None);
+    }
+    let fine = factor(view, whole, input);
+    let factor = fine * COARSER;
+    let coarse = shrunk(view, factor);
+    let size = (coarse.intrinsics.width, coarse.intrinsics.height);
+    let frame = Frame::new(Window::whole(size.0, size.1), size, input);
+    let shape = vec![1, input.channels.len(), frame.size.1, frame.size.0];
+    let answer = model.ask_first(&Tensor { shape, data: frame.tensor(&coarse, input) })?;
+    let probabilities = frame.restore(&answer.probabilities.data);
+    let classes = model.manifest().classes.len();
+    let Some(seen) = extent(&probabilities, (size.0 as usize, size.1 as usize)) else { return Ok(None) };
+    let window = seen.widened(1, size).enlarged(factor, picture).widened(margin * fine, picture);
+    Ok(Some(Glance { window, size, factor, classes, probabilities }))
+}
+
+impl Glance {
+    /// Class probabilities, and the sigma of a draw from them, of the pixel that holds pixel (u, v) of the picture when that
+    /// is shrunk by `factor`: of one answer no scatter is known.
+    pub(super) fn at(&self, u: u32, v: u32, factor: u32) -> (impl Iterator<Item = f32> + '_, f32) {
+        let coarse = |c: u32, end: u32| (c * factor / self.factor).min(end - 1);
+        let at = (coarse(v, self.size.1) * self.size.0 + coarse(u, self.size.0)) as usize;
+        let pixels = self.size.0 as usize * self.size.1 as usize;
+        let probabilities = (0..self.classes).map(move |c| self.probabilities[c * pixels + at]);
+        let variance: f32 = probabilities.clone().map(|p| p * (1.0 - p)).sum();
+        (probabilities, variance.max(0.0).sqrt())
+    }
+}
+
+/// The rectangle around the pixels that may be something, single ones left out; the first plane of `probabilities` is
+/// that of none.
+fn extent(probabilities: &[f32], (width, height): (usize, usize)) -> Option<Window> {
+    let something = |u: usize, v: usize| 1.0 - probabilities[v * width + u] > LEAST;
+    let (mut columns, mut rows) = ((usize::MAX, 0), (usize::MAX, 0));
+    for v in 0..height {
+        for u in 0..width {
+            if !something(u, v) {
+                continue;
+            }
+            let around = (v.saturating_sub(1)..(v + 2).min(height))
+                .flat_map(|y| (u.saturating_sub(1)..(u + 2).min(width)).map(move |x| (x, y)));
+            if around.filter(|&(x, y)| something(x, y)).count() < AGREEING {
+                continue;
+            }
+            columns = (columns.0.min(u), columns.1.max(u));
+            rows = (rows.0.min(v), rows.1.max(v));
+        }
+    }
+    (columns.0 <= columns.1).then(|| Window {
+        left: columns.0 as u32,
+        top: rows.0 as u32,
+        width: (columns.1 + 1 - columns.0) as u32,
+        height: (rows.1 + 1 - rows.0) as u32,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn single_pixels_do_not_widen_the_window() {
+        let (width, height) = (12, 10);
+        let mut none = vec![1.0; width * height];
+        for v in 3..7 {
+            for u in 4..9 {
+                none[v * width + u] = 0.1;
+            }
+        }
+        none[11] = 0.0;
+        // Corners of the rectangle have three neighbours only.
+        let seen = extent(&none, (width, height)).expect("seen");
+        assert_eq!(seen, Window { left: 4, top: 3, width: 5, height: 4 });
+        assert_eq!(extent(&[1.0; 120], (width, height)), None);
+    }
+}
