@@ -12,7 +12,9 @@ use crate::view::View;
 /// Pixels of the training's scale along an edge of a pixel of the glance.
 const COARSER: u32 = 2;
 /// Least probability of a class other than none.
-const LEAST: f32 = 0.2;
+const LEAST: f32 = 0.1;
+/// Pixels of the training's scale around what is seen, besides the usual margin: a part's dark end is easily missed.
+const MARGIN: u32 = 32;
 /// Fewest pixels among a pixel's neighbours and itself, nine in all, that agree with it.
 const AGREEING: usize = 5;
 
@@ -53,7 +55,7 @@ pub(super) fn glance(model: &mut NetworkModel, view: &View, margin: u32) -> Resu
     let probabilities = frame.restore(&answer.probabilities.data);
     let classes = model.manifest().classes.len();
     let Some(seen) = extent(&probabilities, (size.0 as usize, size.1 as usize)) else { return Ok(None) };
-    let window = seen.widened(1, size).enlarged(factor, picture).widened(margin * fine, picture);
+    let window = seen.widened(1, size).enlarged(factor, picture).widened((MARGIN + margin) * fine, picture);
     Ok(Some(Glance { window, size, factor, classes, probabilities }))
 }
 
