@@ -3,6 +3,8 @@
 use super::live::{LiveModel, Published};
 use super::messages::{inspection, view_report};
 use rayon::prelude::*;
+use semascan_geometry::measure::model_figures;
+use semascan_geometry::mesh::{MeshError, MeshOptions, mesh_cloud};
 use semascan_inspection::event::EventKind;
 use semascan_model::record::{InspectionRecord, Outcome};
 use semascan_model::{SemanticCloud, SemanticPoint, Taxonomy};
@@ -25,6 +27,9 @@ pub enum SavedError {
         /// Points that it has.
         points: usize,
     },
+    /// It cannot be meshed, and so not be measured.
+    #[error(transparent)]
+    Mesh(#[from] MeshError),
     /// A part of the model cannot be coded.
     #[error("chunk {id:?} of the model: {source}")]
     Chunk {
@@ -75,7 +80,10 @@ pub fn publish_saved(
     live.publish(published);
     live.whole();
     let hash = live.hash();
+    let mesh = mesh_cloud(cloud, voxel, &MeshOptions::default(), &())?;
+    let figures = model_figures(cloud, &mesh, voxel);
     live.update_progress(|p| {
+        p.figures = Some((&figures).into());
         p.views_done = record.views.len() as u32;
         p.views_rejected = record.views.iter().filter(|v| !v.accepted).count() as u32;
         p.model_hash = hash;
