@@ -1,4 +1,4 @@
-//! How much of a true surface views have seen: what the area of a model is judged by.
+//! How much of a true surface was seen by views: what the area of a model is judged by.
 //!
 //! A model shows only what its views have seen, so its area is not that of the true mesh. Which part was seen is found by
 //! ray casting: samples of the surface, each standing for an equal area (stratified Monte Carlo integration), count where

@@ -20,6 +20,14 @@ pub(crate) fn print(record: &InspectionRecord, folder: &Path) -> io::Result<()> 
         views - used,
         record.points
     )?;
+    let surface: u64 = record.components.iter().map(|c| c.points).sum();
+    if surface < record.points {
+        let rest = record.points - surface;
+        writeln!(
+            out,
+            "  {surface} points make up the surface; {rest} stray, uncertain or background ones are in cloud.ply only"
+        )?;
+    }
     print_poses(&mut out, &record.views)?;
     if let Some(run) = record.run.filter(|run| run.region.left_out() > 0) {
         writeln!(out, "  region of interest: {}", run.region)?;

@@ -4,7 +4,7 @@
 //!
 //! - **Too large by roughness.** Noise tilts a face by some angle t against the surface, and its area is that of the
 //!   surface over cos(t): 5 % too much for depth in whole millimetres on voxels of half a millimetre. So a face counts by
-//!   its projection along the mean normal of its corners. Those come from planes fitted to whole neighbourhoods of pixels,
+//!   its projection along the mean of the normals around it. Those come from planes fitted to whole neighbourhoods of pixels,
 //!   and where a surface is smooth they are the normals of the faces. At creases they are not, and faces count as they are.
 //! - **Too small at the rim.** The outermost sample of a surface lies on average half a sample spacing inside its edge. The
 //!   voxels that hold such samples reach beyond them by half a voxel on average, and vertices of the rim lie half a voxel
@@ -20,27 +20,41 @@ use std::collections::BTreeMap;
 
 /// Width in voxels of the strip that is missing along the rim.
 const STRIP: f64 = 0.25;
-/// Length of the mean of a face's three unit normals above which they are those of a smooth surface: they differ by about
-/// 4 degrees at most. Where they differ more, at creases, they say nothing about the roughness of the face.
-const SMOOTH: f64 = 0.998;
+/// Length of the mean of the unit normals around a face above which they are those of a smooth surface: they differ from it
+/// by 11 degrees (root mean square) at most. Where they differ more, at creases, they say nothing of the face.
+const SMOOTH: f64 = 0.98;
 
 /// The area in square metres that each vertex of `mesh` stands for: a third of its faces, and half of the strip along its
 /// edges of the rim. `voxel` is the edge in metres of the voxels that the mesh was made of.
 ///
 /// An edge is on the rim where it has one face and the mesh marks both its ends, so that a cut through the mesh is none.
-/// Faces with a corner that is not there have no area, and those whose corners have no normals or differing ones count as they are.
+/// Faces with a corner that is not there or not finite have no area, and those around which there are no normals or
+/// differing ones count as they are.
 pub fn seen_vertex_areas(mesh: &SemanticMesh, voxel: f32) -> Vec<f64> {
     let position = |v: u32| mesh.vertices.positions[v as usize].map(f64::from);
+    // Sum and number of the normals of the faces' corners around each vertex.
+    let mut around = vec![([0.0; 3], 0_u32); mesh.len()];
+    let finite = |corners: [[f32; 3]; 3]| corners.iter().flatten().all(|c| c.is_finite());
+    let triangles = || mesh.triangles.iter().copied().filter(|t| mesh.corners(*t).is_some_and(finite));
+    for triangle in triangles() {
+        let normal = sum(triangle.map(|v| mesh.vertices.normals[v as usize].map(f64::from)));
+        for v in triangle {
+            let (normals, count) = &mut around[v as usize];
+            (*normals, *count) = (sum([*normals, normal, [0.0; 3]]), *count + 3);
+        }
+    }
     let mut areas = vec![0.0; mesh.len()];
     // Edges between marked vertices, lower end first, and whether their face runs from that to the other.
     let mut edges: Vec<(u32, u32, bool)> = Vec::new();
     let marked = |v: u32| mesh.boundary.get(v as usize).copied().unwrap_or(false);
-    for &triangle in mesh.triangles.iter().filter(|t| mesh.corners(**t).is_some()) {
+    for triangle in triangles() {
         let [a, b, c] = triangle;
         let across = cross(sub(position(b), position(a)), sub(position(c), position(a)));
-        let normal = sum(triangle.map(|v| mesh.vertices.normals[v as usize].map(f64::from)));
-        let mean = length(normal) / 3.0;
-        let double = if mean > SMOOTH { (dot(across, normal) / (3.0 * mean)).max(0.0) } else { length(across) };
+        let normal = sum(triangle.map(|v| around[v as usize].0));
+        let count: u32 = triangle.iter().map(|v| around[*v as usize].1).sum();
+        let long = length(normal);
+        let double =
+            if long > SMOOTH * f64::from(count) { (dot(across, normal) / long).max(0.0) } else { length(across) };
         triangle.iter().for_each(|v| areas[*v as usize] += double / 6.0);
         for (from, to) in [(a, b), (b, c), (c, a)] {
             if marked(from) && marked(to) {
@@ -160,6 +174,8 @@ mod tests {
         mesh.vertices.normals.fill([0.0; 3]);
         mesh.boundary.fill(false);
         mesh.triangles.push([0, 1, 99_999]);
+        let nowhere = mesh.push(SemanticPoint { position: [f32::NAN; 3], ..SemanticPoint::UNKNOWN }, true);
+        mesh.triangles.push([0, 1, nowhere]);
         let area: f64 = seen_vertex_areas(&mesh, VOXEL).iter().sum();
         assert!((area - (38e-3_f64).powi(2)).abs() < 1e-9, "{area}");
         assert!(seen_vertex_areas(&SemanticMesh::default(), VOXEL).is_empty());

@@ -61,6 +61,7 @@ fn LegendRow(ui: Ui, class: u16) -> impl IntoView {
             data-class-name=move || of(|r| r.class.name.clone())
             data-points=move || figures.get().points.to_string()
             data-area-mm2=move || figures.get().area.map(|area| format!("{:.1}", area * 1e6))
+            data-shown=move || of(|r| r.count.shown.to_string())
             data-confidence=move || format!("{:.3}", figures.get().confidence)
             class:is-hidden=move || !visible() class:is-empty=empty
         >
