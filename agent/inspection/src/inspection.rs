@@ -255,7 +255,7 @@ impl Inspection {
             _ if stop.is_set() => return Err(InspectionError::Stopped { record: Box::new(record) }),
             _ => return Err(InspectionError::NoView { reasons: recorded.rejections(), record: Box::new(record) }),
         };
-        let (components, defects) = summarize(&measured, &info.taxonomy, spec.labels);
+        let (components, defects) = summarize(&measured.figures, &info.taxonomy, spec.labels);
         let points = cloud.len() as u64;
         let record = InspectionRecord { voxel: Some(voxel), points, components, defects, ..record };
         let Measured { mesh, figures } = measured;

@@ -25,14 +25,14 @@ pub(crate) fn measure(cloud: &SemanticCloud, voxel: f64) -> Result<Measured, Mes
 /// What the record says of every component class and every defect class but `none`, in order. Without labels nobody looked
 /// for any class: then no point of one would be no finding, and only `none` is listed.
 pub(crate) fn summarize(
-    measured: &Measured,
+    figures: &ModelFigures,
     taxonomy: &Taxonomy,
     labels: LabelSource,
 ) -> (Vec<ClassSummary>, Vec<ClassSummary>) {
-    let Measured { mesh, figures } = measured;
-    let known = !mesh.triangles.is_empty();
-    let components = taxonomy.components.iter().map(|c| ClassSummary::new(c, figures.component(c.id), known));
-    let defects = taxonomy.defects.iter().skip(1).map(|d| ClassSummary::new(d, figures.defect(d.id), known));
+    let absent = figures.absent().unwrap_or_default();
+    let components =
+        taxonomy.components.iter().map(|c| ClassSummary::new(c, figures.component(c.id).unwrap_or(absent)));
+    let defects = taxonomy.defects.iter().skip(1).map(|d| ClassSummary::new(d, figures.defect(d.id).unwrap_or(absent)));
     match labels {
         LabelSource::None => (components.take(1).collect(), Vec::new()),
         LabelSource::Source | LabelSource::Network => (components.collect(), defects.collect()),

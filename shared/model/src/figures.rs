@@ -53,6 +53,13 @@ impl ModelFigures {
         of(&self.instances, number)
     }
 
+    /// Figures of what does not occur on the surface, such as a class of stray points: none of it was seen. `None` where
+    /// there are no figures at all.
+    pub fn absent(&self) -> Option<FeatureFigures> {
+        let measured = self.components.first()?.area.is_some();
+        Some(FeatureFigures { area: measured.then_some(0.0), ..FeatureFigures::default() })
+    }
+
     /// Figures of the defects on a component, in the order of their classes.
     pub fn findings_on(&self, component: u16) -> impl Iterator<Item = FeatureFigures> {
         self.findings.iter().copied().filter(move |f| f.component == component)

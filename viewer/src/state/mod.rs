@@ -176,17 +176,13 @@ impl AppState {
     /// What the legend says of a component class. Of a final model it is what the agent measured and the inspection's record
     /// says; before, what was counted here, and the area once there is a mesh of the model as it is.
     pub fn class_figures(&self, class: u16) -> ClassFigures {
+        let of = |figures: &ModelFigures| figures.component(class).or(figures.absent());
         if let Some(measured) = &self.measured {
-            let figures = measured.component(class).unwrap_or_default();
+            let figures = of(measured).unwrap_or_default();
             return ClassFigures { points: figures.points, area: figures.area, confidence: figures.confidence };
         }
         let count = self.legend.rows.get(usize::from(class)).map(|row| row.count).unwrap_or_default();
-        let area = self
-            .features
-            .mesh
-            .figures
-            .as_ref()
-            .and_then(|figures| figures.component(class).map_or_else(|| Some(0.0), |f| f.area));
+        let area = self.features.mesh.figures.as_ref().and_then(of).and_then(|figures| figures.area);
         ClassFigures { points: count.points, area, confidence: count.confidence }
     }
 

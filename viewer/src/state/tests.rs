@@ -127,7 +127,7 @@ fn areas_are_the_agents_or_those_of_the_mesh_or_unknown() {
     state.reduce(&Event::Feature(MeshEvent::Outdated.into()));
     assert_eq!(said(&state, 1), (4, None, 0.9));
     state.reduce(&progress(Progress { figures: Some((&figures(3.0)).into()), ..Progress::default() }));
-    assert_eq!((said(&state, 1), said(&state, 2)), ((7, Some(3.0), 0.5), (0, None, 0.0)));
+    assert_eq!((said(&state, 1), said(&state, 2)), ((7, Some(3.0), 0.5), (0, Some(0.0), 0.0)));
     state.reduce(&Event::Feature(MeshEvent::Measured(Box::new(figures(2.0))).into()));
     assert_eq!(said(&state, 1).1, Some(3.0), "one number for one thing: that of the record");
     state.reduce(&cleared(inspection("b", 0, &["housing", "pinion"])));

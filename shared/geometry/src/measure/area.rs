@@ -1,11 +1,14 @@
 //! Area of the surface that a mesh of seen points stands for.
 //!
-//! The sum of its faces is wrong in two ways, and both are corrected:
+//! The sum of its faces is wrong in three ways, which are corrected:
 //!
 //! - **Too large by roughness.** Noise tilts a face by some angle t against the surface, and its area is that of the
 //!   surface over cos(t): 5 % too much for depth in whole millimetres on voxels of half a millimetre. So a face counts by
 //!   its projection along the mean of the normals around it. Those come from planes fitted to whole neighbourhoods of pixels,
-//!   and where a surface is smooth they are the normals of the faces. At creases they are not, and faces count as they are.
+//!   and where a surface is smooth they are the normals of the faces.
+//! - **Too small at creases.** A mesh on a grid cuts corners. Where the normals around a face differ, it is the chord
+//!   between surfaces with the normals of its corners, and each third of it counts as the piece of such a surface whose
+//!   projection it is.
 //! - **Too small at the rim.** The outermost sample of a surface lies on average half a sample spacing inside its edge. The
 //!   voxels that hold such samples reach beyond them by half a voxel on average, and vertices of the rim lie half a voxel
 //!   inside these, so that half the sample spacing is missing. A map's voxels are twice as wide as a pixel's footprint: it
@@ -21,15 +24,17 @@ use std::collections::BTreeMap;
 /// Width in voxels of the strip that is missing along the rim.
 const STRIP: f64 = 0.25;
 /// Length of the mean of the unit normals around a face above which they are those of a smooth surface: they differ from it
-/// by 11 degrees (root mean square) at most. Where they differ more, at creases, they say nothing of the face.
+/// by 11 degrees (root mean square) at most. Where they differ more there is a crease.
 const SMOOTH: f64 = 0.98;
+/// Cosine between the normal of a face and that of its corner down to which the corner is taken at its word.
+const STEEPEST: f64 = 0.7;
 
 /// The area in square metres that each vertex of `mesh` stands for: a third of its faces, and half of the strip along its
 /// edges of the rim. `voxel` is the edge in metres of the voxels that the mesh was made of.
 ///
 /// An edge is on the rim where it has one face and the mesh marks both its ends, so that a cut through the mesh is none.
-/// Faces with a corner that is not there or not finite have no area, and those around which there are no normals or
-/// differing ones count as they are.
+/// Faces with a corner that is not there or not finite have no area, and those around which there are no normals count as
+/// they are.
 pub fn seen_vertex_areas(mesh: &SemanticMesh, voxel: f32) -> Vec<f64> {
     let position = |v: u32| mesh.vertices.positions[v as usize].map(f64::from);
     // Sum and number of the normals of the faces' corners around each vertex.
@@ -53,8 +58,12 @@ pub fn seen_vertex_areas(mesh: &SemanticMesh, voxel: f32) -> Vec<f64> {
         let normal = sum(triangle.map(|v| around[v as usize].0));
         let count: u32 = triangle.iter().map(|v| around[*v as usize].1).sum();
         let long = length(normal);
-        let double =
-            if long > SMOOTH * f64::from(count) { (dot(across, normal) / long).max(0.0) } else { length(across) };
+        let double = if long > SMOOTH * f64::from(count) {
+            (dot(across, normal) / long).max(0.0)
+        } else {
+            length(across) * triangle.iter().map(|v| stretch(across, mesh.vertices.normals[*v as usize])).sum::<f64>()
+                / 3.0
+        };
         triangle.iter().for_each(|v| areas[*v as usize] += double / 6.0);
         for (from, to) in [(a, b), (b, c), (c, a)] {
             if marked(from) && marked(to) {
@@ -86,6 +95,15 @@ pub fn seen_vertex_areas(mesh: &SemanticMesh, voxel: f32) -> Vec<f64> {
         }
     }
     areas
+}
+
+/// How much larger a surface with this `normal` is than its projection on a face that is perpendicular to `across`.
+fn stretch(across: [f64; 3], normal: [f32; 3]) -> f64 {
+    let normal = normal.map(f64::from);
+    let lengths = length(across) * length(normal);
+    let cosine = dot(across, normal) / lengths;
+    // Without a normal, or with one that is not of this side, nothing is known.
+    if lengths > 0.0 && cosine > STEEPEST { 1.0 / cosine } else { 1.0 }
 }
 
 fn sum([a, b, c]: [[f64; 3]; 3]) -> [f64; 3] {
@@ -156,6 +174,30 @@ mod tests {
         assert!(rough.area() > 1.05 * flat.area());
         let [flat, rough]: [f64; 2] = [flat, rough].map(|mesh| seen_vertex_areas(&mesh, VOXEL).iter().sum());
         assert!((rough / flat - 1.0).abs() < 0.003, "{rough} for {flat}");
+    }
+
+    #[test]
+    fn a_chamfer_counts_as_the_crease_that_it_cuts() {
+        // Across: ten cells along x, a chamfer of 0.7 cells, ten cells down. Along y: 20 cells.
+        let across: Vec<([f32; 2], [f32; 3])> = (0..=10)
+            .map(|k| ([k as f32, 0.0], [0.0, 0.0, 1.0]))
+            .chain((0..=10).map(|k| ([10.7, -0.7 - k as f32], [1.0, 0.0, 0.0])))
+            .collect();
+        let mut mesh = SemanticMesh::default();
+        for y in 0..=20 {
+            for ([x, z], normal) in &across {
+                let position = [*x, y as f32, *z].map(|c| c * VOXEL);
+                mesh.push(SemanticPoint { position, normal: *normal, ..SemanticPoint::UNKNOWN }, false);
+            }
+        }
+        let row = across.len() as u32;
+        for (y, k) in (0..20).flat_map(|y| (0..row - 1).map(move |k| (y, k))) {
+            let (a, b) = (y * row + k, (y + 1) * row + k);
+            mesh.triangles.extend([[a, a + 1, b + 1], [a, b + 1, b]]);
+        }
+        let area: f64 = seen_vertex_areas(&mesh, VOXEL).iter().sum();
+        let truth = 20.0 * (10.7 + 10.7) * 1e-6;
+        assert!(mesh.area() < 0.985 * truth && (area / truth - 1.0).abs() < 1e-3, "{area} for {truth}");
     }
 
     #[test]

@@ -168,11 +168,9 @@ pub struct ClassSummary {
 }
 
 impl ClassSummary {
-    /// The summary of `class` with its figures, which are zero where it does not occur; `measured` says whether areas are
-    /// known at all.
-    pub fn new(class: &ClassDef, figures: Option<FeatureFigures>, measured: bool) -> Self {
-        let none = FeatureFigures { area: measured.then_some(0.0), ..FeatureFigures::default() };
-        let FeatureFigures { points, area, confidence, sigma, .. } = figures.unwrap_or(none);
+    /// The summary of `class` with its figures.
+    pub fn new(class: &ClassDef, figures: FeatureFigures) -> Self {
+        let FeatureFigures { points, area, confidence, sigma, .. } = figures;
         Self { class: class.id, name: class.name.clone(), points, area, confidence, sigma: Some(sigma) }
     }
 }

@@ -59,7 +59,7 @@ impl Extras {
         let finding =
             |f: FeatureFigures| Finding { defect: f.id, name: class_of(&taxonomy.defects, f.id).0, figures: f.into() };
         let findings = figures.findings_on(class).map(finding).collect();
-        Self { class, triangles, figures: figures.component(class).map(Known::from), findings }
+        Self { class, triangles, figures: figures.component(class).or(figures.absent()).map(Known::from), findings }
     }
 }
 

@@ -132,12 +132,14 @@ impl Kind {
 impl FeatureSet {
     fn of(kind: Kind, cloud: &SemanticCloud, all: &[usize], figures: &ModelFigures, taxonomy: &Taxonomy) -> Self {
         let occurring: BTreeSet<u16> = all.iter().map(|&i| kind.of(cloud, i)).collect();
+        let absent = figures.absent();
         let feature = |id: u16| {
             let figures = match kind {
                 Kind::Component => figures.component(id),
                 Kind::Defect => figures.defect(id),
                 Kind::Instance => figures.instance(id),
             };
+            let figures = figures.or(absent);
             let (name, color) = match kind {
                 Kind::Component => class_of(&taxonomy.components, id),
                 Kind::Defect => class_of(&taxonomy.defects, id),
