@@ -25,12 +25,19 @@ pub(crate) struct Sensor {
     pub(crate) step: f64,
 }
 
+/// A picture, and where it was taken from.
+#[derive(Clone, Debug)]
+struct Picture {
+    shape_from_camera: Isometry3<f64>,
+    depth: Arc<DepthImage>,
+    labels: Arc<RecordedLabels>,
+}
+
 /// Pictures of a surface, in its own frame.
 #[derive(Clone, Debug)]
 pub(crate) struct Pictures {
     camera: Intrinsics,
-    /// Poses with depth and component labels.
-    taken: Vec<(Isometry3<f64>, Arc<DepthImage>, Arc<RecordedLabels>)>,
+    taken: Vec<Picture>,
     classes: u16,
     /// What of the surface they saw.
     pub(crate) seen: SeenSurface,
@@ -53,14 +60,14 @@ impl Pictures {
                 let eye = Vector3::from(*direction).normalize() * distance;
                 let up = if eye.x.hypot(eye.y) > 1e-3 { Vector3::z() } else { Vector3::x() };
                 // Optical frame: y down.
-                let pose = Isometry3::face_towards(&eye.into(), &Point3::origin(), &-up);
-                let (depth, labels) = capture(shape, &rays, &camera, &pose, sensor, i as u64);
-                (pose, Arc::new(depth), Arc::new(labels))
+                let shape_from_camera = Isometry3::face_towards(&eye.into(), &Point3::origin(), &-up);
+                let (depth, labels) = capture(shape, &rays, &camera, &shape_from_camera, sensor, i as u64);
+                Picture { shape_from_camera, depth: Arc::new(depth), labels: Arc::new(labels) }
             })
             .collect();
         let from: Vec<SeenFrom<'_>> = taken
             .iter()
-            .map(|(pose, depth, _)| SeenFrom { intrinsics: &camera, depth, table_from_camera: *pose })
+            .map(|p| SeenFrom { intrinsics: &camera, depth: &p.depth, table_from_camera: p.shape_from_camera })
             .collect();
         let seen = SeenSurface::of(shape, &rays, &from, 200_000, 1);
         Self { camera, classes: shape.labels.iter().max().copied().unwrap_or(0), seen, taken }
@@ -82,20 +89,19 @@ impl Pictures {
         };
         let Intrinsics { width, height, .. } = self.camera;
         let rgb = Arc::new(RgbImage::from_pixel(width, height, Rgb([120; 3])));
-        let view =
-            |(i, (pose, depth, labels)): (usize, &(Isometry3<f64>, Arc<DepthImage>, Arc<RecordedLabels>))| View {
-                index: i as u32,
-                stamp: None,
-                intrinsics: self.camera,
-                rgb: Arc::clone(&rgb),
-                depth: Arc::clone(depth),
-                pose: PoseEvidence::World {
-                    table_from_camera: table_from_shape * pose,
-                    covariance: covariance_of_prior(1e-3, 1e-3),
-                },
-                labels: Some(Arc::clone(labels)),
-                truth: None,
-            };
+        let view = |(i, picture): (usize, &Picture)| View {
+            index: i as u32,
+            stamp: None,
+            intrinsics: self.camera,
+            rgb: Arc::clone(&rgb),
+            depth: Arc::clone(&picture.depth),
+            pose: PoseEvidence::World {
+                table_from_camera: table_from_shape * picture.shape_from_camera,
+                covariance: covariance_of_prior(1e-3, 1e-3),
+            },
+            labels: Some(Arc::clone(&picture.labels)),
+            truth: None,
+        };
         PosedShape { info, views: self.taken.iter().enumerate().map(view).collect::<Vec<_>>().into_iter() }
     }
 }
