@@ -167,6 +167,8 @@ mod tests {
         let left = publish_saved(&live, &record(Outcome::Finished, Some(1e-3)), &taxonomy, &cloud).expect("shown");
         assert_eq!((left, live.totals().points), (2, 4));
         assert_eq!((live.progress().phase(), live.progress().model_hash), (wire::Phase::Finished, live.hash()));
+        let figures = live.progress().figures.expect("measured").figures();
+        assert_eq!(figures.components.iter().map(|f| f.points).sum::<u64>(), cloud.len() as u64);
         for (outcome, phase, word) in [
             (Outcome::Stopped, wire::Phase::Finished, "stopped"),
             (Outcome::Running, wire::Phase::Failed, "killed"),
