@@ -1,14 +1,15 @@
 //! How much of each component's surface is corroded, worn or cracked, against truth ([Remanufacturing paper], the
 //! outlook on corrosion).
 //!
-//! A model shows only what its views have seen, so its area is compared with the truth of the same points; the area on
-//! the whole true mesh, seen or not, stands beside it.
+//! A model shows only what its views have seen, so its area is compared with the truth of the same surface: each vertex of
+//! its mesh stands for an area, as in the figures of the record. The area on the whole true mesh, seen or not, stands beside
+//! it.
 
 use super::truth::{nearest_of_points, truth_of};
 use nalgebra::{Isometry3, Vector3};
-use semascan_geometry::measure::surfel_area;
+use semascan_geometry::measure::seen_vertex_areas;
 use semascan_inspection::source::TrueMesh;
-use semascan_model::SemanticCloud;
+use semascan_model::SemanticMesh;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -19,29 +20,31 @@ pub struct DefectArea {
     pub component: u16,
     /// Defect class.
     pub defect: u16,
-    /// Of the model's points that are said to have it.
+    /// Of the model's surface that is said to have it.
     pub said: f64,
-    /// Of the model's points that truly have it.
+    /// Of the model's surface that truly has it.
     pub truth: f64,
-    /// Of the model's points for which both hold.
+    /// Of the model's surface for which both hold.
     pub both: f64,
     /// On the whole true mesh.
     pub on_mesh: f64,
 }
 
-/// Areas by true component and defect, in order, of a model in the table frame with voxels of `voxel` metres.
-pub fn defect_areas(cloud: &SemanticCloud, truth: &TrueMesh, voxel: f64) -> Vec<DefectArea> {
+/// Areas by true component and defect, in order, of the mesh of a model in the table frame with voxels of `voxel` metres.
+pub fn defect_areas(mesh: &SemanticMesh, truth: &TrueMesh, voxel: f64) -> Vec<DefectArea> {
     let mut areas: BTreeMap<(u16, u16), DefectArea> = BTreeMap::new();
     let mut add = |component: u16, defect: u16, area: f64, to: fn(&mut DefectArea) -> &mut f64| {
         if defect != 0 {
             *to(areas.entry((component, defect)).or_default()) += area;
         }
     };
-    for (i, nearest) in nearest_of_points(cloud, truth, &Isometry3::identity()) {
+    let vertices = &mesh.vertices;
+    let vertex_areas = seen_vertex_areas(mesh, voxel as f32);
+    for (i, nearest) in nearest_of_points(vertices, truth, &Isometry3::identity()) {
         let component = truth_of(&truth.labels, nearest.vertex);
         let true_defect = truth_of(&truth.defects, nearest.vertex);
-        let said = if cloud.defect_confidence[i] > 0.0 { cloud.defects[i] } else { 0 };
-        let area = f64::from(surfel_area(cloud.normals[i], voxel as f32));
+        let said = if vertices.defect_confidence[i] > 0.0 { vertices.defects[i] } else { 0 };
+        let area = vertex_areas[i];
         add(component, said, area, |a| &mut a.said);
         add(component, true_defect, area, |a| &mut a.truth);
         if said == true_defect {
@@ -89,14 +92,24 @@ mod tests {
             views: 1,
             flags: PointFlags(0),
         };
-        let cloud: SemanticCloud =
-            [point(0.1, 0, 1.0), point(0.2, 1, 1.0), point(0.8, 1, 1.0), point(0.9, 0, 1.0), point(0.95, 1, 0.0)]
-                .into_iter()
-                .collect();
-        let [area] = defect_areas(&cloud, &truth, 0.01)[..] else { panic!("one component with one defect") };
+        // A fan of four triangles; in its middle is the first vertex, which is not of one defect with the others.
+        let corners = [(0.5, 0, 1.0), (0.1, 1, 1.0), (0.9, 1, 1.0), (0.95, 0, 1.0), (0.2, 1, 0.0)];
+        let mut mesh = SemanticMesh::default();
+        for (k, (x, defect, confidence)) in corners.into_iter().enumerate() {
+            let mut vertex = point(x, defect, confidence);
+            vertex.position[1] = [0.5, 0.1, 0.1, 0.9, 0.9][k];
+            mesh.push(vertex, false);
+        }
+        mesh.triangles = vec![[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 1]];
+        let [area] = defect_areas(&mesh, &truth, 0.01)[..] else { panic!("one component with one defect") };
         assert_eq!((area.component, area.defect), (2, 1));
-        let points = [area.said, area.truth, area.both].map(|a| (a / 1e-4).round());
-        assert_eq!(points, [2.0, 3.0, 1.0]);
+        let shares = seen_vertex_areas(&mesh, 0.01);
+        // On the right half of the square, x > 0.5, there is truly a defect.
+        for (stated, expected) in
+            [(area.said, shares[1] + shares[2]), (area.truth, shares[2] + shares[3]), (area.both, shares[2])]
+        {
+            assert!(expected > 0.1 && (stated - expected).abs() < 1e-9, "{area:?}");
+        }
         // Corner 1 is in one triangle, corner 2 in both: three thirds of half a square metre.
         assert!((area.on_mesh - 0.5).abs() < 1e-9, "{area:?}");
     }

@@ -22,7 +22,8 @@ fn main() -> anyhow::Result<()> {
     let inspected = handle.wait()?;
     eprintln!("{}: {} points", inspected.record.part, inspected.cloud.len());
     for class in &inspected.record.components {
-        eprintln!("{:<24} {:>8.1} mm2", class.name, class.area * 1e6);
+        let area = class.area.map_or_else(|| "unknown".into(), |area| format!("{:.1} mm2", area * 1e6));
+        eprintln!("{:<24} {area:>12}", class.name);
     }
     Ok(())
 }

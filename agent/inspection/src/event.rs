@@ -7,7 +7,7 @@
 use crate::source::Turntable;
 use jiff::Timestamp;
 use semascan_model::record::{Outcome, RefinementRecord, Stage, ViewPose, ViewRecord};
-use semascan_model::{InspectionId, Taxonomy};
+use semascan_model::{InspectionId, ModelFigures, Taxonomy};
 use semascan_perception::fuse::{SemanticMap, TouchedChunk};
 use semascan_perception::register::Registration;
 use semascan_perception::segment::Segmentation;
@@ -85,6 +85,11 @@ pub enum EventKind {
         /// How the refinement went.
         refinement: RefinementRecord,
     },
+    /// The final model was meshed and measured.
+    Measured {
+        /// Its figures.
+        figures: Box<ModelFigures>,
+    },
     /// The inspection is over; nothing comes after this.
     Ended {
         /// How it ended.
@@ -144,6 +149,7 @@ impl SharedModel {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use semascan_model::FeatureFigures;
 
     #[test]
     fn a_history_is_written_and_read_back_without_pictures_and_model() {
@@ -165,6 +171,17 @@ mod tests {
                 touched: vec![TouchedChunk { id: [1, -2, 3], made: 4, relabelled: 5 }],
                 complete: false,
                 model: Some(SharedModel::new(map)),
+            },
+            EventKind::Measured {
+                figures: Box::new(ModelFigures {
+                    components: vec![FeatureFigures {
+                        id: 1,
+                        component: 1,
+                        area: Some(1e-4),
+                        ..FeatureFigures::default()
+                    }],
+                    ..ModelFigures::default()
+                }),
             },
             EventKind::Ended { outcome: Outcome::Failed { reason: "no view could be used".into() } },
         ];

@@ -7,12 +7,13 @@ use crate::pipeline::{self, PipelineConfig, Region, Stages};
 use crate::record::{Recorded, Recorder, pose_record};
 use crate::source::{Source, SourceInfo};
 use crate::spec::InspectionSpec;
-use crate::summary::summarize;
+use crate::summary::{Measured, measure, summarize};
 use jiff::Timestamp;
+use semascan_geometry::mesh::MeshError;
 use semascan_model::record::{
-    InspectionRecord, LabelSource, Outcome, RunRecord, SCHEMA_VERSION, Setting, SoftwareRecord, ViewRecord,
+    InspectionRecord, Outcome, RunRecord, SCHEMA_VERSION, Setting, SoftwareRecord, ViewRecord,
 };
-use semascan_model::{InspectionId, SemanticCloud};
+use semascan_model::{InspectionId, ModelFigures, SemanticCloud, SemanticMesh};
 use semascan_perception::fuse::FuseError;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -70,6 +71,10 @@ pub struct Inspected {
     pub model: SharedModel,
     /// The model as points, table frame.
     pub cloud: SemanticCloud,
+    /// The mesh of these points; empty without oriented points.
+    pub mesh: SemanticMesh,
+    /// The model's figures, of which the record holds those of the classes.
+    pub figures: ModelFigures,
     /// The record, without a judgement against truth.
     pub record: InspectionRecord,
     /// What its events said, true poses included.
@@ -84,6 +89,14 @@ pub enum InspectionError {
     Fuse {
         /// Why.
         source: FuseError,
+        /// What there is to record.
+        record: Box<InspectionRecord>,
+    },
+    /// The model could not be meshed.
+    #[error("no mesh: {source}")]
+    Mesh {
+        /// Why.
+        source: MeshError,
         /// What there is to record.
         record: Box<InspectionRecord>,
     },
@@ -198,12 +211,24 @@ impl Inspection {
         });
         let stages = Stages { segmenter: segmenter.as_mut(), region: &mut region, registrar: registrar.as_mut() };
         let model = pipeline::run(source.as_mut(), stages, &config, &events, &stop.0);
-        let outcome = match &model {
-            Err(error) => Outcome::Failed { reason: error.to_string() },
-            Ok(_) if stop.is_set() => Outcome::Stopped,
-            Ok(None) => Outcome::Failed { reason: "no view could be used".into() },
-            Ok(Some(_)) => Outcome::Finished,
+        // The mesh belongs to the inspection: its figures are measured on it.
+        let measured = model.as_ref().ok().and_then(Option::as_ref).map(|model| {
+            let (cloud, voxel) = {
+                let map = model.read();
+                (map.cloud(), map.config().voxel)
+            };
+            (measure(&cloud, voxel), cloud, voxel)
+        });
+        let outcome = match (&model, &measured) {
+            (Err(error), _) => Outcome::Failed { reason: error.to_string() },
+            (_, Some((Err(error), ..))) => Outcome::Failed { reason: format!("no mesh: {error}") },
+            _ if stop.is_set() => Outcome::Stopped,
+            (_, None) => Outcome::Failed { reason: "no view could be used".into() },
+            (_, Some(_)) => Outcome::Finished,
         };
+        if let Some((Ok(Measured { figures, .. }), ..)) = &measured {
+            events.publish(EventKind::Measured { figures: Box::new(figures.clone()) });
+        }
         events.publish(EventKind::Ended { outcome: outcome.clone() });
         drop(events);
         let recorded = recorder.join().map_err(|_| InspectionError::Panicked)?;
@@ -221,26 +246,20 @@ impl Inspection {
             ..begun
         };
         let model = match model {
-            Ok(Some(model)) => model,
-            Ok(None) if stop.is_set() => return Err(InspectionError::Stopped { record: Box::new(record) }),
-            Ok(None) => {
-                return Err(InspectionError::NoView { reasons: recorded.rejections(), record: Box::new(record) });
-            }
+            Ok(model) => model,
             Err(source) => return Err(InspectionError::Fuse { source, record: Box::new(record) }),
         };
-        let (cloud, voxel) = {
-            let map = model.read();
-            (map.cloud(), map.config().voxel)
+        let (measured, cloud, voxel, model) = match (measured, model) {
+            (Some((Ok(measured), cloud, voxel)), Some(model)) => (measured, cloud, voxel, model),
+            (Some((Err(source), ..)), _) => return Err(InspectionError::Mesh { source, record: Box::new(record) }),
+            _ if stop.is_set() => return Err(InspectionError::Stopped { record: Box::new(record) }),
+            _ => return Err(InspectionError::NoView { reasons: recorded.rejections(), record: Box::new(record) }),
         };
-        let (mut components, mut defects) = summarize(&cloud, &info.taxonomy, voxel);
-        if spec.labels == LabelSource::None {
-            // Nobody looked for the others: no point of them would be no finding.
-            components.truncate(1);
-            defects.clear();
-        }
+        let (components, defects) = summarize(&measured.figures, &info.taxonomy, spec.labels);
         let points = cloud.len() as u64;
         let record = InspectionRecord { voxel: Some(voxel), points, components, defects, ..record };
-        Ok(Inspected { spec, source, model, cloud, record, recorded })
+        let Measured { mesh, figures } = measured;
+        Ok(Inspected { spec, source, model, cloud, mesh, figures, record, recorded })
     }
 }
 
@@ -253,7 +272,10 @@ impl InspectionError {
     /// What there is to record of the inspection; `None` after a fault of the program.
     pub fn into_record(self) -> Option<InspectionRecord> {
         match self {
-            Self::Fuse { record, .. } | Self::NoView { record, .. } | Self::Stopped { record } => Some(*record),
+            Self::Fuse { record, .. }
+            | Self::Mesh { record, .. }
+            | Self::NoView { record, .. }
+            | Self::Stopped { record } => Some(*record),
             Self::Panicked => None,
         }
     }

@@ -1,33 +1,40 @@
-//! From the map to what an inspection is after: the components and defects of a part, with points, area and confidence.
+//! From the map to what an inspection is after: its mesh, and the components and defects of a part with their figures.
 
-use semascan_geometry::measure::surfel_area;
-use semascan_model::record::ClassSummary;
-use semascan_model::{ClassDef, PointFlags, SemanticCloud, Taxonomy};
+use semascan_geometry::measure::model_figures;
+use semascan_geometry::mesh::{MeshError, MeshOptions, mesh_cloud};
+use semascan_model::record::{ClassSummary, LabelSource};
+use semascan_model::{ModelFigures, SemanticCloud, SemanticMesh, Taxonomy};
 
-/// Figures of every component class and every defect class but `none`, in order; `voxel` in metres.
-pub fn summarize(cloud: &SemanticCloud, taxonomy: &Taxonomy, voxel: f64) -> (Vec<ClassSummary>, Vec<ClassSummary>) {
-    let mut components = empty(&taxonomy.components);
-    let mut defects = empty(&taxonomy.defects);
-    for p in cloud.iter().filter(|p| !p.flags.has(PointFlags::OUTLIER | PointFlags::BACKGROUND)) {
-        let area = f64::from(surfel_area(p.normal, voxel as f32));
-        for (list, class, share) in
-            [(&mut components, p.label, p.confidence), (&mut defects, p.defect, p.defect_confidence)]
-        {
-            if let Some(summary) = list.get_mut(usize::from(class)) {
-                summary.points += 1;
-                summary.area += area;
-                summary.confidence += f64::from(share);
-            }
-        }
-    }
-    for summary in components.iter_mut().chain(&mut defects) {
-        summary.confidence /= summary.points.max(1) as f64;
-    }
-    defects.remove(0);
-    (components, defects)
+/// The mesh of a finished model and its figures.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Measured {
+    pub(crate) mesh: SemanticMesh,
+    pub(crate) figures: ModelFigures,
 }
 
-fn empty(classes: &[ClassDef]) -> Vec<ClassSummary> {
-    let one = |c: &ClassDef| ClassSummary { class: c.id, name: c.name.clone(), points: 0, area: 0.0, confidence: 0.0 };
-    classes.iter().map(one).collect()
+/// Meshes the points of a model with voxels of edge `voxel` (metres) and measures it.
+///
+/// # Errors
+/// [`MeshError`] if the voxel edge is not a length.
+pub(crate) fn measure(cloud: &SemanticCloud, voxel: f64) -> Result<Measured, MeshError> {
+    let mesh = mesh_cloud(cloud, voxel as f32, &MeshOptions::default(), &())?;
+    let figures = model_figures(cloud, &mesh, voxel as f32);
+    Ok(Measured { mesh, figures })
+}
+
+/// What the record says of every component class and every defect class but `none`, in order. Without labels nobody looked
+/// for any class: then no point of one would be no finding, and only `none` is listed.
+pub(crate) fn summarize(
+    figures: &ModelFigures,
+    taxonomy: &Taxonomy,
+    labels: LabelSource,
+) -> (Vec<ClassSummary>, Vec<ClassSummary>) {
+    let absent = figures.absent().unwrap_or_default();
+    let components =
+        taxonomy.components.iter().map(|c| ClassSummary::new(c, figures.component(c.id).unwrap_or(absent)));
+    let defects = taxonomy.defects.iter().skip(1).map(|d| ClassSummary::new(d, figures.defect(d.id).unwrap_or(absent)));
+    match labels {
+        LabelSource::None => (components.take(1).collect(), Vec::new()),
+        LabelSource::Source | LabelSource::Network => (components.collect(), defects.collect()),
+    }
 }

@@ -82,6 +82,9 @@ impl<'a> LiveStream<'a> {
                     p.views_rejected += u32::from(!record.accepted);
                 });
             }
+            EventKind::Measured { figures } => {
+                self.live.update_progress(|p| p.figures = Some(figures.as_ref().into()));
+            }
             EventKind::Ended { outcome: Outcome::Failed { reason } } => self.live.fail(reason),
             EventKind::Ended { outcome } => {
                 let hash = self.live.hash();

@@ -3,6 +3,8 @@
 use super::live::{LiveModel, Published};
 use super::messages::{inspection, view_report};
 use rayon::prelude::*;
+use semascan_geometry::measure::model_figures;
+use semascan_geometry::mesh::{MeshError, MeshOptions, mesh_cloud};
 use semascan_inspection::event::EventKind;
 use semascan_model::record::{InspectionRecord, Outcome};
 use semascan_model::{SemanticCloud, SemanticPoint, Taxonomy};
@@ -25,6 +27,9 @@ pub enum SavedError {
         /// Points that it has.
         points: usize,
     },
+    /// It cannot be meshed, and so not be measured.
+    #[error(transparent)]
+    Mesh(#[from] MeshError),
     /// A part of the model cannot be coded.
     #[error("chunk {id:?} of the model: {source}")]
     Chunk {
@@ -75,7 +80,10 @@ pub fn publish_saved(
     live.publish(published);
     live.whole();
     let hash = live.hash();
+    let mesh = mesh_cloud(cloud, voxel, &MeshOptions::default(), &())?;
+    let figures = model_figures(cloud, &mesh, voxel);
     live.update_progress(|p| {
+        p.figures = Some((&figures).into());
         p.views_done = record.views.len() as u32;
         p.views_rejected = record.views.iter().filter(|v| !v.accepted).count() as u32;
         p.model_hash = hash;
@@ -159,6 +167,8 @@ mod tests {
         let left = publish_saved(&live, &record(Outcome::Finished, Some(1e-3)), &taxonomy, &cloud).expect("shown");
         assert_eq!((left, live.totals().points), (2, 4));
         assert_eq!((live.progress().phase(), live.progress().model_hash), (wire::Phase::Finished, live.hash()));
+        let figures = live.progress().figures.expect("measured").figures();
+        assert_eq!(figures.components.iter().map(|f| f.points).sum::<u64>(), cloud.len() as u64);
         for (outcome, phase, word) in [
             (Outcome::Stopped, wire::Phase::Finished, "stopped"),
             (Outcome::Running, wire::Phase::Failed, "killed"),

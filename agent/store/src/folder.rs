@@ -7,7 +7,6 @@
 use semascan_formats::gltf::{self, GlbOptions};
 use semascan_formats::ply::{self, LabelledMesh};
 use semascan_formats::{ExportFilter, WriteError};
-use semascan_geometry::mesh::{MeshError, MeshOptions, mesh_cloud};
 use semascan_inspection::Inspected;
 use semascan_model::Taxonomy;
 use semascan_model::record::InspectionRecord;
@@ -46,14 +45,6 @@ pub enum StoreError {
     /// A kept view cannot be read back.
     #[error(transparent)]
     View(#[from] FuseError),
-    /// There is no mesh of the cloud.
-    #[error("{}: {source}", path.display())]
-    Mesh {
-        /// The file.
-        path: PathBuf,
-        /// Why.
-        source: MeshError,
-    },
 }
 
 /// The files of an inspection. The record is the first that goes: without it the others are of no inspection.
@@ -103,22 +94,19 @@ pub fn write_record(folder: &Path, record: &InspectionRecord) -> Result<(), Stor
 /// # Errors
 /// [`StoreError`] naming the file; files that were complete before stay as they were.
 pub fn write_inspection(folder: &Path, inspected: &Inspected) -> Result<(), StoreError> {
-    let Inspected { record, cloud, source, .. } = inspected;
+    let Inspected { record, cloud, mesh, figures, source, .. } = inspected;
     let (taxonomy, truth) = (&source.info().taxonomy, source.truth());
     fs::create_dir_all(folder).map_err(|source| StoreError::Io { path: folder.to_owned(), source })?;
     let comments = comments(record);
     write(&folder.join("cloud.ply"), |out| ply::write_cloud(out, cloud, taxonomy, &comments))?;
-    let mesh = record.voxel.map(|voxel| mesh_cloud(cloud, voxel as f32, &MeshOptions::default(), &())).transpose();
-    let mesh = mesh.map_err(|source| StoreError::Mesh { path: folder.join("mesh.ply"), source })?;
-    if let Some(mesh) = &mesh {
-        write(&folder.join("mesh.ply"), |out| ply::write_semantic_mesh(out, mesh, taxonomy, &comments))?;
-    }
+    write(&folder.join("mesh.ply"), |out| ply::write_semantic_mesh(out, mesh, taxonomy, &comments))?;
     write(&folder.join("scene.glb"), |out| {
-        let options = GlbOptions { part: record.part.clone(), voxel: record.voxel.unwrap_or(0.0) as f32 };
-        match mesh.as_ref().filter(|mesh| !mesh.triangles.is_empty()) {
-            Some(mesh) => gltf::write_mesh(out, mesh, taxonomy, &options),
+        let options = GlbOptions { part: record.part.clone(), figures: figures.clone() };
+        if mesh.triangles.is_empty() {
             // Without oriented points there is no mesh; what was marked as stray or as background stays in cloud.ply.
-            None => gltf::write_points(out, &ExportFilter::of_the_part().apply(cloud), taxonomy, &options),
+            gltf::write_points(out, &ExportFilter::of_the_part().apply(cloud), taxonomy, &options)
+        } else {
+            gltf::write_mesh(out, mesh, taxonomy, &options)
         }
     })?;
     if let Some(mesh) = truth {

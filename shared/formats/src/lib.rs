@@ -36,5 +36,5 @@ pub use error::{ReadError, WriteError};
 #[cfg(not(target_arch = "wasm32"))]
 pub use files::read_file;
 pub use files::{Resolver, no_files};
-pub use filter::ExportFilter;
+pub use filter::{ExportFilter, LeftOut};
 pub use geometry::{Geometry, Piece, PieceTexture, Texture};

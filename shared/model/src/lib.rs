@@ -2,6 +2,7 @@
 
 mod cloud;
 mod column;
+mod figures;
 mod id;
 mod mesh;
 pub mod record;
@@ -9,6 +10,7 @@ mod taxonomy;
 
 pub use cloud::{POINT_COLUMNS, PointFlags, SemanticCloud, SemanticPoint};
 pub use column::{ColumnValue, NumberType, PointColumn};
+pub use figures::{FeatureFigures, ModelFigures};
 pub use id::InspectionId;
 pub use mesh::{SemanticMesh, triangle_area};
 pub use taxonomy::{ClassDef, Color, Taxonomy};

@@ -1,6 +1,6 @@
 //! Between wire messages and the data model.
 
-use super::{ChunkId, ClassDef, Inspection};
+use super::{ChunkId, ClassDef, FeatureFigures, Figures, Inspection};
 use semascan_model as model;
 use semascan_model::Taxonomy;
 
@@ -26,6 +26,54 @@ impl Inspection {
     pub fn set_taxonomy(&mut self, taxonomy: &Taxonomy) {
         self.components = taxonomy.components.iter().map(class_message).collect();
         self.defects = taxonomy.defects.iter().map(class_message).collect();
+    }
+}
+
+impl From<&model::ModelFigures> for Figures {
+    fn from(figures: &model::ModelFigures) -> Self {
+        let list = |figures: &[model::FeatureFigures]| figures.iter().map(|f| FeatureFigures::from(*f)).collect();
+        Self {
+            components: list(&figures.components),
+            defects: list(&figures.defects),
+            findings: list(&figures.findings),
+            instances: list(&figures.instances),
+        }
+    }
+}
+
+impl From<model::FeatureFigures> for FeatureFigures {
+    fn from(f: model::FeatureFigures) -> Self {
+        Self {
+            id: f.id.into(),
+            component: f.component.into(),
+            points: f.points,
+            area: f.area,
+            confidence: f.confidence,
+            sigma: f.sigma,
+        }
+    }
+}
+
+impl Figures {
+    /// The figures as the data model has them, without those of classes or instances that cannot be.
+    pub fn figures(&self) -> model::ModelFigures {
+        let one = |f: &FeatureFigures| {
+            Some(model::FeatureFigures {
+                id: u16::try_from(f.id).ok()?,
+                component: u16::try_from(f.component).ok()?,
+                points: f.points,
+                area: f.area,
+                confidence: f.confidence,
+                sigma: f.sigma,
+            })
+        };
+        let list = |figures: &[FeatureFigures]| figures.iter().filter_map(one).collect();
+        model::ModelFigures {
+            components: list(&self.components),
+            defects: list(&self.defects),
+            findings: list(&self.findings),
+            instances: list(&self.instances),
+        }
     }
 }
 

@@ -97,6 +97,7 @@ fn progress() {
         model_hash: 0x0123_4567_89ab_cdef,
         message: String::new(),
         complete_epoch: 0,
+        figures: None,
     })));
 }
 
@@ -106,6 +107,32 @@ fn progress_of_a_complete_epoch() {
         phase: Phase::Running.into(),
         points: 300,
         complete_epoch: 2,
+        ..Default::default()
+    })));
+}
+
+#[test]
+fn figures() {
+    let one = |component: u16, id: u16, area| semascan_model::FeatureFigures {
+        id,
+        component,
+        points: 300,
+        area,
+        confidence: 0.75,
+        sigma: 0.125,
+    };
+    let figures = semascan_model::ModelFigures {
+        components: vec![one(2, 2, Some(1e-4))],
+        defects: vec![one(0, 1, None)],
+        findings: vec![one(2, 1, Some(5e-5))],
+        instances: vec![one(2, 7, Some(0.0))],
+    };
+    let message = Figures::from(&figures);
+    assert_eq!(message.figures(), figures);
+    let beyond = FeatureFigures { id: 70_000, ..FeatureFigures::default() };
+    assert!(Figures { defects: vec![beyond], ..Figures::default() }.figures().defects.is_empty());
+    insta::assert_snapshot!(server(server_message::Body::Progress(Progress {
+        figures: Some(message),
         ..Default::default()
     })));
 }

@@ -5,7 +5,7 @@ import { once } from 'node:events';
 import { fileURLToPath } from 'node:url';
 
 /** The binary under test; `cargo xtask test` builds it and says where it is. */
-const BINARY =
+export const BINARY =
   process.env.SEMASCAN_AGENT ?? fileURLToPath(new URL('../../../target/debug/semascan', import.meta.url));
 
 /** The part that every test watches: small pictures and few views, because a software rasterizer draws them. */

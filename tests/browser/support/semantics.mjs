@@ -15,8 +15,9 @@ export async function semantics(bytes) {
       id: table.properties.id.data[row],
       name: table.properties.name.data[row],
       color: [...table.properties.color.data.slice(3 * row, 3 * row + 3)],
-      area: table.properties.area.data[row],
-      confidence: table.properties.confidence.data[row],
+      points: table.properties.points?.data[row],
+      area: table.properties.area?.data[row],
+      confidence: table.properties.confidence?.data[row],
       vertices: 0,
     })),
   }));

@@ -74,10 +74,10 @@ export class Viewer {
     return this.until(whole, null, 'the whole model');
   }
 
-  /** Number of points by component class, as the legend gives them: all that are held, drawn or not. */
+  /** Number of points by component class, as the legend gives them: all but those whose marks are hidden, drawn or not. */
   points() {
     const rows = this.page.locator('[data-testid^=legend-row-]');
-    return rows.evaluateAll((rows) => rows.map((row) => Number(row.dataset.points)));
+    return rows.evaluateAll((rows) => rows.map((row) => Number(row.dataset.shown)));
   }
 
   /** Waits until some, but not all, of the model is there. */

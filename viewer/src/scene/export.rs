@@ -4,7 +4,8 @@
 use crate::state::{AppState, units};
 use semascan_formats::gltf::{self, GlbOptions};
 use semascan_formats::{ExportFilter, WriteError, components, file_part, obj, ply, stl};
-use semascan_model::{SemanticCloud, SemanticMesh};
+use semascan_geometry::measure::model_figures;
+use semascan_model::{ModelFigures, SemanticCloud, SemanticMesh};
 
 /// A file to export the model's points to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -67,14 +68,17 @@ pub struct ExportFile {
     pub bytes: Vec<u8>,
     /// Number of points or triangles in it.
     pub count: usize,
+    /// Number of points or triangles of the model that it does not hold, because they are hidden.
+    pub left_out: usize,
 }
 
-/// Writes the points of `cloud` (table frame, metres) that `state` shows.
+/// Writes the points of the model `whole` (table frame, metres) that `state` shows.
 ///
 /// # Errors
 /// [`WriteError`] if the model is too large for the format.
-pub fn export_points(cloud: &SemanticCloud, state: &AppState, format: PointFormat) -> Result<ExportFile, WriteError> {
-    let cloud = filter(state).apply(cloud);
+pub fn export_points(whole: &SemanticCloud, state: &AppState, format: PointFormat) -> Result<ExportFile, WriteError> {
+    let (filter, count) = (filter(state), whole.len());
+    let cloud = filter.apply(whole);
     let taxonomy = state.inspection.taxonomy();
     let inspection = &state.inspection;
     let mut bytes = Vec::new();
@@ -83,12 +87,13 @@ pub fn export_points(cloud: &SemanticCloud, state: &AppState, format: PointForma
             ply::write_cloud(&mut bytes, &cloud, &taxonomy, &comments(state))?;
         }
         PointFormat::Glb => {
-            let options = GlbOptions { part: inspection.part.clone(), voxel: inspection.voxel as f32 };
+            let figures = figures(state, whole);
+            let options = GlbOptions { part: inspection.part.clone(), figures };
             gltf::write_points(&mut bytes, &cloud, &taxonomy, &options)?;
         }
     }
     let name = format!("{}.{}", units::file_stem(&inspection.part), format.extension());
-    Ok(ExportFile { name, bytes, count: cloud.len() })
+    Ok(ExportFile { name, bytes, count: cloud.len(), left_out: count - cloud.len() })
 }
 
 /// Writes the visible components of `mesh`.
@@ -97,23 +102,25 @@ pub fn export_points(cloud: &SemanticCloud, state: &AppState, format: PointForma
 /// [`WriteError`] if the mesh is too large for the format.
 pub fn export_mesh(mesh: &SemanticMesh, state: &AppState, format: MeshFormat) -> Result<Vec<ExportFile>, WriteError> {
     let filter = filter(state);
+    let all = mesh.triangles.len();
     let mesh = mesh.select(|t| !filter.hidden_labels.contains(&mesh.triangle_label(t)));
     let (taxonomy, inspection) = (state.inspection.taxonomy(), &state.inspection);
     let stem = format!("{}-mesh", units::file_stem(&inspection.part));
     let count = mesh.triangles.len();
+    let left_out = all - count;
     let mut bytes = Vec::new();
     Ok(match format {
         MeshFormat::Ply => {
             ply::write_semantic_mesh(&mut bytes, &mesh, &taxonomy, &comments(state))?;
-            vec![ExportFile { name: format!("{stem}.ply"), bytes, count }]
+            vec![ExportFile { name: format!("{stem}.ply"), bytes, count, left_out }]
         }
         MeshFormat::Obj => {
             let (library, mut materials) = (format!("{stem}.mtl"), Vec::new());
             obj::write_mesh(&mut bytes, &mesh, &taxonomy, &library)?;
             obj::write_materials(&mut materials, &mesh, &taxonomy)?;
             vec![
-                ExportFile { name: format!("{stem}.obj"), bytes, count },
-                ExportFile { name: library, bytes: materials, count },
+                ExportFile { name: format!("{stem}.obj"), bytes, count, left_out },
+                ExportFile { name: library, bytes: materials, count, left_out },
             ]
         }
         MeshFormat::Stl => {
@@ -122,16 +129,25 @@ pub fn export_mesh(mesh: &SemanticMesh, state: &AppState, format: MeshFormat) ->
                 let mut bytes = Vec::new();
                 stl::write_mesh(&mut bytes, &mesh, Some(component.label), &component.name)?;
                 let name = format!("{stem}-{}.stl", file_part(&component.name));
-                files.push(ExportFile { name, bytes, count: component.triangles.len() });
+                files.push(ExportFile { name, bytes, count: component.triangles.len(), left_out });
             }
             files
         }
         MeshFormat::Glb => {
-            let options = GlbOptions { part: inspection.part.clone(), voxel: inspection.voxel as f32 };
+            let figures = state.measured.as_ref().or(state.features.mesh.figures.as_ref());
+            let options = GlbOptions { part: inspection.part.clone(), figures: figures.cloned().unwrap_or_default() };
             gltf::write_mesh(&mut bytes, &mesh, &taxonomy, &options)?;
-            vec![ExportFile { name: format!("{stem}.glb"), bytes, count }]
+            vec![ExportFile { name: format!("{stem}.glb"), bytes, count, left_out }]
         }
     })
+}
+
+/// The figures of the model: those of the agent where it is final, those of an up-to-date mesh, or those of the points
+/// alone.
+fn figures(state: &AppState, whole: &SemanticCloud) -> ModelFigures {
+    let measured = state.measured.as_ref().or(state.features.mesh.figures.as_ref());
+    let counted = || model_figures(whole, &SemanticMesh::default(), state.inspection.voxel as f32);
+    measured.cloned().unwrap_or_else(counted)
 }
 
 /// What a PLY says beside the classes.
@@ -194,10 +210,10 @@ mod tests {
         let mut state = shown();
         let exported = |state: &AppState, format| export_points(&cloud, state, format).expect("a small model fits");
         let all = exported(&state, PointFormat::Ply);
-        assert_eq!((all.name.as_str(), all.count), ("starter-motor-7.ply", 3));
+        assert_eq!((all.name.as_str(), all.count, all.left_out), ("starter-motor-7.ply", 3, 1));
         state.reduce(&Event::OnlyComponent(2));
         let pinion = exported(&state, PointFormat::Ply);
-        assert_eq!(pinion.count, 2);
+        assert_eq!((pinion.count, pinion.left_out), (2, 2));
         let text = String::from_utf8_lossy(&pinion.bytes);
         assert!(text.contains("element vertex 2") && text.contains("comment label 2 pinion gear #"));
         state.reduce(&Event::AllComponents);

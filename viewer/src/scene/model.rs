@@ -4,9 +4,7 @@
 //! only that chunk, nothing drifts, and the sums do not depend on the order of arrival.
 
 use crate::camera::Bounds;
-use crate::display::HiddenFlags;
 use crate::link::{DecodedChunk, LinkEvent};
-use semascan_geometry::measure::surfel_area;
 use semascan_model::{PointFlags, SemanticCloud};
 use semascan_protocol::chunk::model_hash;
 use semascan_protocol::server_message::Body;
@@ -31,13 +29,11 @@ pub enum ModelChange {
     Removed([i32; 3]),
 }
 
-/// Points, area and confidence of one component class.
+/// Points and confidence of one component class.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ClassStats {
     /// Points that carry the class.
     pub points: usize,
-    /// Surface area in square metres, by [`surfel_area`].
-    pub area: f64,
     /// Sum of the points' confidences; see [`ClassStats::mean_confidence`].
     pub confidence_sum: f64,
 }
@@ -50,7 +46,6 @@ impl ClassStats {
 
     fn add(&mut self, other: &Self) {
         self.points += other.points;
-        self.area += other.area;
         self.confidence_sum += other.confidence_sum;
     }
 }
@@ -155,7 +150,6 @@ impl HeldModel {
         for p in held.cloud.iter() {
             let class = held.stats.entry((p.label, p.flags.0 & HIDING)).or_default();
             class.points += 1;
-            class.area += f64::from(surfel_area(p.normal, chunk.voxel));
             class.confidence_sum += f64::from(p.confidence);
             held.bounds.include(p.position.into());
             if !p.flags.has(PointFlags::LEFT_OUT) {
@@ -206,11 +200,12 @@ impl HeldModel {
         model_hash(self.chunks.iter().map(|(id, chunk)| (*id, chunk.hash)))
     }
 
-    /// Figures of every component class that occurs, by class, over the points that `hidden` leaves in the picture.
-    pub fn class_stats(&self, hidden: HiddenFlags) -> BTreeMap<u16, ClassStats> {
+    /// Figures of every component class that occurs, by class, over the points without any of the marks `left_out`, bits of
+    /// [`PointFlags::LEFT_OUT`].
+    pub fn class_stats(&self, left_out: u16) -> BTreeMap<u16, ClassStats> {
         let mut sum: BTreeMap<u16, ClassStats> = BTreeMap::new();
         for ((class, marks), stats) in self.chunks.values().flat_map(|c| &c.stats) {
-            if marks & hidden.bits() == 0 {
+            if marks & left_out == 0 {
                 sum.entry(*class).or_default().add(stats);
             }
         }

@@ -33,7 +33,11 @@ fn save(viewport: &Viewport, files: Result<Vec<ExportFile>, String>, mime: &str,
         Ok(files) => {
             for file in files {
                 let (count, size) = (units::count(file.count as u64), units::bytes(file.bytes.len() as u64));
-                viewport.ui.notify(Level::Info, format!("{} saved: {count} {what}, {size}.", file.name));
+                let left_out = match file.left_out {
+                    0 => String::new(),
+                    n => format!(" {} {what} that are hidden were left out.", units::count(n as u64)),
+                };
+                viewport.ui.notify(Level::Info, format!("{} saved: {count} {what}, {size}.{left_out}", file.name));
             }
         }
         Err(reason) => viewport.ui.notify(Level::Error, format!("The export failed: {reason}")),

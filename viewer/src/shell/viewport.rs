@@ -10,7 +10,7 @@ use crate::features::{FeatureEvent, mounted};
 use crate::link::LinkEvent;
 use crate::mesh_worker::MeshWorker;
 use crate::render::{BackendChoice, DrawRequest};
-use crate::scene::figures::class_figures;
+use crate::scene::figures::class_counts;
 use crate::scene::frame_content::frame_content;
 use crate::scene::{HeldMesh, HeldModel, ModelChange};
 use crate::state::Event;
@@ -236,7 +236,7 @@ impl Viewport {
             let hidden = self.ui.read(|s| s.display.hidden_flags());
             let (classes, voxel, hash) = {
                 let model = self.model.borrow();
-                (class_figures(&model, hidden), model.voxel().into(), model.hash())
+                (class_counts(&model, hidden), model.voxel().into(), model.hash())
             };
             test_hooks::write_hash(&self.document, hash);
             self.ui.send(Event::Figures { classes, voxel, hash });

@@ -1,7 +1,7 @@
 //! Everything that can happen to the viewer.
 
 use super::connection::GraphicsStatus;
-use super::legend::ClassFigures;
+use super::legend::ClassCount;
 use super::notices::Level;
 use crate::display::{ColorMode, Theme};
 use crate::features::FeatureEvent;
@@ -15,7 +15,7 @@ pub enum Event {
     /// The model as held was counted.
     Figures {
         /// By component class, in the order of the class ids.
-        classes: Vec<ClassFigures>,
+        classes: Vec<ClassCount>,
         /// Voxel edge that came with the points, in metres; 0 without points. An inspection that has not captured its
         /// first view when the viewer connects does not know it yet.
         voxel: f64,

@@ -3,14 +3,27 @@
 use semascan_model::{ClassDef, Taxonomy};
 use semascan_protocol::Inspection;
 
-/// What the model holds of one component class.
+/// What was counted of one component class in the model as it is held.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ClassCount {
+    /// Number of points that are part of the surface: without marks that keep them out of meshes.
+    pub points: u64,
+    /// Mean share of the class at these points, 0..=1.
+    pub confidence: f64,
+    /// Number of points that the marks which are hidden leave in the picture.
+    pub shown: u64,
+    /// Number of points, whatever their marks.
+    pub held: u64,
+}
+
+/// What the legend says of a component class.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ClassFigures {
-    /// Number of points.
+    /// Number of points that are part of the surface.
     pub points: u64,
-    /// Surface area in square metres.
-    pub area: f64,
-    /// Mean share of the class at its points, 0..=1.
+    /// Area of the surface that was seen, square metres; `None` until there is a mesh of it.
+    pub area: Option<f64>,
+    /// Mean share of the class at these points, 0..=1.
     pub confidence: f64,
 }
 
@@ -21,8 +34,8 @@ pub struct Row {
     pub class: ClassDef,
     /// Whether its points are drawn and exported.
     pub visible: bool,
-    /// What the model holds of it.
-    pub figures: ClassFigures,
+    /// What was counted of it.
+    pub count: ClassCount,
 }
 
 /// The component classes; row `i` is class `i`, class 0 is "none".
@@ -48,22 +61,22 @@ impl Legend {
             .map(|(i, class)| Row {
                 class,
                 visible: kept(i).is_none_or(|row| row.visible),
-                figures: kept(i).map_or_else(ClassFigures::default, |row| row.figures),
+                count: kept(i).map_or_else(ClassCount::default, |row| row.count),
             })
             .collect();
         self.defects = defects;
     }
 
-    /// Takes the model's figures; classes beyond the taxonomy are ignored, missing ones are empty.
-    pub(super) fn set_figures(&mut self, figures: &[ClassFigures]) {
+    /// Takes what was counted; classes beyond the taxonomy are ignored, missing ones are empty.
+    pub(super) fn set_counts(&mut self, counts: &[ClassCount]) {
         for (i, row) in self.rows.iter_mut().enumerate() {
-            row.figures = figures.get(i).copied().unwrap_or_default();
+            row.count = counts.get(i).copied().unwrap_or_default();
         }
     }
 
     /// The model is empty.
-    pub(super) fn clear_figures(&mut self) {
-        self.set_figures(&[]);
+    pub(super) fn clear_counts(&mut self) {
+        self.set_counts(&[]);
     }
 
     /// Shows or hides a class.
@@ -109,8 +122,18 @@ impl Legend {
         self.rows.iter().skip(1).chain(self.rows.first())
     }
 
-    /// Number of points that are shown, marks aside.
+    /// Number of points that are shown: of visible classes, without the marks that are hidden.
     pub fn visible_points(&self) -> u64 {
-        self.rows.iter().filter(|row| row.visible).fold(0, |sum, row| sum.saturating_add(row.figures.points))
+        self.rows.iter().filter(|row| row.visible).fold(0, |sum, row| sum.saturating_add(row.count.shown))
+    }
+
+    /// Number of points of the model, whatever is hidden.
+    pub fn held_points(&self) -> u64 {
+        self.rows.iter().fold(0, |sum, row| sum.saturating_add(row.count.held))
+    }
+
+    /// Number of points of visible classes that are part of the surface: what a mesh is made of.
+    pub fn surface_points(&self) -> u64 {
+        self.rows.iter().filter(|row| row.visible).fold(0, |sum, row| sum.saturating_add(row.count.points))
     }
 }

@@ -33,11 +33,12 @@ use crate::display::Display;
 use crate::features::Features;
 use crate::link::LinkEvent;
 use connection::{Connection, GraphicsStatus};
-use legend::Legend;
+use legend::{ClassFigures, Legend};
 use notices::{Level, Notices};
 use progress::RunProgress;
+use semascan_model::ModelFigures;
 use semascan_protocol::server_message::Body;
-use semascan_protocol::{Inspection, Phase, StageState};
+use semascan_protocol::{Figures, Inspection, Phase, StageState};
 use timings::Timings;
 use views::Views;
 
@@ -62,6 +63,8 @@ pub struct AppState {
     pub views: Views,
     /// The component classes.
     pub legend: Legend,
+    /// The figures of the final model, as the agent measured it; `None` before its end.
+    pub measured: Option<ModelFigures>,
     /// How the model is shown.
     pub display: Display,
     /// What the tools know.
@@ -79,7 +82,7 @@ impl AppState {
             Event::Link(event) => self.reduce_link(event),
             Event::Figures { classes, voxel, hash } => {
                 self.held_hash = *hash;
-                self.legend.set_figures(classes);
+                self.legend.set_counts(classes);
                 if *voxel > 0.0 && self.inspection.voxel <= 0.0 {
                     self.inspection.voxel = *voxel;
                 }
@@ -138,6 +141,7 @@ impl AppState {
             Body::Progress(progress) => {
                 let before = self.progress.phase;
                 self.progress.update(progress);
+                self.measured = progress.figures.as_ref().map(Figures::figures);
                 if !self.progress.may_run() {
                     self.timings.idle();
                 }
@@ -169,9 +173,22 @@ impl AppState {
         }
     }
 
+    /// What the legend says of a component class. Of a final model it is what the agent measured and the inspection's record
+    /// says; before, what was counted here, and the area once there is a mesh of the model as it is.
+    pub fn class_figures(&self, class: u16) -> ClassFigures {
+        let of = |figures: &ModelFigures| figures.component(class).or(figures.absent());
+        if let Some(measured) = &self.measured {
+            let figures = of(measured).unwrap_or_default();
+            return ClassFigures { points: figures.points, area: figures.area, confidence: figures.confidence };
+        }
+        let count = self.legend.rows.get(usize::from(class)).map(|row| row.count).unwrap_or_default();
+        let area = self.features.mesh.figures.as_ref().and_then(of).and_then(|figures| figures.area);
+        ClassFigures { points: count.points, area, confidence: count.confidence }
+    }
+
     /// Whether there is a model to be seen, whatever of it is hidden.
     pub fn has_model(&self) -> bool {
-        self.progress.points > 0 || self.legend.rows.iter().any(|row| row.figures.points > 0)
+        self.progress.points > 0 || self.legend.rows.iter().any(|row| row.count.held > 0)
     }
 
     /// Whether the finished model on screen is not the agent's: something of it was lost or not understood.
@@ -193,7 +210,8 @@ impl AppState {
     /// A new inspection, or the same one from an empty map; how the person set up the display stays.
     fn begin(&mut self, inspection: &Inspection) {
         self.legend.set_taxonomy(inspection);
-        self.legend.clear_figures();
+        self.legend.clear_counts();
+        self.measured = None;
         self.progress = RunProgress::default();
         self.timings = Timings::default();
         self.views = Views::default();

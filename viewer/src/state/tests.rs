@@ -1,7 +1,7 @@
 //! Any order of events leaves a state that the panels can show.
 
 use super::connection::{Connection, GraphicsStatus};
-use super::legend::ClassFigures;
+use super::legend::ClassCount;
 use super::notices::{Level, Notices};
 use super::timings::STAGES;
 use super::views::Views;
@@ -12,7 +12,7 @@ use crate::features::mesh::MeshEvent;
 use crate::link::LinkEvent;
 use crate::mesh_worker::{DeviationFigures, ReferenceInfo};
 use proptest::prelude::*;
-use semascan_model::Taxonomy;
+use semascan_model::{FeatureFigures, ModelFigures, Taxonomy};
 use semascan_protocol::server_message::Body;
 use semascan_protocol::{Inspection, Phase, Pose, Progress, Stage, StageEvent, StageState, StageTiming, ViewReport};
 
@@ -80,7 +80,7 @@ fn visibility_outlives_an_epoch_but_not_another_taxonomy() {
         connected(inspection("a", 0, &["housing", "pinion"]), false),
         Event::ToggleComponent(2),
         Event::Figures {
-            classes: vec![ClassFigures { points: 5, area: 1e-4, confidence: 0.9 }; 3],
+            classes: vec![ClassCount { points: 4, confidence: 0.9, shown: 5, held: 6 }; 3],
             voxel: 0.001,
             hash: 0,
         },
@@ -88,11 +88,50 @@ fn visibility_outlives_an_epoch_but_not_another_taxonomy() {
     assert_eq!(state.inspection.voxel, 0.001, "learned from the points");
     assert_eq!(state.legend.visibility(), [true, true, false]);
     assert_eq!(state.legend.visible_points(), 10);
+    assert_eq!((state.legend.held_points(), state.legend.surface_points()), (18, 8));
     state.reduce(&cleared(inspection("a", 1, &["housing", "pinion"])));
     assert_eq!(state.legend.visibility(), [true, true, false]);
     assert_eq!(state.legend.visible_points(), 10, "the old model is seen until the new one is there");
     state.reduce(&cleared(inspection("b", 0, &["drill", "hammer"])));
     assert!(state.legend.all_visible());
+}
+
+#[test]
+fn areas_are_the_agents_or_those_of_the_mesh_or_unknown() {
+    let figures = |area: f64| ModelFigures {
+        components: vec![FeatureFigures {
+            id: 1,
+            component: 1,
+            points: 7,
+            area: Some(area),
+            confidence: 0.5,
+            sigma: 0.0,
+        }],
+        ..ModelFigures::default()
+    };
+    let mut state = state_after([
+        connected(inspection("a", 0, &["housing", "pinion"]), false),
+        Event::Figures {
+            classes: vec![ClassCount { points: 4, confidence: 0.9, shown: 5, held: 6 }; 3],
+            voxel: 0.001,
+            hash: 0,
+        },
+    ]);
+    let said = |state: &AppState, class| {
+        let f = state.class_figures(class);
+        (f.points, f.area, f.confidence)
+    };
+    assert_eq!(said(&state, 1), (4, None, 0.9), "no mesh, no area");
+    state.reduce(&Event::Feature(MeshEvent::Measured(Box::new(figures(2.0))).into()));
+    assert_eq!((said(&state, 1), said(&state, 2)), ((4, Some(2.0), 0.9), (4, Some(0.0), 0.9)));
+    state.reduce(&Event::Feature(MeshEvent::Outdated.into()));
+    assert_eq!(said(&state, 1), (4, None, 0.9));
+    state.reduce(&progress(Progress { figures: Some((&figures(3.0)).into()), ..Progress::default() }));
+    assert_eq!((said(&state, 1), said(&state, 2)), ((7, Some(3.0), 0.5), (0, Some(0.0), 0.0)));
+    state.reduce(&Event::Feature(MeshEvent::Measured(Box::new(figures(2.0))).into()));
+    assert_eq!(said(&state, 1).1, Some(3.0), "one number for one thing: that of the record");
+    state.reduce(&cleared(inspection("b", 0, &["housing", "pinion"])));
+    assert_eq!(said(&state, 1), (0, None, 0.0));
 }
 
 #[test]
@@ -269,9 +308,9 @@ fn any_event() -> impl Strategy<Value = Event> {
             view_report(ViewReport { index: index % 700, accepted, timings, ..ViewReport::default() })
         }),
         ".{0,900}".prop_map(malformed),
-        prop::collection::vec((any::<u64>(), any::<f64>(), any::<f64>()), 0..7).prop_map(|list| {
-            let figures = |(points, area, confidence)| ClassFigures { points, area, confidence };
-            Event::Figures { classes: list.into_iter().map(figures).collect(), voxel: f64::NAN, hash: 7 }
+        prop::collection::vec((any::<u64>(), any::<u64>(), any::<f64>()), 0..7).prop_map(|list| {
+            let count = |(points, shown, confidence)| ClassCount { points, confidence, shown, held: shown };
+            Event::Figures { classes: list.into_iter().map(count).collect(), voxel: f64::NAN, hash: 7 }
         }),
         Just(Event::Graphics(GraphicsStatus::Unavailable { reason: "lost".into() })),
         prop::sample::select(ColorMode::ALL.to_vec()).prop_map(Event::ColorMode),

@@ -6,8 +6,9 @@ use clap::{Args, ValueEnum};
 use semascan_formats::gltf::{self, GlbOptions};
 use semascan_formats::ply::{self, PlyModel};
 use semascan_formats::{ExportFilter, components, file_part, obj, stl};
+use semascan_geometry::measure::model_figures;
 use semascan_geometry::mesh::{MeshError, MeshOptions, decimate, fill_holes, mesh_cloud, simplify_points, smooth};
-use semascan_model::{SemanticCloud, SemanticMesh};
+use semascan_model::{ModelFigures, SemanticCloud, SemanticMesh};
 use semascan_store::write_file;
 use std::path::{Path, PathBuf};
 
@@ -70,9 +71,9 @@ impl ExportArgs {
             self.write_cloud(&out, &model)?;
         }
         if formats.iter().any(|f| *f != Format::Cloud) {
-            let mesh = self.mesh(&model)?;
+            let Surface { mesh, figures } = self.surface(&model)?;
             for format in formats {
-                write_mesh(&out, format, &mesh, &model)?;
+                write_mesh(&out, format, &mesh, &figures, &model)?;
             }
         }
         Ok(())
@@ -112,15 +113,43 @@ impl ExportArgs {
         }
         write_file(&path, |file| ply::write_cloud_at(file, &cloud, model.shift, &model.taxonomy, &model.comments))?;
         log_written(&path, cloud.len(), "points");
+        let (all, filter) = (model.mesh.vertices.len(), ExportFilter::of_the_part());
+        let left_out = filter.left_out(&model.mesh.vertices);
+        match self.simplify {
+            Some(_) => {
+                let kept = all - left_out.total();
+                tracing::info!(
+                    "  of {all} points: left out {left_out}; the other {kept} simplified to {}",
+                    cloud.len()
+                );
+            }
+            None => {
+                tracing::info!("  all points of the model, marked as they are: {left_out} are no part of the surface")
+            }
+        }
         Ok(())
     }
 
-    fn mesh(&self, model: &PlyModel) -> Result<SemanticMesh, Failure> {
-        let mut mesh = if model.mesh.triangles.is_empty() {
+    /// The mesh as it is to be written, and the figures of the model. These are measured on the mesh that an inspection
+    /// makes, whatever is done to the one that is written: so they are those of the inspection's record.
+    fn surface(&self, model: &PlyModel) -> Result<Surface, Failure> {
+        let points = &model.mesh.vertices;
+        let (mut mesh, figures) = if model.mesh.triangles.is_empty() {
+            let voxel = self.voxel(model)?;
+            let made = |options: &MeshOptions| mesh_cloud(points, voxel, options, &()).map_err(call);
+            let measured = made(&MeshOptions::default())?;
+            let figures = model_figures(points, &measured, voxel);
+            let left_out = ExportFilter::of_the_part().left_out(points);
+            if left_out.total() > 0 {
+                let (all, kept) = (points.len(), points.len() - left_out.total());
+                tracing::info!("a mesh of {kept} of the model's {all} points: left out {left_out}");
+            }
             let options = MeshOptions { pitch: self.pitch, radius: 2.0 * self.pitch, ..MeshOptions::default() };
-            mesh_cloud(&model.mesh.vertices, self.voxel(model)?, &options, &()).map_err(call)?
+            (if options == MeshOptions::default() { measured } else { made(&options)? }, figures)
         } else {
-            model.mesh.clone()
+            // A file with a mesh alone: its vertices are all the points there are.
+            let voxel = self.voxel.map(|mm| mm * 1e-3).or_else(|| model.voxel());
+            (model.mesh.clone(), model_figures(points, &model.mesh, voxel.unwrap_or(0.0)))
         };
         if self.fill_holes > 0.0 {
             let filled = fill_holes(&mut mesh, self.fill_holes * 1e-3);
@@ -130,11 +159,23 @@ impl ExportArgs {
         if let Some(triangles) = self.simplify {
             mesh = decimate(&mesh, triangles, &()).map_err(call)?;
         }
-        Ok(mesh)
+        Ok(Surface { mesh, figures })
     }
 }
 
-fn write_mesh(out: &Path, format: Format, mesh: &SemanticMesh, model: &PlyModel) -> Result<(), Failure> {
+/// A mesh to write, and the figures of the model that it shows.
+struct Surface {
+    mesh: SemanticMesh,
+    figures: ModelFigures,
+}
+
+fn write_mesh(
+    out: &Path,
+    format: Format,
+    mesh: &SemanticMesh,
+    figures: &ModelFigures,
+    model: &PlyModel,
+) -> Result<(), Failure> {
     let taxonomy = &model.taxonomy;
     let file = |name: &str| out.join(name);
     if matches!(format, Format::Stl | Format::Glb) && model.shift != [0.0; 3] {
@@ -164,7 +205,7 @@ fn write_mesh(out: &Path, format: Format, mesh: &SemanticMesh, model: &PlyModel)
         Format::Glb => {
             let path = file("mesh.glb");
             let part = model.comment("part").unwrap_or("part").to_owned();
-            let options = GlbOptions { part, voxel: model.voxel().unwrap_or(0.0) };
+            let options = GlbOptions { part, figures: figures.clone() };
             write_file(&path, |file| gltf::write_mesh(file, mesh, taxonomy, &options))?;
             log_written(&path, mesh.triangles.len(), "triangles");
         }

@@ -20,6 +20,14 @@ pub(crate) fn print(record: &InspectionRecord, folder: &Path) -> io::Result<()> 
         views - used,
         record.points
     )?;
+    let surface: u64 = record.components.iter().map(|c| c.points).sum();
+    if surface < record.points {
+        let rest = record.points - surface;
+        writeln!(
+            out,
+            "  {surface} points make up the surface; {rest} stray, uncertain or background ones are in cloud.ply only"
+        )?;
+    }
     print_poses(&mut out, &record.views)?;
     if let Some(run) = record.run.filter(|run| run.region.left_out() > 0) {
         writeln!(out, "  region of interest: {}", run.region)?;
@@ -35,7 +43,8 @@ pub(crate) fn print(record: &InspectionRecord, folder: &Path) -> io::Result<()> 
     }
     writeln!(out, "{:<28} {:>9} {:>12} {:>11}", "component", "points", "area mm2", "confidence")?;
     for c in record.components.iter().chain(&record.defects) {
-        writeln!(out, "{:<28} {:>9} {:>12.1} {:>11.3}", c.name, c.points, c.area * 1e6, c.confidence)?;
+        let area = c.area.map_or_else(|| "-".into(), |area| format!("{:.1}", area * 1e6));
+        writeln!(out, "{:<28} {:>9} {area:>12} {:>11.3}", c.name, c.points, c.confidence)?;
     }
     if let Some(truth) = &record.truth {
         print_truth(&mut out, truth, record.labels != LabelSource::None)?;

@@ -22,6 +22,40 @@ fn export_writes_every_format_and_the_same_mesh_as_inspect() {
         assert!(bytes(&out, &format!("mesh-{name}.stl")).len() > 84, "{name}");
     }
 
+    // What the model says in figures is the same in the record and in every scene, simplified or not.
+    let record: serde_json::Value = serde_json::from_slice(&bytes(&motor, "inspection.json")).expect("JSON");
+    let coarse = path("coarse");
+    let output =
+        semascan(&["export", &motor, "--format", "glb", "--simplify", "500", "--smooth", "5", "--out", &coarse]);
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    for (folder, file) in [(&motor, "scene.glb"), (&out, "mesh.glb"), (&coarse, "mesh.glb")] {
+        let scene = gltf::Gltf::open(Path::new(folder).join(file)).expect("valid");
+        let (mut compared, mut defects) = (0, std::collections::BTreeMap::<u64, (u64, f64)>::new());
+        for node in scene.default_scene().and_then(|s| s.nodes().next()).expect("a root").children() {
+            let extras: serde_json::Value =
+                serde_json::from_str(node.extras().as_ref().expect("figures").get()).expect("JSON");
+            let stated =
+                record["components"].as_array().expect("a list").iter().find(|c| c["class"] == extras["class"]);
+            let stated = stated.expect("a component of the record");
+            for figure in ["points", "area", "confidence", "sigma"] {
+                assert_eq!(extras[figure], stated[figure], "{figure} of {} in {file}", stated["name"]);
+            }
+            assert!(stated["area"].as_f64().is_some_and(|area| area > 0.0), "{stated}");
+            for finding in extras["findings"].as_array().expect("a list") {
+                let sum = defects.entry(finding["defect"].as_u64().expect("a class")).or_default();
+                sum.0 += finding["points"].as_u64().expect("a number");
+                sum.1 += finding["area"].as_f64().expect("an area");
+            }
+            compared += 1;
+        }
+        assert!(compared > 5, "{compared} components");
+        for defect in record["defects"].as_array().expect("a list") {
+            let (points, area) = defects.get(&defect["class"].as_u64().expect("a class")).copied().unwrap_or_default();
+            assert_eq!(defect["points"].as_u64(), Some(points), "{defect}");
+            assert!((defect["area"].as_f64().expect("an area") - area).abs() < 1e-12, "{defect}: {area}");
+        }
+    }
+
     // Fewer triangles and fewer points, where that is asked for.
     let faces = |folder: &str| {
         let text = String::from_utf8_lossy(&bytes(folder, "mesh.ply")).into_owned();
@@ -30,7 +64,13 @@ fn export_writes_every_format_and_the_same_mesh_as_inspect() {
     };
     let small = path("small");
     let simplified = ["export", &motor, "--format", "cloud,ply", "--simplify", "2000", "--out", &small];
-    assert_eq!(semascan(&simplified).status.code(), Some(0));
+    let output = semascan(&simplified);
+    assert_eq!(output.status.code(), Some(0));
+    // Nothing is left out without a word.
+    let all = record["points"].as_u64().expect("a number");
+    let said = stderr(&output);
+    assert!(said.contains(&format!("of {all} points: left out")) && said.contains("background"), "{said}");
+    assert!(said.contains(&format!("of the model's {all} points: left out")), "{said}");
     assert!(faces(&out) > 2000 && faces(&small) <= 2000, "{} and {}", faces(&out), faces(&small));
     assert!(String::from_utf8_lossy(&bytes(&small, "cloud.ply")).contains("element vertex 2000\n"));
 

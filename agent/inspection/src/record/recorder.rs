@@ -83,7 +83,10 @@ impl Recorder {
                 recorded.refinement = Some(refinement.clone());
             }
             EventKind::Ended { outcome } => recorded.outcome = Some(outcome.clone()),
-            EventKind::Started { .. } | EventKind::Stage { .. } | EventKind::ModelChanged { .. } => {}
+            EventKind::Started { .. }
+            | EventKind::Stage { .. }
+            | EventKind::ModelChanged { .. }
+            | EventKind::Measured { .. } => {}
         }
     }
 

@@ -3,11 +3,11 @@
 use super::{any_cloud, taxonomy};
 use proptest::prelude::*;
 use semascan_formats::gltf::{GlbOptions, write_points};
-use semascan_model::{PointFlags, SemanticCloud, SemanticPoint};
+use semascan_model::{FeatureFigures, ModelFigures, PointFlags, SemanticCloud, SemanticPoint};
 
 fn scene(cloud: &SemanticCloud) -> gltf::Gltf {
     let mut bytes = Vec::new();
-    let options = GlbOptions { part: "motor".into(), voxel: 0.001 };
+    let options = GlbOptions { part: "motor".into(), ..GlbOptions::default() };
     write_points(&mut bytes, cloud, &taxonomy(), &options).expect("a Vec takes everything");
     gltf::Gltf::from_slice(&bytes).expect("a valid GLB")
 }
@@ -57,7 +57,6 @@ proptest! {
                 // Oriented points come first.
                 sent.sort_by_key(|p| p.normal == [0.0; 3]);
                 let got = vertices(&gltf, &node);
-                prop_assert_eq!(extras["points"].as_u64(), Some(got.len() as u64));
                 prop_assert_eq!(got.len(), sent.len());
                 for (p, Vertex { position, normal, color }) in sent.iter().zip(&got) {
                     prop_assert_eq!(p.position, *position);
@@ -90,7 +89,13 @@ fn the_scene_stands_upright_and_names_its_components() {
         views: 1,
         flags: PointFlags::default(),
     };
-    let gltf = scene(&[point(0.1, 2), point(0.2, 1), point(0.3, 2)].into_iter().collect());
+    let cloud: SemanticCloud = [point(0.1, 2), point(0.2, 1), point(0.3, 2)].into_iter().collect();
+    let housing = FeatureFigures { id: 2, component: 2, points: 2, area: Some(2e-6), confidence: 0.5, sigma: 0.25 };
+    let figures = ModelFigures { components: vec![housing], ..ModelFigures::default() };
+    let mut bytes = Vec::new();
+    let options = GlbOptions { part: "motor".into(), figures };
+    write_points(&mut bytes, &cloud, &taxonomy(), &options).expect("a Vec takes everything");
+    let gltf = gltf::Gltf::from_slice(&bytes).expect("a valid GLB");
     let root = gltf.default_scene().and_then(|s| s.nodes().next()).expect("a root");
     let matrix = root.transform().matrix();
     // Column-major: table z maps to glTF y.
@@ -100,9 +105,11 @@ fn the_scene_stands_upright_and_names_its_components() {
     assert_eq!(names, ["housing", "electrical connection"]);
     let last = root.children().last().expect("two");
     let extras: serde_json::Value = serde_json::from_str(last.extras().as_ref().expect("extras").get()).expect("JSON");
-    // Two voxel faces of 1 mm.
-    assert!((extras["area"].as_f64().expect("an area") - 2e-6).abs() < 1e-9);
-    assert_eq!(extras["confidence"].as_f64(), Some(0.5));
+    let figure = |name: &str| extras[name].as_f64();
+    assert_eq!(
+        [figure("area"), figure("confidence"), figure("sigma"), figure("points")],
+        [2e-6, 0.5, 0.25, 2.0].map(Some)
+    );
     let color = vertices(&gltf, &last)[0].color.expect("a colour");
     // sRGB 188 is half the light.
     assert!(color[0].abs_diff(32_768) < 300 && color[1] == 0 && color[2] == u16::MAX, "{color:?}");

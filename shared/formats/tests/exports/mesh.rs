@@ -53,7 +53,7 @@ proptest! {
     #[test]
     fn glb_holds_every_triangle_under_its_component(mesh in any_mesh()) {
         let mut bytes = Vec::new();
-        let options = GlbOptions { part: "motor".into(), voxel: 0.001 };
+        let options = GlbOptions { part: "motor".into(), ..GlbOptions::default() };
         write_glb(&mut bytes, &mesh, &taxonomy(), &options).expect("a valid mesh");
         let gltf = gltf::Gltf::from_slice(&bytes).expect("a valid GLB");
         for (scene, colored) in gltf.scenes().zip([true, false]) {
@@ -164,7 +164,7 @@ proptest! {
 #[test]
 fn a_triangle_without_its_vertex_is_refused_everywhere() {
     let mesh = SemanticMesh { triangles: vec![[0, 1, 2]], ..SemanticMesh::default() };
-    let options = GlbOptions { part: String::new(), voxel: 0.001 };
+    let options = GlbOptions { part: String::new(), ..GlbOptions::default() };
     let refused = [
         write_semantic_mesh(Vec::new(), &mesh, &taxonomy(), &[]),
         write_glb(Vec::new(), &mesh, &taxonomy(), &options),
@@ -209,7 +209,7 @@ proptest! {
     fn every_format_that_is_written_is_read(mesh in any_mesh(), cut in any::<prop::sample::Index>(), bit in 0..8_u32) {
         let positions: Vec<[f64; 3]> = mesh.vertices.positions.iter().map(|p| p.map(f64::from)).collect();
         let sent = soup(&positions, &mesh.triangles);
-        let options = GlbOptions { part: "motor".into(), voxel: 0.001 };
+        let options = GlbOptions { part: "motor".into(), ..GlbOptions::default() };
         let mut files: Vec<(&str, Vec<u8>)> = ["a.ply", "a.obj", "a.STL", "a.glb"].map(|name| (name, Vec::new())).into();
         write_semantic_mesh(&mut files[0].1, &mesh, &taxonomy(), &[]).expect("a valid mesh");
         obj::write_mesh(&mut files[1].1, &mesh, &taxonomy(), "a.mtl").expect("a valid mesh");

@@ -5,7 +5,8 @@ use super::{any_cloud, mesh::any_mesh, taxonomy};
 use gltf::Gltf;
 use proptest::prelude::*;
 use semascan_formats::gltf::{GlbOptions, write_mesh, write_points};
-use semascan_model::{ClassDef, SemanticCloud};
+use semascan_geometry::measure::model_figures;
+use semascan_model::{ClassDef, SemanticCloud, SemanticMesh};
 use serde_json::Value;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -15,8 +16,10 @@ struct Feature {
     id: u16,
     name: String,
     color: [u8; 3],
-    area: f32,
-    confidence: f32,
+    points: Option<u32>,
+    area: Option<f32>,
+    confidence: Option<f32>,
+    sigma: Option<f32>,
     component: Option<u16>,
 }
 
@@ -53,17 +56,15 @@ impl Scene {
         };
         let short = |bytes: &[u8], i: usize| u16::from_le_bytes([bytes[2 * i], bytes[2 * i + 1]]);
         let word = |bytes: &[u8], i: usize| -> [u8; 4] { bytes[4 * i..4 * i + 4].try_into().expect("four") };
-        let [ids, colors, area, confidence, names] = [
-            ("id", "SCALAR", "UINT16"),
-            ("color", "VEC3", "UINT8"),
-            ("area", "SCALAR", "FLOAT32"),
-            ("confidence", "SCALAR", "FLOAT32"),
-            ("name", "STRING", ""),
-        ]
-        .map(|(name, kind, component)| column(name, kind, component).expect("a required column"));
+        let [ids, colors, names] = [("id", "SCALAR", "UINT16"), ("color", "VEC3", "UINT8"), ("name", "STRING", "")]
+            .map(|(name, kind, component)| column(name, kind, component).expect("a required column"));
         let components = column("component", "SCALAR", "UINT16");
+        let points = column("points", "SCALAR", "UINT32");
+        let [area, confidence, sigma] = ["area", "confidence", "sigma"].map(|name| column(name, "SCALAR", "FLOAT32"));
+        let float = |bytes: Option<&[u8]>, i: usize| bytes.map(|bytes| f32::from_le_bytes(word(bytes, i)));
         let offsets = self.view(&table["properties"]["name"]["stringOffsets"]);
-        assert_eq!((ids.len(), offsets.len(), area.len()), (2 * count, 4 * (count + 1), 4 * count));
+        assert_eq!((ids.len(), offsets.len()), (2 * count, 4 * (count + 1)));
+        assert!([points, area, confidence].iter().flatten().all(|bytes| bytes.len() == 4 * count));
         let text = |i: usize| {
             let at = |i| u32::from_le_bytes(word(offsets, i)) as usize;
             String::from_utf8(names[at(i)..at(i + 1)].to_vec()).expect("UTF-8")
@@ -72,8 +73,10 @@ impl Scene {
             id: short(ids, i),
             name: text(i),
             color: [0, 1, 2].map(|c| colors[3 * i + c]),
-            area: f32::from_le_bytes(word(area, i)),
-            confidence: f32::from_le_bytes(word(confidence, i)),
+            points: points.map(|bytes| u32::from_le_bytes(word(bytes, i))),
+            area: float(area, i),
+            confidence: float(confidence, i),
+            sigma: float(sigma, i),
             component: components.map(|c| short(c, i)),
         };
         (0..count).map(feature).collect()
@@ -150,7 +153,9 @@ proptest! {
     #[test]
     fn every_vertex_of_a_mesh_brings_back_what_it_belongs_to(mesh in any_mesh()) {
         let mut bytes = Vec::new();
-        write_mesh(&mut bytes, &mesh, &taxonomy(), &GlbOptions { part: "motor".into(), voxel: 0.001 }).expect("a valid mesh");
+        let figures = model_figures(&mesh.vertices, &mesh, 0.001);
+        let options = GlbOptions { part: "motor".into(), figures: figures.clone() };
+        write_mesh(&mut bytes, &mesh, &taxonomy(), &options).expect("a valid mesh");
         let scene = Scene::read(&bytes);
         for shown in scene.gltf.scenes() {
             for node in shown.nodes().next().expect("a root").children() {
@@ -161,16 +166,31 @@ proptest! {
             }
         }
         if !mesh.triangles.is_empty() {
-            let components = scene.table(&0.into());
-            let area: f64 = components.iter().map(|f| f64::from(f.area)).sum();
-            prop_assert!((area - mesh.area()).abs() < 1e-4 * mesh.area().max(1.0), "{} for {}", area, mesh.area());
-            for feature in components {
-                let of_class: Vec<f32> = (0..mesh.len())
-                    .filter(|v| mesh.vertices.labels[*v] == feature.id && mesh.triangles.iter().flatten().any(|t| *t as usize == *v))
-                    .map(|v| mesh.vertices.confidence[v])
-                    .collect();
-                let mean = of_class.iter().sum::<f32>() / of_class.len() as f32;
-                prop_assert!((mean - feature.confidence).abs() < 1e-4);
+            for (index, kind) in ["component", "defect", "instance"].into_iter().enumerate() {
+                let Some(class) = scene.metadata["propertyTables"][index]["class"].as_str() else { continue };
+                for feature in scene.table(&index.into()) {
+                    let expected = match class {
+                        "component" => figures.component(feature.id),
+                        "defect" => figures.defect(feature.id),
+                        _ => figures.instance(feature.id),
+                    };
+                    let expected = expected.unwrap_or_else(|| panic!("figures of {kind} {}", feature.id));
+                    prop_assert_eq!(feature.points, Some(expected.points as u32));
+                    prop_assert_eq!(feature.area, expected.area.map(|a| a as f32));
+                    prop_assert_eq!(feature.confidence, Some(expected.confidence as f32));
+                    prop_assert_eq!(feature.sigma, Some(expected.sigma as f32));
+                    prop_assert_eq!(feature.component, (class == "instance").then_some(expected.component));
+                }
+            }
+            for node in scene.gltf.scenes().flat_map(|s| s.nodes()).flat_map(|root| root.children().collect::<Vec<_>>()) {
+                let extras: Value = serde_json::from_str(node.extras().as_ref().expect("extras").get()).expect("JSON");
+                let label = label_of(&node);
+                let expected = figures.component(label).expect("a component of the mesh");
+                prop_assert_eq!(extras["area"].as_f64(), expected.area);
+                prop_assert_eq!(extras["points"].as_u64(), Some(expected.points));
+                let findings: Vec<_> = extras["findings"].as_array().expect("a list").iter().map(|f| (f["defect"].as_u64(), f["area"].as_f64())).collect();
+                let expected: Vec<_> = figures.findings_on(label).map(|f| (Some(u64::from(f.id)), f.area)).collect();
+                prop_assert_eq!(findings, expected);
             }
         }
     }
@@ -178,7 +198,7 @@ proptest! {
     #[test]
     fn every_point_of_a_cloud_brings_back_what_it_belongs_to(cloud in any_cloud()) {
         let mut bytes = Vec::new();
-        write_points(&mut bytes, &cloud, &taxonomy(), &GlbOptions { part: "motor".into(), voxel: 0.001 }).expect("a Vec takes everything");
+        write_points(&mut bytes, &cloud, &taxonomy(), &GlbOptions { part: "motor".into(), ..GlbOptions::default() }).expect("a Vec takes everything");
         let scene = Scene::read(&bytes);
         for shown in scene.gltf.scenes() {
             for node in shown.nodes().next().expect("a root").children() {
@@ -215,15 +235,17 @@ fn a_defect_is_a_finding_of_its_component() {
     .collect();
     cloud.defects[2] = 0;
     let mut bytes = Vec::new();
-    let options = GlbOptions { part: "motor".into(), voxel: 0.001 };
+    let figures = model_figures(&cloud, &SemanticMesh::default(), 0.001);
+    let options = GlbOptions { part: "motor".into(), figures };
     write_points(&mut bytes, &cloud, &taxonomy(), &options).expect("a Vec takes everything");
     let scene = Scene::read(&bytes);
     let node = scene.gltf.nodes().find(|n| n.mesh().is_some()).expect("a component");
     let extras: Value = serde_json::from_str(node.extras().as_ref().expect("extras").get()).expect("JSON");
     let finding = &extras["findings"][0];
     assert_eq!((&finding["defect"], &finding["name"]), (&1.into(), &"corrosion".into()));
-    assert!((finding["area"].as_f64().expect("an area") - 2e-6).abs() < 1e-12);
+    assert_eq!((finding["points"].as_u64(), finding.get("area")), (Some(2), None), "without a mesh no area is known");
     assert_eq!((finding["confidence"].as_f64(), extras["findings"].as_array().map(Vec::len)), (Some(0.75), Some(1)));
     let instance = scene.table(&2.into());
     assert_eq!((instance.len(), instance[0].id, instance[0].component), (1, 5, Some(2)));
+    assert_eq!((instance[0].points, instance[0].area), (Some(3), None));
 }

@@ -20,13 +20,15 @@ mod area;
 mod batch;
 mod box_tree;
 mod cloud_metrics;
+mod figures;
 mod nearest_points;
 mod pseudo_normals;
 mod semantic;
 mod surface_index;
 
-pub use area::surfel_area;
+pub use area::seen_vertex_areas;
 pub use cloud_metrics::{CONVENTIONS, Comparison, OneWay, PRECISION_DISTANCE, percentile};
+pub use figures::model_figures;
 pub use nearest_points::{Guess, NearestPoints, Neighbour};
 pub use pseudo_normals::PseudoNormals;
 pub use semantic::{ClassScore, LabelledPoint, SEMANTIC_CONVENTIONS, class_scores};

@@ -31,7 +31,7 @@ pub use view::{
     RegistrationRecord, StageTime, ViewPose, ViewRecord,
 };
 
-use crate::InspectionId;
+use crate::{ClassDef, FeatureFigures, InspectionId};
 use jiff::Timestamp;
 use serde::{Deserialize, Serialize};
 
@@ -146,7 +146,8 @@ impl LabelSource {
     }
 }
 
-/// Figures of one class, over the points that are neither outliers nor background.
+/// Figures of one class, over the points that are part of the surface: neither outliers nor background nor dropped for
+/// their uncertainty.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ClassSummary {
@@ -156,8 +157,20 @@ pub struct ClassSummary {
     pub name: String,
     /// Points that carry it.
     pub points: u64,
-    /// Area in square metres.
-    pub area: f64,
+    /// Area of the surface that was seen, measured on the mesh, square metres; `null` where there is no mesh. Records that
+    /// an earlier version wrote state an estimate from the number of points.
+    pub area: Option<f64>,
     /// Mean share of the evidence.
     pub confidence: f64,
+    /// Mean standard uncertainty of the label, 0 to 1; absent in records that did not keep it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sigma: Option<f64>,
+}
+
+impl ClassSummary {
+    /// The summary of `class` with its figures.
+    pub fn new(class: &ClassDef, figures: FeatureFigures) -> Self {
+        let FeatureFigures { points, area, confidence, sigma, .. } = figures;
+        Self { class: class.id, name: class.name.clone(), points, area, confidence, sigma: Some(sigma) }
+    }
 }

@@ -6,6 +6,7 @@ use crate::features::view::{Controller, Host};
 use crate::mesh_worker::{Reply, Request};
 use crate::scene::ModelChange;
 use crate::state::notices::Level;
+use semascan_geometry::measure::model_figures;
 use std::cell::{Cell, RefCell};
 use std::collections::BTreeSet;
 use std::rc::Rc;
@@ -66,7 +67,9 @@ impl MeshController {
             Reply::Mesh(mesh) => {
                 self.host.mesh.borrow_mut().set(mesh.clone());
                 (self.host.redraw)();
-                MeshEvent::Made { triangles: mesh.triangles.len() as u64 }
+                ui.send_feature(MeshEvent::Made { triangles: mesh.triangles.len() as u64 });
+                let model = self.host.model.borrow();
+                MeshEvent::Measured(Box::new(model_figures(&model.to_cloud(), mesh, model.voxel())))
             }
             Reply::Cancelled => MeshEvent::Cancelled,
             Reply::Failed(reason) => {

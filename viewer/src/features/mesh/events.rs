@@ -1,6 +1,7 @@
 //! What happens to the mesh.
 
 use crate::display::Representation;
+use semascan_model::ModelFigures;
 
 /// One thing that happens to the mesh.
 #[derive(Clone, Debug, PartialEq)]
@@ -23,6 +24,8 @@ pub enum MeshEvent {
         /// Their number.
         triangles: u64,
     },
+    /// The model was measured on the mesh that was just made.
+    Measured(Box<ModelFigures>),
     /// The meshing was ended before it was done.
     Cancelled,
     /// The model changed: a mesh that is there is out of date.

@@ -4,6 +4,7 @@ use super::MeshEvent;
 use crate::display::{Display, Representation};
 use crate::features::Feature;
 use crate::render::FrameContent;
+use semascan_model::ModelFigures;
 
 /// Where the meshing stands.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -31,6 +32,8 @@ pub struct Mesh {
     pub triangles: u64,
     /// Whether the model changed since the mesh was made.
     pub outdated: bool,
+    /// The figures of the model, measured on the mesh; `None` without one and where it is out of date.
+    pub figures: Option<ModelFigures>,
 }
 
 impl Feature for Mesh {
@@ -50,6 +53,7 @@ impl Feature for Mesh {
                 self.meshing = Meshing::Ready;
                 self.triangles = triangles;
             }
+            MeshEvent::Measured(ref figures) => self.figures = (!self.outdated).then(|| figures.as_ref().clone()),
             MeshEvent::Cancelled => {
                 let there_is_one = self.triangles > 0;
                 self.meshing = if there_is_one { Meshing::Ready } else { Meshing::None };
@@ -58,7 +62,10 @@ impl Feature for Mesh {
                     display.representation = Representation::Points;
                 }
             }
-            MeshEvent::Outdated => self.outdated = self.triangles > 0 || self.is_running(),
+            MeshEvent::Outdated => {
+                self.outdated = self.triangles > 0 || self.is_running();
+                self.figures = None;
+            }
         }
     }
 
@@ -92,7 +99,7 @@ impl Mesh {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use MeshEvent::{Cancelled, Made, Outdated, Progress, Show};
+    use MeshEvent::{Cancelled, Made, Measured, Outdated, Progress, Show};
 
     #[derive(Default)]
     struct Viewer {
@@ -124,13 +131,19 @@ mod tests {
         assert!(v.mesh.is_running() && !v.mesh.is_wanted());
         v.reduce(Made { triangles: 12 });
         assert!(v.draws_mesh() && !v.mesh.is_wanted() && !v.mesh.outdated);
+        assert_eq!(v.mesh.figures, None, "not measured yet");
+        v.reduce(Measured(Box::default()));
+        assert!(v.mesh.figures.is_some());
         v.reduce(Outdated);
+        assert_eq!(v.mesh.figures, None, "they were those of another model");
         assert!(v.draws_mesh() && v.mesh.is_wanted(), "the old mesh stays until the new one is there");
         v.reduce(Progress { done: 0, total: 4 });
         assert!(!v.mesh.outdated);
         v.reduce(Progress { done: 2, total: 4 });
         v.reduce(Outdated);
         v.reduce(Made { triangles: 13 });
+        v.reduce(Measured(Box::default()));
+        assert_eq!(v.mesh.figures, None, "they are not those of the model as it is");
         assert!(v.mesh.outdated && v.mesh.is_wanted(), "what came during the meshing is not in the mesh");
         v.mesh.begin(&mut v.display);
         assert_eq!((v.mesh, v.display.representation), (Mesh::default(), Representation::Points));

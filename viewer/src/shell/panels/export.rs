@@ -10,15 +10,27 @@ use leptos::prelude::*;
 #[component]
 pub(super) fn ExportPanel(ui: Ui) -> impl IntoView {
     let points = ui.part(|s| s.legend.visible_points());
+    let held = ui.part(|s| s.legend.held_points());
+    let surface = ui.part(|s| s.legend.surface_points());
     let shown = ui.part(|s| {
-        let present = || s.legend.rows.iter().filter(|r| r.figures.points > 0);
+        let present = || s.legend.rows.iter().filter(|r| r.count.held > 0);
         (present().filter(|r| r.visible).count(), present().count())
     });
     let what = move || match (points.get(), shown.get()) {
         (0, (_, 0)) => "There are no points yet.".to_owned(),
-        (0, _) => "All components are hidden.".to_owned(),
+        (0, _) => "All that is there is hidden.".to_owned(),
         (_, (n, all)) if n == all => "All that is visible, with class names.".to_owned(),
         (_, (n, all)) => format!("Visible components only: {n} of {all}."),
+    };
+    let left_out = move || match held.get().saturating_sub(points.get()) {
+        0 => String::new(),
+        n => {
+            format!(" {} of the model's {} points are hidden and left out.", units::count(n), units::count(held.get()))
+        }
+    };
+    let mesh_left_out = move || match points.get().saturating_sub(surface.get()) {
+        0 => String::new(),
+        n => format!(" Meshes are without {} of the points shown: stray ones and background.", units::count(n)),
     };
     let button = move |format: PointFormat, id: &'static str, name: &'static str, about: &'static str| {
         view! {
@@ -61,7 +73,13 @@ pub(super) fn ExportPanel(ui: Ui) -> impl IntoView {
                     {mesh_button(MeshFormat::Stl, "export-mesh-stl", "STL", "by component")}
                 </div>
             </Show>
-            <p class="empty">{what}</p>
+            <p
+                class="empty" data-testid="export-note"
+                data-points=move || points.get().to_string() data-held=move || held.get().to_string()
+            >
+                {move || what() + &left_out()}
+                {move || if triangles.get() > 0 { mesh_left_out() } else { String::new() }}
+            </p>
         </section>
     }
 }

@@ -1,7 +1,7 @@
 //! The component legend: colour, visibility, points, area and confidence by class.
 
 use crate::display::css_color;
-use crate::state::legend::Row;
+use crate::state::legend::{ClassFigures, Row};
 use crate::state::{Event, units};
 use crate::ui::Ui;
 use leptos::prelude::*;
@@ -30,8 +30,8 @@ pub(super) fn LegendPanel(ui: Ui) -> impl IntoView {
                     <thead>
                         <tr>
                             <th scope="col">"Component"</th>
-                            <th scope="col" class="is-figure">"Points"</th>
-                            <th scope="col" class="is-figure">"Area"</th>
+                            <th scope="col" class="is-figure"><abbr title="Points of the surface: neither stray nor background">"Points"</abbr></th>
+                            <th scope="col" class="is-figure"><abbr title="Area of the surface that was seen">"Area"</abbr></th>
                             <th scope="col" class="is-figure"><abbr title="Mean confidence">"Conf."</abbr></th>
                         </tr>
                     </thead>
@@ -50,16 +50,19 @@ pub(super) fn LegendPanel(ui: Ui) -> impl IntoView {
 #[component]
 fn LegendRow(ui: Ui, class: u16) -> impl IntoView {
     let row = ui.part(move |s| s.legend.rows.get(usize::from(class)).cloned());
+    let figures = ui.part(move |s| s.class_figures(class));
     let of = move |read: fn(&Row) -> String| row.with(|r| r.as_ref().map(read).unwrap_or_default());
     let name = move || of(display_name);
     let visible = move || row.with(|r| r.as_ref().is_some_and(|r| r.visible));
-    let empty = move || row.with(|r| r.as_ref().is_none_or(|r| r.figures.points == 0));
+    let empty = move || figures.get().points == 0 && row.with(|r| r.as_ref().is_none_or(|r| r.count.shown == 0));
     view! {
         <tr
             class="legend-row" data-testid=format!("legend-row-{class}")
             data-class-name=move || of(|r| r.class.name.clone())
-            data-points=move || of(|r| r.figures.points.to_string())
-            data-area-mm2=move || of(|r| format!("{:.1}", r.figures.area * 1e6))
+            data-points=move || figures.get().points.to_string()
+            data-area-mm2=move || figures.get().area.map(|area| format!("{:.1}", area * 1e6))
+            data-shown=move || of(|r| r.count.shown.to_string())
+            data-confidence=move || format!("{:.3}", figures.get().confidence)
             class:is-hidden=move || !visible() class:is-empty=empty
         >
             <th scope="row">
@@ -79,9 +82,13 @@ fn LegendRow(ui: Ui, class: u16) -> impl IntoView {
                     "Only"
                 </button>
             </th>
-            <td class="is-figure">{move || of(|r| units::count(r.figures.points))}</td>
-            <td class="is-figure">{move || of(|r| known(r, || units::area(r.figures.area)))}</td>
-            <td class="is-figure">{move || of(|r| if r.class.id == 0 { "–".into() } else { known(r, || units::percent(r.figures.confidence)) })}</td>
+            <td class="is-figure">{move || units::count(figures.get().points)}</td>
+            <td class="is-figure" title=move || figures.get().area.is_none().then_some(NOT_MEASURED)>
+                {move || known(&figures.get(), |f| f.area.map_or_else(unknown, units::area))}
+            </td>
+            <td class="is-figure">
+                {move || if class == 0 { unknown() } else { known(&figures.get(), |f| units::percent(f.confidence)) }}
+            </td>
         </tr>
     }
 }
@@ -92,6 +99,13 @@ fn display_name(row: &Row) -> String {
 }
 
 /// A figure that has a meaning only where there are points.
-fn known(row: &Row, figure: impl FnOnce() -> String) -> String {
-    if row.figures.points == 0 { "–".into() } else { figure() }
+fn known(figures: &ClassFigures, figure: impl FnOnce(&ClassFigures) -> String) -> String {
+    if figures.points == 0 { unknown() } else { figure(figures) }
 }
+
+fn unknown() -> String {
+    "–".into()
+}
+
+/// Why there is no area.
+const NOT_MEASURED: &str = "Not known yet: areas are measured on the mesh, at the end or when it is made";

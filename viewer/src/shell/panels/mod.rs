@@ -13,7 +13,8 @@
 //! | `[data-testid=view-<i>]` | button of a view; `data-accepted` = `true`, `false`; `aria-pressed` |
 //! | `[data-testid=view-detail]` | the selected view at large |
 //! | `[data-testid=overlay-<kind>]` | radio in it: `none`, `labels`, `sigma`, `contribution`, as far as there are any |
-//! | `[data-testid=legend-row-<class>]` | row of component class number `<class>`; `data-class-name`, `data-points`, `data-area-mm2` |
+//! | `[data-testid=legend-row-<class>]` | row of component class number `<class>`; `data-class-name`, `data-points` (of the surface), `data-shown` (without hidden marks), `data-area-mm2` (absent until it is known), `data-confidence` |
+//! | `[data-testid=export-note]` | what exports leave out; `data-points`, `data-held` |
 //! | `[data-testid=legend-visible-<class>]`, `legend-only-<class>`, `legend-all` | its checkbox, its "only" button, "show all" |
 //! | `[data-testid=color-mode-<mode>]` | radio: `appearance`, `component`, `confidence`, `views`, `defect`, `sigma` |
 //! | `[data-testid=color-scale]` | the scale of the colour ramp, or the defect classes |

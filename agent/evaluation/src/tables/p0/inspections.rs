@@ -156,7 +156,7 @@ fn inspect(shelf: &Shelf, setting: &NetworkSetting, sigma: f32, seed: u64) -> Re
     let cloud = &inspected.cloud;
     let truth = inspected.source.truth().ok_or(P0Error::NoView(seed))?;
     let report = judge(cloud, truth);
-    let areas = defect_areas(cloud, truth, inspected.model.read().config().voxel);
+    let areas = defect_areas(&inspected.mesh, truth, inspected.model.read().config().voxel);
     let taxonomy = inspected.source.info().taxonomy.clone();
     let rejected = inspected.recorded.rejections().len() as u32;
     let figures = Figures { accuracy: report.accuracy, completeness: report.completeness };

@@ -1,7 +1,7 @@
 //! Points by component, those without a unit normal apart: glTF allows no other normals.
 
-use super::features::Finding;
-use semascan_model::SemanticCloud;
+use super::class_of;
+use semascan_model::{FeatureFigures, ModelFigures, SemanticCloud, Taxonomy};
 use std::collections::BTreeMap;
 
 /// The points of one component, as indices into the cloud.
@@ -15,23 +15,58 @@ pub(super) struct Component {
     pub(super) bare: Vec<usize>,
 }
 
-/// Figures of one component, as extras of its nodes.
+/// Figures of one component, as extras of its nodes: those of the model, see [`FeatureFigures`].
 #[derive(Clone, Debug, serde::Serialize)]
-pub(super) struct Figures {
+pub(super) struct Extras {
     /// Component class.
-    pub(super) class: u16,
-    /// Number of points.
+    class: u16,
+    /// Number of triangles of the node.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub(super) points: Option<usize>,
-    /// Number of triangles.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub(super) triangles: Option<usize>,
-    /// Area in square metres.
-    pub(super) area: f64,
-    /// Mean share of the class over the points or vertices.
-    pub(super) confidence: f64,
+    triangles: Option<usize>,
+    #[serde(flatten)]
+    figures: Option<Known>,
     /// Its defects.
-    pub(super) findings: Vec<Finding>,
+    findings: Vec<Finding>,
+}
+
+/// A defect on a component.
+#[derive(Clone, Debug, serde::Serialize)]
+struct Finding {
+    /// Defect class.
+    defect: u16,
+    name: String,
+    #[serde(flatten)]
+    figures: Known,
+}
+
+/// What is known of a component or defect.
+#[derive(Clone, Debug, serde::Serialize)]
+struct Known {
+    /// Number of points of the model.
+    points: u64,
+    /// Square metres; absent where it is unknown.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    area: Option<f64>,
+    /// Mean share of the class.
+    confidence: f64,
+    /// Mean standard uncertainty of the label.
+    sigma: f64,
+}
+
+impl Extras {
+    /// Extras of the node of component `class`, which has `triangles` if it is a mesh.
+    pub(super) fn of(class: u16, triangles: Option<usize>, figures: &ModelFigures, taxonomy: &Taxonomy) -> Self {
+        let finding =
+            |f: FeatureFigures| Finding { defect: f.id, name: class_of(&taxonomy.defects, f.id).0, figures: f.into() };
+        let findings = figures.findings_on(class).map(finding).collect();
+        Self { class, triangles, figures: figures.component(class).or(figures.absent()).map(Known::from), findings }
+    }
+}
+
+impl From<FeatureFigures> for Known {
+    fn from(FeatureFigures { points, area, confidence, sigma, .. }: FeatureFigures) -> Self {
+        Self { points, area, confidence, sigma }
+    }
 }
 
 impl Component {

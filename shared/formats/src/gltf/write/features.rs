@@ -7,7 +7,7 @@
 use super::binary::Binary;
 use super::class_of;
 use gltf_json::{Root, extensions};
-use semascan_model::{Color, SemanticCloud, Taxonomy};
+use semascan_model::{Color, FeatureFigures, ModelFigures, SemanticCloud, Taxonomy};
 use serde_json::{Map, Value, json};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -37,12 +37,8 @@ struct Feature {
     id: u16,
     name: String,
     color: Color,
-    /// Square metres.
-    area: f64,
-    /// Mean share of the class over the vertices.
-    confidence: f64,
-    /// The component that most of an instance belongs to.
-    component: u16,
+    /// The model's figures of it, if these are known.
+    figures: Option<FeatureFigures>,
 }
 
 /// All features of a scene.
@@ -51,28 +47,16 @@ pub(super) struct Features {
     sets: Vec<FeatureSet>,
 }
 
-/// A defect on a component, as extras of its node.
-#[derive(Clone, Debug, PartialEq, serde::Serialize)]
-pub(super) struct Finding {
-    /// Defect class.
-    defect: u16,
-    name: String,
-    /// Square metres.
-    area: f64,
-    /// Mean share of the class.
-    confidence: f64,
-}
-
 impl Features {
-    /// Of the vertices `all` of a cloud that stand for `areas` (square metres, one a vertex of the cloud). Where nothing is
-    /// defective, or no instances are told apart, these are left out.
-    pub(super) fn of(cloud: &SemanticCloud, all: &[usize], areas: &[f64], taxonomy: &Taxonomy) -> Self {
-        let mut sets = vec![FeatureSet::of(Kind::Component, cloud, all, areas, taxonomy)];
+    /// Of the vertices `all` of a cloud that shows a model with these `figures`. Where nothing is defective, or no instances
+    /// are told apart, these are left out.
+    pub(super) fn of(cloud: &SemanticCloud, all: &[usize], figures: &ModelFigures, taxonomy: &Taxonomy) -> Self {
+        let mut sets = vec![FeatureSet::of(Kind::Component, cloud, all, figures, taxonomy)];
         if all.iter().any(|&i| cloud.defects[i] != 0) {
-            sets.push(FeatureSet::of(Kind::Defect, cloud, all, areas, taxonomy));
+            sets.push(FeatureSet::of(Kind::Defect, cloud, all, figures, taxonomy));
         }
         if all.iter().any(|&i| cloud.instances[i] != 0) {
-            sets.push(FeatureSet::of(Kind::Instance, cloud, all, areas, taxonomy));
+            sets.push(FeatureSet::of(Kind::Instance, cloud, all, figures, taxonomy));
         }
         Self { sets }
     }
@@ -126,12 +110,6 @@ impl Features {
     }
 }
 
-/// The defects of the vertices `all`, in order of their class.
-pub(super) fn findings(cloud: &SemanticCloud, all: &[usize], areas: &[f64], taxonomy: &Taxonomy) -> Vec<Finding> {
-    let defects = FeatureSet::of(Kind::Defect, cloud, all, areas, taxonomy).features.into_iter().filter(|f| f.id != 0);
-    defects.map(|Feature { id, name, area, confidence, .. }| Finding { defect: id, name, area, confidence }).collect()
-}
-
 impl Kind {
     fn name(self) -> &'static str {
         match self {
@@ -152,39 +130,25 @@ impl Kind {
 }
 
 impl FeatureSet {
-    fn of(kind: Kind, cloud: &SemanticCloud, all: &[usize], areas: &[f64], taxonomy: &Taxonomy) -> Self {
-        #[derive(Default)]
-        struct Sums {
-            vertices: f64,
-            area: f64,
-            confidence: f64,
-            by_component: BTreeMap<u16, f64>,
-        }
-        let mut sums: BTreeMap<u16, Sums> = BTreeMap::new();
-        for &i in all {
-            let id = kind.of(cloud, i);
-            if kind == Kind::Instance && id == 0 {
-                continue;
-            }
-            let sums = sums.entry(id).or_default();
-            sums.vertices += 1.0;
-            sums.area += areas[i];
-            sums.confidence +=
-                f64::from(if kind == Kind::Defect { cloud.defect_confidence[i] } else { cloud.confidence[i] });
-            if kind == Kind::Instance {
-                *sums.by_component.entry(cloud.labels[i]).or_default() += areas[i];
-            }
-        }
-        let feature = |(id, sums): (u16, Sums)| {
-            let most = sums.by_component.iter().fold((0, -1.0), |b, (c, a)| if *a > b.1 { (*c, *a) } else { b }).0;
+    fn of(kind: Kind, cloud: &SemanticCloud, all: &[usize], figures: &ModelFigures, taxonomy: &Taxonomy) -> Self {
+        let occurring: BTreeSet<u16> = all.iter().map(|&i| kind.of(cloud, i)).collect();
+        let absent = figures.absent();
+        let feature = |id: u16| {
+            let figures = match kind {
+                Kind::Component => figures.component(id),
+                Kind::Defect => figures.defect(id),
+                Kind::Instance => figures.instance(id),
+            };
+            let figures = figures.or(absent);
             let (name, color) = match kind {
                 Kind::Component => class_of(&taxonomy.components, id),
                 Kind::Defect => class_of(&taxonomy.defects, id),
-                Kind::Instance => class_of(&taxonomy.components, most),
+                Kind::Instance => class_of(&taxonomy.components, figures.map_or(0, |f| f.component)),
             };
-            Feature { id, name, color, area: sums.area, confidence: sums.confidence / sums.vertices, component: most }
+            Feature { id, name, color, figures }
         };
-        let features: Vec<Feature> = sums.into_iter().map(feature).collect();
+        let features: Vec<Feature> =
+            occurring.into_iter().filter(|id| kind != Kind::Instance || *id != 0).map(feature).collect();
         let rows = features.iter().zip(0..).map(|(feature, row)| (feature.id, row)).collect();
         Self { kind, features, rows }
     }
@@ -204,14 +168,25 @@ impl FeatureSet {
             types.insert(name.into(), column);
             values.insert(name.into(), json!({ "values": binary.table(root, &bytes) }));
         };
-        let shorts = |of: fn(&Feature) -> u16| self.features.iter().flat_map(|f| of(f).to_le_bytes()).collect();
-        let floats =
-            |of: fn(&Feature) -> f64| self.features.iter().flat_map(|f| (of(f) as f32).to_le_bytes()).collect();
-        scalars("id", "UINT16", "class, or number of the instance", shorts(|f| f.id));
-        scalars("area", "FLOAT32", "square metres", floats(|f| f.area));
-        scalars("confidence", "FLOAT32", "mean share of the class over the vertices", floats(|f| f.confidence));
-        if self.kind == Kind::Instance {
-            scalars("component", "UINT16", "class of the most part of it", shorts(|f| f.component));
+        let ids = self.features.iter().flat_map(|f| f.id.to_le_bytes()).collect();
+        scalars("id", "UINT16", "class, or number of the instance", ids);
+        // A column says the same of every feature: one that is not known of each is left out.
+        let known: Option<Vec<FeatureFigures>> = self.features.iter().map(|f| f.figures).collect();
+        if let Some(known) = &known {
+            let floats =
+                |of: fn(&FeatureFigures) -> f64| known.iter().flat_map(|f| (of(f) as f32).to_le_bytes()).collect();
+            let points = known.iter().flat_map(|f| (f.points.min(u32::MAX.into()) as u32).to_le_bytes()).collect();
+            scalars("points", "UINT32", "points of the model", points);
+            if known.iter().all(|f| f.area.is_some()) {
+                let about = "square metres of the surface that was seen";
+                scalars("area", "FLOAT32", about, floats(|f| f.area.unwrap_or_default()));
+            }
+            scalars("confidence", "FLOAT32", "mean share of the class over the points", floats(|f| f.confidence));
+            scalars("sigma", "FLOAT32", "mean standard uncertainty of the label", floats(|f| f.sigma));
+            if self.kind == Kind::Instance {
+                let components = known.iter().flat_map(|f| f.component.to_le_bytes()).collect();
+                scalars("component", "UINT16", "class of the most part of it", components);
+            }
         }
         let color = json!({ "type": "VEC3", "componentType": "UINT8", "required": true, "description": "sRGB" });
         types.insert("color".into(), color);

@@ -1,9 +1,9 @@
 //! Meshes by component: triangles with normals, the surface's own colours, and class materials.
 
-use super::{Builder, Features, Figures, GlbOptions, findings, is_direction, linear};
+use super::{Builder, Extras, Features, GlbOptions, is_direction, linear};
 use crate::{Component, WriteError, component, components};
 use gltf_json::{Index, Material, material, mesh};
-use semascan_model::{Color, SemanticMesh, Taxonomy, triangle_area};
+use semascan_model::{Color, SemanticMesh, Taxonomy};
 use std::io::Write;
 
 /// Writes `mesh` as GLB: a node by component in two scenes, as [`super::write_points`] does. Triangles with a corner whose
@@ -23,7 +23,7 @@ pub fn write_mesh(
     let mesh = &mesh.select(|t| t.into_iter().all(finite));
     let components = components(mesh, taxonomy)?;
     let all: Vec<usize> = (0..mesh.len()).collect();
-    let mut builder = Builder::new(Features::of(&mesh.vertices, &all, &vertex_areas(mesh), taxonomy));
+    let mut builder = Builder::new(Features::of(&mesh.vertices, &all, &options.figures, taxonomy));
     let (mut appearance, mut semantics) = (Vec::new(), Vec::new());
     if !components.is_empty() {
         let white = builder.unlit("appearance", [255; 3]);
@@ -32,30 +32,12 @@ pub fn write_mesh(
             let all: Vec<usize> = (0..part.len()).collect();
             let class = builder.lit(name, *color);
             let [own, by_class] = builder.surfaces(&part, &all, white, class);
-            let confidence: f64 = part.vertices.confidence.iter().map(|c| f64::from(*c)).sum();
-            let figures = Figures {
-                class: *label,
-                points: None,
-                triangles: Some(part.triangles.len()),
-                area: part.area(),
-                confidence: confidence / part.len().max(1) as f64,
-                findings: findings(&part.vertices, &all, &vertex_areas(&part), taxonomy),
-            };
+            let figures = Extras::of(*label, Some(triangles.len()), &options.figures, taxonomy);
             appearance.push(builder.node(name, vec![own], &figures)?);
             semantics.push(builder.node(name, vec![by_class], &figures)?);
         }
     }
     builder.finish(out, &options.part, appearance, semantics)
-}
-
-/// The area that each vertex stands for: a third of its triangles, square metres.
-fn vertex_areas(mesh: &SemanticMesh) -> Vec<f64> {
-    let mut areas = vec![0.0; mesh.len()];
-    for triangle in &mesh.triangles {
-        let third = mesh.corners(*triangle).map_or(0.0, triangle_area) / 3.0;
-        triangle.iter().for_each(|v| areas[*v as usize] += third);
-    }
-    areas
 }
 
 impl Builder {

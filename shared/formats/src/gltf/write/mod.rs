@@ -16,12 +16,11 @@ use super::container;
 use crate::WriteError;
 use crate::component::class as class_of;
 use binary::{Attributes, Binary, linear};
-use components::{Component, Figures, components, is_direction};
-use features::{Features, findings};
+use components::{Component, Extras, components, is_direction};
+use features::Features;
 use gltf_json::validation::Checked::Valid;
 use gltf_json::{Accessor, Index, Material, Mesh, Node, Root, Scene, extensions, material, mesh, scene};
-use semascan_geometry::measure::surfel_area;
-use semascan_model::{Color, SemanticCloud, Taxonomy};
+use semascan_model::{Color, ModelFigures, SemanticCloud, Taxonomy};
 use std::f32::consts::FRAC_1_SQRT_2;
 use std::io::Write;
 
@@ -29,12 +28,13 @@ use std::io::Write;
 const Y_UP_FROM_Z_UP: [f32; 4] = [-FRAC_1_SQRT_2, 0.0, 0.0, FRAC_1_SQRT_2];
 
 /// What a scene says beside its geometry.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct GlbOptions {
     /// Name of the part: that of both scenes' root nodes.
     pub part: String,
-    /// Voxel edge in metres: what area a point stands for.
-    pub voxel: f32,
+    /// Figures of the model that the scene shows, for the nodes' extras and the property tables. The scene may hold less of
+    /// it, or a simplified surface: the figures are the model's.
+    pub figures: ModelFigures,
 }
 
 /// Writes `cloud` as GLB. Points whose position is not finite are left out, because glTF cannot hold them; an empty
@@ -49,9 +49,8 @@ pub fn write_points(
     options: &GlbOptions,
 ) -> Result<(), WriteError> {
     let components = components(cloud);
-    let areas: Vec<f64> = cloud.normals.iter().map(|n| f64::from(surfel_area(*n, options.voxel))).collect();
     let all: Vec<usize> = components.iter().flat_map(Component::points).collect();
-    let mut builder = Builder::new(Features::of(cloud, &all, &areas, taxonomy));
+    let mut builder = Builder::new(Features::of(cloud, &all, &options.figures, taxonomy));
     let (mut appearance, mut semantics) = (Vec::new(), Vec::new());
     if !components.is_empty() {
         let white = builder.unlit("appearance", [255; 3]);
@@ -59,16 +58,7 @@ pub fn write_points(
             let (name, color) = class_of(&taxonomy.components, component.label);
             let class = builder.unlit(&name, color);
             let [own, by_class] = builder.primitives(cloud, component, white, class);
-            let points = component.points();
-            let confidence: f64 = points.iter().map(|&i| f64::from(cloud.confidence[i])).sum();
-            let figures = Figures {
-                class: component.label,
-                points: Some(points.len()),
-                triangles: None,
-                area: points.iter().map(|&i| areas[i]).sum(),
-                confidence: confidence / points.len().max(1) as f64,
-                findings: findings(cloud, &points, &areas, taxonomy),
-            };
+            let figures = Extras::of(component.label, None, &options.figures, taxonomy);
             appearance.push(builder.node(&name, own, &figures)?);
             semantics.push(builder.node(&name, by_class, &figures)?);
         }
