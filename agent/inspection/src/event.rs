@@ -6,7 +6,7 @@
 
 use crate::source::Turntable;
 use jiff::Timestamp;
-use semascan_model::record::{Outcome, RefinementRecord, Stage, ViewPose, ViewRecord};
+use semascan_model::record::{Outcome, PhotometricRecord, RefinementRecord, Stage, ViewPose, ViewRecord};
 use semascan_model::{InspectionId, Taxonomy};
 use semascan_perception::fuse::{SemanticMap, TouchedChunk};
 use semascan_perception::register::Registration;
@@ -84,6 +84,11 @@ pub enum EventKind {
         poses: Vec<ViewPose>,
         /// How the refinement went.
         refinement: RefinementRecord,
+    },
+    /// The final poses were compared with the pictures.
+    Judged {
+        /// How well they agree.
+        photometric: Box<PhotometricRecord>,
     },
     /// The inspection is over; nothing comes after this.
     Ended {

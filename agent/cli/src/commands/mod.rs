@@ -9,6 +9,8 @@ mod evaluate;
 mod export;
 mod inspect;
 mod models;
+#[cfg(feature = "demo")]
+mod photometric;
 mod report;
 mod run;
 mod schema;
@@ -44,7 +46,7 @@ enum Command {
     Serve(serve::ServeArgs),
     /// Inspect a source without a browser and write the model
     Inspect(inspect::InspectArgs),
-    /// Measure a model against a reference, clouds or meshes
+    /// Measure a model against a reference, clouds or meshes; or the poses of an inspection against its pictures
     #[cfg(feature = "demo")]
     Evaluate(evaluate::EvaluateArgs),
     /// Write the model of an inspection as a mesh or a cloud in other formats

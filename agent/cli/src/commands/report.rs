@@ -1,7 +1,7 @@
 //! What an inspection found, for people, on stderr.
 
 use semascan_model::record::{
-    InspectionRecord, LabelSource, NetworksRecord, RegistrationRecord, TruthRecord, ViewRecord,
+    InspectionRecord, LabelSource, NetworksRecord, PhotometricRecord, RegistrationRecord, TruthRecord, ViewRecord,
 };
 use semascan_perception::segment::network::UncertaintyFigures;
 use std::io::{self, Write};
@@ -21,6 +21,9 @@ pub(crate) fn print(record: &InspectionRecord, folder: &Path) -> io::Result<()> 
         record.points
     )?;
     print_poses(&mut out, &record.views)?;
+    if let Some(photometric) = &record.photometric {
+        print_photometric(&mut out, photometric)?;
+    }
     if let Some(run) = record.run.filter(|run| run.region.left_out() > 0) {
         writeln!(out, "  region of interest: {}", run.region)?;
     }
@@ -64,6 +67,26 @@ fn print_poses(out: &mut impl Write, views: &[ViewRecord]) -> io::Result<()> {
     }
     let said: Vec<String> = counts.iter().filter(|(_, n)| *n > 0).map(|(what, n)| format!("{n} {what}")).collect();
     if said.is_empty() { Ok(()) } else { writeln!(out, "  poses: {}", said.join(", ")) }
+}
+
+/// How well the poses agree with the pictures.
+fn print_photometric(out: &mut impl Write, figure: &PhotometricRecord) -> io::Result<()> {
+    let support =
+        format!("{} matches in {} of {} overlapping pairs of views", figure.matches, figure.pairs, figure.compared);
+    let still = match figure.still {
+        0 => String::new(),
+        n => format!(", {n} of {} corners stand still with the camera", figure.searched),
+    };
+    match figure.error {
+        Some(error) => {
+            let prior = figure.prior_error.map_or_else(String::new, |e| format!(" (kinematic poses {e:.2} px)"));
+            writeln!(out, "  pictures: the poses agree with them to {error:.2} px{prior}; {support}{still}")
+        }
+        None => {
+            let why = figure.unknown.as_deref().unwrap_or("too few matches");
+            writeln!(out, "  pictures: not known how well the poses agree with them: {why}; {support}{still}")
+        }
+    }
 }
 
 /// What labelled the views, how its uncertainty was computed and used, and how large it was.
