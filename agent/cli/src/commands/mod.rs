@@ -1,5 +1,6 @@
 //! Commands, their arguments and exit codes.
 
+mod calibrate;
 mod config;
 #[cfg(feature = "demo")]
 mod demo;

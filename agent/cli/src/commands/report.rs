@@ -110,6 +110,23 @@ fn print_networks(out: &mut impl Write, record: &NetworksRecord, views: &[ViewRe
         format!("{:?}", record.uncertain).to_lowercase(),
     )?;
     let said = || views.iter().filter_map(|v| v.networks.as_ref());
+    let judged: Vec<_> = said().filter_map(|s| s.domain).collect();
+    let outside: Vec<_> = judged.iter().filter(|domain| domain.outside).collect();
+    if judged.is_empty() && said().next().is_some() {
+        writeln!(out, "  domain: not known whether the views are like those that the networks were trained for")?;
+    } else if let Some(worst) = outside.iter().max_by(|a, b| a.score.total_cmp(&b.score)) {
+        writeln!(
+            out,
+            "  domain: {} of {} views are unlike those that the networks were trained for (score up to {:.1}, {:.1} is the \
+             most): their labels do not count",
+            outside.len(),
+            judged.len(),
+            worst.score,
+            worst.threshold
+        )?;
+    } else if !judged.is_empty() {
+        writeln!(out, "  domain: all {} views are like those that the networks were trained for", judged.len())?;
+    }
     let tasks = [
         ("components", said().map(|s| s.components).collect::<Vec<_>>()),
         ("defects", said().filter_map(|s| s.defects).collect()),

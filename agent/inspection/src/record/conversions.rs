@@ -101,7 +101,7 @@ pub fn photometric_record(r: &ReprojectionReport) -> PhotometricRecord {
 /// What networks said of a view.
 pub(crate) fn view_networks_record(detail: &ViewDetail) -> ViewNetworksRecord {
     let window = detail.window.map(|w| WindowRecord { left: w.left, top: w.top, width: w.width, height: w.height });
-    ViewNetworksRecord { window, components: detail.components, defects: detail.defects }
+    ViewNetworksRecord { window, domain: detail.domain, components: detail.components, defects: detail.defects }
 }
 
 /// Rows of a covariance.

@@ -21,8 +21,8 @@ mod truth;
 mod view;
 
 pub use networks::{
-    Augmentation, EngineDescription, Fusion, ModelReport, NetworkFile, NetworkReport, NetworksRecord, Provider, Region,
-    Statistic, Task, Uncertain, UncertaintyFigures, ViewNetworksRecord, WeightsFile, WindowRecord,
+    Augmentation, DomainRecord, EngineDescription, Fusion, ModelReport, NetworkFile, NetworkReport, NetworksRecord,
+    Provider, Region, Statistic, Task, Uncertain, UncertaintyFigures, ViewNetworksRecord, WeightsFile, WindowRecord,
 };
 pub use photometric::PhotometricRecord;
 pub use reader::RecordError;

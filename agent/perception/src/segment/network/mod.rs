@@ -6,6 +6,7 @@
 
 mod augment;
 pub(super) mod config;
+mod domain;
 pub mod engine;
 mod ensemble;
 #[cfg(test)]
@@ -14,6 +15,7 @@ mod library;
 mod manifest;
 mod model;
 mod objects;
+mod picture_statistics;
 mod preprocess;
 mod region;
 mod segmenter;
@@ -23,6 +25,7 @@ mod upsample;
 
 pub use augment::Augmentation;
 pub use config::{ModelReport, NetworkConfig, NetworkReport, Region, ViewDetail};
+pub use domain::{CalibrationError, Domain, numbers_of};
 pub use engine::{EngineChoice, EngineDescription, EngineError, Provider};
 pub use library::{Installed, SelectError, find, installed, search_path, select};
 pub use manifest::{
@@ -31,6 +34,7 @@ pub use manifest::{
 };
 pub use model::{Answer, ModelError, NetworkModel};
 pub use objects::{Objects, ShapeError};
+pub use picture_statistics::STATISTICS;
 pub use region::{Volume, Window};
 pub use segmenter::{NetworkSegmenter, SetupError};
 pub use taxonomy::extended;

@@ -7,13 +7,15 @@ use super::ensemble;
 use super::manifest::Task;
 use super::model::NetworkModel;
 use super::objects::{from_centres, from_detections};
+use super::picture_statistics::{STATISTICS, statistics};
 use super::preprocess::Frame;
 use super::region::{Volume, Window};
 use super::taxonomy::numbers;
-use super::uncertainty::{Estimate, UncertaintySettings};
+use super::uncertainty::{Estimate, UncertaintyFigures, UncertaintySettings};
 use crate::segment::class_field::ClassField;
 use crate::segment::segmentation::{SegmentError, Segmentation, Segmenter};
 use crate::view::View;
+use semascan_model::record::DomainRecord;
 use semascan_model::{ClassDef, Taxonomy};
 use std::sync::Arc;
 use xxhash_rust::xxh3::xxh3_64_with_seed;
@@ -54,6 +56,13 @@ impl Labeller {
         let name = model.manifest().name.clone();
         let numbers = numbers(model.manifest(), classes).map_err(|class| SetupError::Class { model: name, class })?;
         Ok(Self { model, numbers })
+    }
+
+    /// Whether a view is of the world that the model was trained for, by the statistics of its picture.
+    fn domain(&self, statistics: Option<&[f64; STATISTICS]>) -> Option<DomainRecord> {
+        let domain = self.model.manifest().domain.as_ref()?;
+        let score = domain.score(statistics?);
+        Some(DomainRecord { score, threshold: domain.threshold, outside: score > domain.threshold })
     }
 }
 
@@ -170,6 +179,13 @@ impl Segmenter for NetworkSegmenter {
         let mut detail = ViewDetail { window, ..ViewDetail::default() };
         let (component_count, defect_count) = (self.taxonomy.component_count(), self.taxonomy.defect_count());
 
+        // Whether it is a picture that they know: a network is as sure of what it has never seen.
+        let numbers = window.filter(|_| self.config.judge_domain).and_then(|window| statistics(&view.rgb, window));
+        let judged = [Some(&self.components), self.defects.as_ref()].map(|l| l?.domain(numbers.as_ref()));
+        let beyond = |d: &DomainRecord| d.score / d.threshold;
+        detail.domain = judged.into_iter().flatten().max_by(|a, b| beyond(a).total_cmp(&beyond(b)));
+        let outside = detail.domain.is_some_and(|domain| domain.outside);
+
         // Components: the ensemble's mean is the label, its scatter the uncertainty. A detector gives objects as well.
         let mut canvas = Canvas::new(picture, component_count);
         let mut instances = None;
@@ -180,6 +196,9 @@ impl Segmenter for NetworkSegmenter {
             let estimate = said.predictions.estimate(&self.config.uncertainty);
             canvas.paint(window, &estimate, &labeller.numbers);
             detail.components = estimate.figures;
+            if outside {
+                canvas.doubt(window, &mut detail.components);
+            }
             detail.contribution = said.contribution.map(|share| {
                 let bytes: Vec<u8> = share.into_iter().map(byte).collect();
                 spread(picture.0, expected, window, &bytes)
@@ -198,7 +217,11 @@ impl Segmenter for NetworkSegmenter {
                 let estimate = said.predictions.estimate(&settings);
                 let mut canvas = Canvas::new(picture, defect_count);
                 canvas.paint(window, &estimate, &labeller.numbers);
-                detail.defects = Some(estimate.figures);
+                let mut figures = estimate.figures;
+                if outside {
+                    canvas.doubt(window, &mut figures);
+                }
+                detail.defects = Some(figures);
                 canvas.field()
             }
             (Some(_), None) => Canvas::new(picture, defect_count).field(),
@@ -295,6 +318,17 @@ impl Canvas {
                 field[usize::from(number)] = byte(estimate.mean[c * pixels + i]);
             }
         }
+    }
+
+    /// Makes every label of a window as uncertain as can be: what stands there is no evidence. The probabilities stay, so that
+    /// people can see what was said.
+    fn doubt(&mut self, window: Window, figures: &mut UncertaintyFigures) {
+        let (left, width) = (window.left as usize, window.width as usize);
+        for row in window.top as usize..(window.top + window.height) as usize {
+            self.sigma[row * self.columns + left..][..width].fill(u8::MAX);
+        }
+        figures.sigma = 1.0;
+        figures.uncertain = figures.foreground;
     }
 
     fn field(self) -> ClassField {
