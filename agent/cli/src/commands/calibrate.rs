@@ -7,14 +7,20 @@ use anyhow::{Context, anyhow};
 use clap::Args;
 use image::RgbImage;
 use semascan_inspection::spec::InspectionSpec;
+use semascan_model::Taxonomy;
+use semascan_perception::segment::Segmenter;
 use semascan_perception::segment::network::{
-    Domain, FILE_NAME, Manifest, NetworkConfig, STATISTICS, numbers_of, search_path,
+    Domain, EngineChoice, FILE_NAME, Manifest, NetworkConfig, NetworkModel, NetworkSegmenter, Provider, STATISTICS,
+    Task, disagreement, engine, extended, numbers_of, search_path,
 };
 use semascan_perception::view::{DepthImage, Intrinsics, PoseEvidence, View};
 use serde_json::json;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+
+/// Views of each source that networks are asked about, evenly chosen: they take seconds a view.
+const ASKED: usize = 3;
 
 /// Extensions of pictures.
 const PICTURES: [&str; 6] = ["png", "jpg", "jpeg", "webp", "tif", "tiff"];
@@ -68,6 +74,12 @@ impl CalibrateArgs {
             photographs.len()
         )?;
         for folder in &folders {
+            let inside = self.disagreements(folder, &views)?;
+            let domain = domain.clone().with_disagreement(&inside);
+            if let (Some(largest), Some(most)) = (domain.largest_disagreement, domain.disagreement_threshold) {
+                let asked = inside.len();
+                writeln!(out, "disagreement up to {largest:.4} on {asked} views inside, threshold {most:.4}")?;
+            }
             let path = folder.join(FILE_NAME);
             let text = std::fs::read_to_string(&path).with_context(|| path.display().to_string())?;
             let text = with_domain(&text, &domain)?;
@@ -80,6 +92,37 @@ impl CalibrateArgs {
             writeln!(std::io::stdout().lock(), "{}", json!({ "domain": domain, "sets": scores }))?;
         }
         Ok(())
+    }
+}
+
+impl CalibrateArgs {
+    /// How far the ensemble in `folder` disagrees about some views of each source; none where it does not label components or
+    /// is no ensemble.
+    fn disagreements(&self, folder: &Path, views: &[Numbers]) -> Result<Vec<f64>, Failure> {
+        let manifest = Manifest::read(folder)?;
+        if !matches!(manifest.task, Task::Semantic | Task::TwoStream) || manifest.networks.len() < 2 {
+            return Ok(Vec::new());
+        }
+        let engine = engine::open(EngineChoice::default(), None, Provider::Cpu)?;
+        let taxonomy = extended(&Taxonomy::from_names::<&str>(&[], &[]), &[&manifest]);
+        let config = NetworkConfig { judge_domain: false, ..NetworkConfig::default() };
+        let model = NetworkModel::load(folder, engine.as_ref(), rayon::current_num_threads())?;
+        let mut segmenter = NetworkSegmenter::new(vec![model], engine.description(), &taxonomy, None, config)?;
+        let mut found = Vec::new();
+        for (uri, numbers) in views {
+            let mut source = open(uri, &InspectionSpec::default())?;
+            segmenter.look_at(source.info().volume);
+            let step = numbers.len().div_ceil(ASKED).max(1);
+            for place in 0.. {
+                let Some(view) = source.next_view() else { break };
+                // Those that cannot be read were said already.
+                if let (Ok(view), true) = (view, place % step == 0) {
+                    let said = segmenter.segment(&view)?;
+                    found.extend(said.network.and_then(|detail| disagreement(&detail.components)));
+                }
+            }
+        }
+        Ok(found)
     }
 }
 

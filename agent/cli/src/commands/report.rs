@@ -1,7 +1,8 @@
 //! What an inspection found, for people, on stderr.
 
 use semascan_model::record::{
-    InspectionRecord, LabelSource, NetworksRecord, PhotometricRecord, RegistrationRecord, TruthRecord, ViewRecord,
+    DomainRecord, InspectionRecord, LabelSource, NetworksRecord, PhotometricRecord, RegistrationRecord, TruthRecord,
+    ViewRecord,
 };
 use semascan_perception::segment::network::UncertaintyFigures;
 use std::io::{self, Write};
@@ -118,11 +119,12 @@ fn print_networks(out: &mut impl Write, record: &NetworksRecord, views: &[ViewRe
         writeln!(
             out,
             "  domain: {} of {} views are unlike those that the networks were trained for (score up to {:.1}, {:.1} is the \
-             most): their labels do not count",
+             most; disagreement up to {}): their labels do not count",
             outside.len(),
             judged.len(),
             worst.score,
-            worst.threshold
+            worst.threshold,
+            disagreement(outside.iter().map(|domain| **domain)),
         )?;
     } else if !judged.is_empty() {
         writeln!(out, "  domain: all {} views are like those that the networks were trained for", judged.len())?;
@@ -151,6 +153,14 @@ fn print_networks(out: &mut impl Write, record: &NetworksRecord, views: &[ViewRe
         )?;
     }
     Ok(())
+}
+
+/// The largest disagreement of networks on views, and what would be the most.
+fn disagreement(domains: impl Iterator<Item = DomainRecord>) -> String {
+    let known = domains.filter_map(|d| Some((d.disagreement?, d.disagreement_threshold?)));
+    known
+        .max_by(|a, b| a.0.total_cmp(&b.0))
+        .map_or_else(|| "not known".into(), |(d, most)| format!("{d:.2}, {most:.2} is the most"))
 }
 
 fn print_truth(out: &mut impl Write, truth: &TruthRecord, labelled: bool) -> io::Result<()> {

@@ -39,6 +39,12 @@ pub struct DomainRecord {
     pub score: f64,
     /// Largest score of a view that is believed.
     pub threshold: f64,
+    /// How far the ensemble disagrees: mean standard uncertainty of what it takes for components; absent where little is.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub disagreement: Option<f64>,
+    /// Largest disagreement of a view that is believed; absent where it was not calibrated.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub disagreement_threshold: Option<f64>,
     /// Whether the view is out of domain: then its labels have the uncertainty 1 and do not count.
     pub outside: bool,
 }

@@ -2,13 +2,15 @@
 //! itself where it has learned nothing: its own confidence cannot tell.
 //!
 //! Each view's picture becomes a few numbers ([`super::picture_statistics`]); how far these are from those of views of the
-//! right world is Mahalanobis's distance, as [Lee 2018] takes it on a network's features. Mean, whitening and threshold are
+//! right world is Mahalanobis's distance, as [Lee 2018] takes it on a network's features. Where the members of an ensemble
+//! disagree about most of what they see, they do not know it either ([Lakshminarayanan 2017]). Mean, whitening and thresholds are
 //! measured (`semascan models calibrate`) and stand in the model's manifest. A model without them does not judge.
 
 use super::picture_statistics::{NAME, STATISTICS, statistics};
 use super::region::{Volume, Window};
 use crate::view::View;
 use nalgebra::{DMatrix, DVector};
+use semascan_model::record::{DomainRecord, UncertaintyFigures};
 use serde::{Deserialize, Serialize};
 
 /// Fewest views for a calibration: three for each number.
@@ -17,6 +19,10 @@ const FEWEST: usize = 3 * STATISTICS;
 const RIDGE: f64 = 0.05;
 /// The threshold is at least this many times the largest score of a view of the right world.
 const MARGIN: f64 = 1.15;
+/// The threshold of disagreement in times the largest on a view of the right world.
+const DISAGREEMENT: f64 = 1.5;
+/// Fewest pixels taken for components about which an ensemble can disagree.
+const FEWEST_FOREGROUND: u64 = 500;
 
 /// The numbers of a view that are compared: of the window that networks look at, `margin` pixels wider than what is in
 /// `volume`. `None` where the part is out of sight or its window too small.
@@ -45,10 +51,23 @@ pub struct Domain {
     pub smallest_outside: Option<f64>,
     /// A view with a larger score is out of domain.
     pub threshold: f64,
+    /// Largest disagreement of the model's ensemble on a view of the right world: mean standard uncertainty of the pixels that
+    /// it takes for components. Absent where its networks were not asked.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub largest_disagreement: Option<f64>,
+    /// A view with a larger disagreement is out of domain; absent where its networks were not asked.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub disagreement_threshold: Option<f64>,
     /// Mean of each number.
     pub mean: Vec<f64>,
     /// Rows of the lower triangle that makes deviations from the mean uncorrelated and of variance 1.
     pub whitening: Vec<Vec<f64>>,
+}
+
+/// How far an ensemble disagrees about a view, by the figures of its components; `None` where it takes too little for
+/// components.
+pub fn disagreement(figures: &UncertaintyFigures) -> Option<f64> {
+    (figures.foreground >= FEWEST_FOREGROUND).then_some(figures.sigma)
 }
 
 /// What a calibration cannot do with its views.
@@ -128,9 +147,33 @@ impl Domain {
             photographs: 0,
             smallest_outside: None,
             threshold: 0.0,
+            largest_disagreement: None,
+            disagreement_threshold: None,
             mean: mean.iter().copied().map(rounded).collect(),
             whitening: rows,
         })
+    }
+
+    /// The same with a threshold of disagreement, from the disagreements on views of the right world; unchanged without any.
+    #[must_use]
+    pub fn with_disagreement(mut self, inside: &[f64]) -> Self {
+        self.largest_disagreement = inside.iter().copied().reduce(f64::max).map(rounded);
+        self.disagreement_threshold = self.largest_disagreement.map(|largest| rounded(DISAGREEMENT * largest));
+        self
+    }
+
+    /// The verdict on a view with these `numbers`, about which the ensemble disagrees by so much (where that is known and was
+    /// calibrated).
+    pub(super) fn judge(&self, numbers: &[f64; STATISTICS], disagreement: Option<f64>) -> DomainRecord {
+        let score = self.score(numbers);
+        let disagrees = disagreement.zip(self.disagreement_threshold).is_some_and(|(found, most)| found > most);
+        DomainRecord {
+            score,
+            threshold: self.threshold,
+            disagreement,
+            disagreement_threshold: self.disagreement_threshold,
+            outside: score > self.threshold || disagrees,
+        }
     }
 
     /// How far a view's numbers are from those of the calibration: root mean square of the whitened deviations, about 1 for
@@ -153,6 +196,9 @@ impl Domain {
         }
         if !(self.threshold.is_finite() && self.threshold > 0.0) {
             return fault("threshold", format!("{} is not positive", self.threshold));
+        }
+        if self.disagreement_threshold.is_some_and(|t| !(t.is_finite() && t > 0.0)) {
+            return fault("disagreement_threshold", "is not positive".into());
         }
         if self.mean.len() != STATISTICS || self.mean.iter().any(|m| !m.is_finite()) {
             return fault("mean", format!("has not {STATISTICS} finite numbers"));
@@ -212,6 +258,21 @@ mod tests {
         // The first number scatters by less than 0.7, correlated with all others.
         numbers[0] += 12.0;
         assert!(domain.score(&numbers) > domain.threshold);
+    }
+
+    #[test]
+    fn an_ensemble_that_disagrees_more_than_it_ever_did_inside_is_outside() {
+        let domain = Domain::calibrated(&sources(1), &[]).expect("enough views");
+        let inside = [3.0; STATISTICS];
+        assert!(!domain.judge(&inside, Some(0.9)).outside, "not calibrated");
+        let domain = domain.with_disagreement(&[0.01, 0.04, 0.02]);
+        assert_eq!(domain.disagreement_threshold, Some(0.06));
+        assert!(!domain.judge(&inside, Some(0.05)).outside && !domain.judge(&inside, None).outside);
+        let verdict = domain.judge(&inside, Some(0.3));
+        assert!(verdict.outside && verdict.score < verdict.threshold);
+        let figures = UncertaintyFigures { foreground: 499, sigma: 0.3, ..UncertaintyFigures::default() };
+        assert_eq!(disagreement(&figures), None, "too little to disagree about");
+        assert_eq!(disagreement(&UncertaintyFigures { foreground: 500, ..figures }), Some(0.3));
     }
 
     #[test]

@@ -2,12 +2,13 @@
 
 use super::augment::Drawn;
 use super::config::{ModelReport, NetworkConfig, NetworkReport, Region, ViewDetail};
+use super::domain::disagreement;
 use super::engine::{EngineDescription, EngineError, Tensor};
 use super::ensemble;
 use super::manifest::Task;
 use super::model::NetworkModel;
 use super::objects::{from_centres, from_detections};
-use super::picture_statistics::{STATISTICS, statistics};
+use super::picture_statistics::statistics;
 use super::preprocess::Frame;
 use super::region::{Volume, Window};
 use super::taxonomy::numbers;
@@ -56,13 +57,6 @@ impl Labeller {
         let name = model.manifest().name.clone();
         let numbers = numbers(model.manifest(), classes).map_err(|class| SetupError::Class { model: name, class })?;
         Ok(Self { model, numbers })
-    }
-
-    /// Whether a view is of the world that the model was trained for, by the statistics of its picture.
-    fn domain(&self, statistics: Option<&[f64; STATISTICS]>) -> Option<DomainRecord> {
-        let domain = self.model.manifest().domain.as_ref()?;
-        let score = domain.score(statistics?);
-        Some(DomainRecord { score, threshold: domain.threshold, outside: score > domain.threshold })
     }
 }
 
@@ -152,6 +146,27 @@ impl NetworkSegmenter {
         self.volume = volume.filter(|_| self.config.region == Region::Volume);
     }
 
+    /// Whether a view is of the world that the models were trained for: the picture's statistics, and how far the ensemble
+    /// disagrees where it is asked as it was calibrated. `None` where no model is calibrated or pictures were prepared.
+    fn domain(&self, view: &View, window: Window, figures: &UncertaintyFigures) -> Option<DomainRecord> {
+        let numbers = statistics(&view.rgb, window).filter(|_| self.config.judge_domain)?;
+        let default = NetworkConfig::default();
+        let (asked, calibrated) = (&self.config.uncertainty, &default.uncertainty);
+        let as_calibrated = (asked.statistic, asked.ddof) == (calibrated.statistic, calibrated.ddof)
+            && self.config.augmentations == default.augmentations;
+        let disagreement = disagreement(figures).filter(|_| as_calibrated);
+        // A model of defects has a say of its own about the picture; the disagreement is that of the components.
+        let verdicts =
+            [(Some(&self.components), disagreement), (self.defects.as_ref(), None)].map(|(labeller, disagreement)| {
+                Some(labeller?.model.manifest().domain.as_ref()?.judge(&numbers, disagreement))
+            });
+        let [of_components, of_defects] = verdicts;
+        match (of_components, of_defects) {
+            (Some(inside), Some(outside)) if outside.outside && !inside.outside => Some(outside),
+            (of_components, of_defects) => of_components.or(of_defects),
+        }
+    }
+
     /// The augmentations of a view: the same for every network, so that their scatter can be told apart.
     fn augmentations(&self, view: u32) -> Vec<Drawn> {
         let draw = |(place, kind): (usize, &super::augment::Augmentation)| {
@@ -179,13 +194,6 @@ impl Segmenter for NetworkSegmenter {
         let mut detail = ViewDetail { window, ..ViewDetail::default() };
         let (component_count, defect_count) = (self.taxonomy.component_count(), self.taxonomy.defect_count());
 
-        // Whether it is a picture that they know: a network is as sure of what it has never seen.
-        let numbers = window.filter(|_| self.config.judge_domain).and_then(|window| statistics(&view.rgb, window));
-        let judged = [Some(&self.components), self.defects.as_ref()].map(|l| l?.domain(numbers.as_ref()));
-        let beyond = |d: &DomainRecord| d.score / d.threshold;
-        detail.domain = judged.into_iter().flatten().max_by(|a, b| beyond(a).total_cmp(&beyond(b)));
-        let outside = detail.domain.is_some_and(|domain| domain.outside);
-
         // Components: the ensemble's mean is the label, its scatter the uncertainty. A detector gives objects as well.
         let mut canvas = Canvas::new(picture, component_count);
         let mut instances = None;
@@ -196,7 +204,9 @@ impl Segmenter for NetworkSegmenter {
             let estimate = said.predictions.estimate(&self.config.uncertainty);
             canvas.paint(window, &estimate, &labeller.numbers);
             detail.components = estimate.figures;
-            if outside {
+            // Whether it is a picture that they know: a network is as sure of what it has never seen.
+            detail.domain = self.domain(view, window, &estimate.figures);
+            if detail.domain.is_some_and(|domain| domain.outside) {
                 canvas.doubt(window, &mut detail.components);
             }
             detail.contribution = said.contribution.map(|share| {
@@ -218,7 +228,7 @@ impl Segmenter for NetworkSegmenter {
                 let mut canvas = Canvas::new(picture, defect_count);
                 canvas.paint(window, &estimate, &labeller.numbers);
                 let mut figures = estimate.figures;
-                if outside {
+                if detail.domain.is_some_and(|domain| domain.outside) {
                     canvas.doubt(window, &mut figures);
                 }
                 detail.defects = Some(figures);
