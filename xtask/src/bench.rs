@@ -3,7 +3,8 @@
 //!
 //! A benchmark is a cargo bench target that either prints one JSON object on stdout (people's text goes to stderr) or
 //! uses criterion. The stream benchmark is measured on models that the agent fuses first, beside Draco; other benches are
-//! compared with the peers that their `rivals.py` names, or with PCL by the program that lies beside them.
+//! compared with the peers that their `rivals.py` names, or with PCL by the program that lies beside them. Poses of the real
+//! captures are judged by their pictures, ours beside the robot's and Open3D's.
 
 use crate::bench_table::{self, Row};
 use crate::browser::Browser;
@@ -34,6 +35,9 @@ const PACKAGES: [&str; 6] = [
 
 /// The benchmark that measures the chunk codec, on a `cloud.ply` when it is given one.
 const STREAM: &str = "stream";
+
+/// The comparison of poses on real captures.
+const POSES: &str = "poses";
 
 /// Benchmarks that run networks, in ONNX Runtime.
 const USE_NETWORKS: [&str; 2] = ["network", "inspection"];
@@ -90,6 +94,9 @@ pub(crate) fn run(options: &Options) -> Result<()> {
         if options.name.as_deref().is_none_or(|part| name.contains(part)) {
             rows.extend(in_chromium(&workspace, &folder, script, &name)?);
         }
+    }
+    if options.name.as_deref().is_none_or(|part| POSES.contains(part)) {
+        rows.extend(poses(&workspace, &folder)?);
     }
     rows.extend(bench_table::criterion(&workspace.target.join("criterion"))?);
     heading("Benchmarks");
@@ -233,6 +240,21 @@ fn in_wasm(workspace: &Workspace, folder: &Path, (room, example): (&str, &str)) 
     let built = toolchain.target_dir(workspace).join(TARGET).join("release/examples").join(format!("{example}.wasm"));
     let script = workspace.root.join("shared").join(room).join("benches").join(format!("{example}.mjs"));
     keep(Command::new("node").arg(script).arg(built), folder, example)
+}
+
+/// Judges the poses of the real captures by their pictures: ours, the robot's, Open3D's.
+fn poses(workspace: &Workspace, folder: &Path) -> Result<Vec<Row>> {
+    heading("real captures: poses");
+    let Some(data) = std::env::var_os("SEMASCAN_DATA") else {
+        note("SEMASCAN_DATA is not set: poses are not judged on real captures");
+        return Ok(Vec::new());
+    };
+    let data = Path::new(&data).canonicalize()?;
+    let inspections = folder.join(POSES);
+    fs::create_dir_all(&inspections)?;
+    let script = workspace.root.join("tests/benches/poses_compare.py");
+    let mut compare = Command::new(rivals::python(workspace)?);
+    keep(compare.arg(script).arg(agent(workspace)?).arg(data).arg(inspections), folder, POSES)
 }
 
 /// Measures Draco's kd-tree coder on the same cloud.

@@ -12,8 +12,15 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 /// What the rivals' programs need, pinned: figures are compared across machines and months.
-const PINS: [&str; 5] =
-    ["numpy==2.4.6", "DracoPy==2.2.0", "open3d==0.20.0", "small_gicp==1.0.1", "onnxruntime==1.31.1"];
+const PINS: [&str; 7] = [
+    "numpy==2.4.6",
+    "scipy==1.17.1",
+    "opencv-python-headless==5.0.0.93",
+    "DracoPy==2.2.0",
+    "open3d==0.20.0",
+    "small_gicp==1.0.1",
+    "onnxruntime==1.31.1",
+];
 
 /// Shared libraries that Open3D's wheel leaves to the system, and Debian's packages for them.
 const LIBRARIES: [(&str, &str); 4] = [

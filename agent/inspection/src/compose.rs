@@ -7,8 +7,8 @@ use semascan_model::record::{LabelSource, NetworksRecord};
 use semascan_perception::register::{IcpConfig, IcpRegistrar, KinematicRegistrar, Registrar, Selection};
 use semascan_perception::segment::geometric::PatchMethod;
 use semascan_perception::segment::network::{
-    EngineError, Manifest, ModelError, NetworkModel, NetworkSegmenter, SelectError, SetupError, engine, extended,
-    select,
+    EngineError, Manifest, ModelError, NetworkConfig, NetworkModel, NetworkSegmenter, SelectError, SetupError, engine,
+    extended, select,
 };
 use semascan_perception::segment::preparation::contour::Snake;
 use semascan_perception::segment::preparation::{Background, Preparation, Prepared};
@@ -79,18 +79,18 @@ pub(crate) fn compose(spec: &InspectionSpec, source: Box<dyn Source>) -> Result<
         source = Box::new(Keyframes::new(source, KeyframeRule::default()));
     }
     let info = source.info();
+    let preparation = preparation(spec, info)?;
+    let as_captured = preparation == Preparation::default();
     let (labels, networks): (Box<dyn Segmenter>, _) = match spec.labels {
         LabelSource::Source => (Box::new(RecordedSegmenter), None),
         LabelSource::None => (Box::new(Unlabelled), None),
         LabelSource::Network => {
-            let segmenter = network_segmenter(&spec.network, &models, info)?;
+            let segmenter = network_segmenter(&spec.network, &models, info, as_captured)?;
             let network = segmenter.report().clone();
             (Box::new(segmenter), Some(NetworksRecord { network, uncertain: spec.network.uncertain }))
         }
     };
-    let preparation = preparation(spec, info)?;
-    let prepared: Box<dyn Segmenter> =
-        if preparation == Preparation::default() { labels } else { Box::new(Prepared::new(labels, preparation)) };
+    let prepared: Box<dyn Segmenter> = if as_captured { labels } else { Box::new(Prepared::new(labels, preparation)) };
     let segmenter: Box<dyn Segmenter> = match spec.masks {
         MaskRefinement::AsIs => prepared,
         MaskRefinement::Slic => Box::new(GeometricSegmenter::new(prepared, PatchMethod::SLIC)),
@@ -134,13 +134,14 @@ fn network_taxonomy(models: &[(PathBuf, Manifest)], known: &Taxonomy, has_truth:
     extended(if has_truth { known } else { &none }, &manifests)
 }
 
-/// Loads the networks for an inspection of a source like `info`.
+/// Loads the networks for an inspection of a source like `info`, whose pictures come to them `as_captured` or were prepared.
 fn network_segmenter(
     spec: &NetworkSpec,
     models: &[(PathBuf, Manifest)],
     info: &SourceInfo,
+    as_captured: bool,
 ) -> Result<NetworkSegmenter, SetupFailure> {
-    let config = spec.network_config();
+    let config = NetworkConfig { judge_domain: as_captured, ..spec.network_config() };
     config.check().map_err(|(field, reason)| SpecError { field: format!("network.{field}"), reason })?;
     let engine = engine::open(spec.engine, spec.onnxruntime.as_deref(), spec.provider)?;
     let threads = spec.threads.unwrap_or_else(rayon::current_num_threads);

@@ -6,7 +6,7 @@
 
 use crate::source::Turntable;
 use jiff::Timestamp;
-use semascan_model::record::{Outcome, RefinementRecord, Stage, ViewPose, ViewRecord};
+use semascan_model::record::{Outcome, PhotometricRecord, RefinementRecord, Stage, ViewPose, ViewRecord};
 use semascan_model::{InspectionId, ModelFigures, Taxonomy};
 use semascan_perception::fuse::{SemanticMap, TouchedChunk};
 use semascan_perception::register::Registration;
@@ -89,6 +89,11 @@ pub enum EventKind {
     Measured {
         /// Its figures.
         figures: Box<ModelFigures>,
+    },
+    /// The final poses were compared with the pictures.
+    Judged {
+        /// How well they agree.
+        photometric: Box<PhotometricRecord>,
     },
     /// The inspection is over; nothing comes after this.
     Ended {

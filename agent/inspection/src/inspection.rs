@@ -168,6 +168,7 @@ impl Inspection {
             points: 0,
             base_from_table: None,
             refinement: None,
+            photometric: None,
             run: None,
             views: Vec::new(),
             components: Vec::new(),
@@ -241,6 +242,7 @@ impl Inspection {
             settings: settings(source.info()),
             base_from_table: recorded.base_from_table.as_ref().map(pose_record),
             refinement: recorded.refinement.clone(),
+            photometric: recorded.photometric.clone(),
             run: Some(RunRecord::new(recorded.views.len() as u32, used, least_share, region.counted())),
             views: recorded.views.clone(),
             ..begun

@@ -1,9 +1,11 @@
 //! A view becomes part of the model: a depth picture to points with normals ([`organized`]), pixels to classes
-//! ([`segment`]), a view to its pose ([`register`]), posed views to the semantic map ([`fuse`]).
+//! ([`segment`]), a view to its pose ([`register`]), posed views to the semantic map ([`fuse`]). How well the poses agree with
+//! the pictures is judged apart from all of these ([`reprojection`]).
 
 pub mod fuse;
 pub mod organized;
 pub mod register;
+pub mod reprojection;
 pub mod segment;
 pub mod view;
 

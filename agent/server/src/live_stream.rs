@@ -96,7 +96,7 @@ impl<'a> LiveStream<'a> {
                     }
                 });
             }
-            EventKind::ModelChanged { model: None, .. } | EventKind::Refined { .. } => {}
+            EventKind::ModelChanged { model: None, .. } | EventKind::Refined { .. } | EventKind::Judged { .. } => {}
         }
     }
 

@@ -141,6 +141,7 @@ mod tests {
             points: 0,
             base_from_table: None,
             refinement: None,
+            photometric: None,
             run: None,
             views: Vec::new(),
             components: Vec::new(),

@@ -162,7 +162,14 @@ fn view_report() {
         points_added: 4096,
         sigma_png: vec![0x89, b'P'],
         contribution_png: vec![0x89, b'N'],
+        out_of_domain: false,
     })));
+}
+
+#[test]
+fn view_report_out_of_domain() {
+    let report = ViewReport { index: 3, accepted: true, out_of_domain: true, ..Default::default() };
+    insta::assert_snapshot!(server(server_message::Body::View(report)));
 }
 
 #[test]

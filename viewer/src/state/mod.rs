@@ -153,6 +153,10 @@ impl AppState {
             Body::View(report) => {
                 self.timings.report(report);
                 self.views.report(report);
+                if report.out_of_domain {
+                    let text = "A view is unlike those that the networks were trained for: its labels do not count.";
+                    self.notices.push_on("domain", Level::Warning, text.into());
+                }
             }
             // Each of these is an event of the link of its own.
             Body::Welcome(_) | Body::Refused(_) | Body::Clear(_) | Body::Chunk(_) | Body::Gone(_) => {}

@@ -226,6 +226,17 @@ fn a_repeated_notice_is_counted_and_a_failure_stays() {
 }
 
 #[test]
+fn views_out_of_domain_are_marked_and_said_once() {
+    let outside = |index| view_report(ViewReport { out_of_domain: true, ..view(index) });
+    let state =
+        state_after([connected(inspection("a", 0, &["housing"]), false), view_report(view(0)), outside(1), outside(2)]);
+    let marks: Vec<bool> = state.views.iter().map(|v| v.out_of_domain).collect();
+    assert_eq!(marks, [false, true, true]);
+    let said: Vec<_> = state.notices.iter().filter(|n| n.text.contains("labels do not count")).collect();
+    assert_eq!(said.iter().map(|n| (n.level, n.count)).collect::<Vec<_>>(), [(Level::Warning, 2)]);
+}
+
+#[test]
 fn a_flood_of_malformed_messages_is_one_notice() {
     let mut state = AppState::default();
     for n in 0..50 {

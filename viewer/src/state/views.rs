@@ -26,6 +26,8 @@ pub struct ViewEntry {
     pub contribution_png: Arc<[u8]>,
     /// Voxels that this view made.
     pub points_added: u64,
+    /// Whether it is unlike the views that the networks were trained for: its labels do not count.
+    pub out_of_domain: bool,
 }
 
 /// What can be laid over a view's picture.
@@ -93,6 +95,7 @@ impl From<&ViewReport> for ViewEntry {
             sigma_png: report.sigma_png.as_slice().into(),
             contribution_png: report.contribution_png.as_slice().into(),
             points_added: report.points_added,
+            out_of_domain: report.out_of_domain,
         }
     }
 }

@@ -1,6 +1,8 @@
-//! `semascan evaluate A B`: metrics of a model against a reference, each with its convention.
+//! `semascan evaluate A B`: metrics of a model against a reference, each with its convention. With `--photometric`: the poses
+//! of inspection A against the pictures of source B.
 
 use super::Failure;
+use super::photometric;
 use super::spec_args::UnitArg;
 use anyhow::{Context, anyhow};
 use clap::Args;
@@ -21,10 +23,18 @@ const FORMATS: [&str; 6] = ["ply", "pcd", "obj", "stl", "gltf", "glb"];
 /// Arguments of `semascan evaluate`.
 #[derive(Debug, Args)]
 pub(crate) struct EvaluateArgs {
-    /// The model: a cloud (PLY, PCD) or a mesh (PLY, OBJ, STL, glTF, GLB)
+    /// The model: a cloud (PLY, PCD) or a mesh (PLY, OBJ, STL, glTF, GLB); with --photometric the folder of an inspection
     a: PathBuf,
-    /// The reference it is judged against, likewise
+    /// The reference it is judged against, likewise; with --photometric the source that was inspected
     b: PathBuf,
+    /// Judge poses by the pictures, without any truth: corners of one view, carried by depth and poses, against where they
+    /// are in others, in pixels
+    #[arg(long, conflicts_with_all = ["align", "scale_a", "scale_b"])]
+    photometric: bool,
+    /// Other poses of the same views, judged on the same matches: an inspection's folder, or JSON with `views` that have
+    /// `index`, `accepted`, `pose`
+    #[arg(long, value_name = "FILE", requires = "photometric")]
+    poses: Vec<PathBuf>,
     /// Print one JSON object on stdout
     #[arg(long)]
     json: bool,
@@ -53,6 +63,9 @@ pub(crate) struct EvaluateArgs {
 
 impl EvaluateArgs {
     pub(crate) fn run(self) -> Result<(), Failure> {
+        if self.photometric {
+            return photometric::judge(&self.a, &self.poses, &self.b, self.unit.map(LengthUnit::from), self.json);
+        }
         let wrong = |e: anyhow::Error| Err(Failure::Call(e));
         for (name, value) in [("--tau", Some(self.tau)), ("--scale-a", self.scale_a), ("--scale-b", self.scale_b)] {
             if let Some(value) = value

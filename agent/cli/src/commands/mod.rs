@@ -1,5 +1,6 @@
 //! Commands, their arguments and exit codes.
 
+mod calibrate;
 mod config;
 #[cfg(feature = "demo")]
 mod demo;
@@ -9,6 +10,8 @@ mod evaluate;
 mod export;
 mod inspect;
 mod models;
+#[cfg(feature = "demo")]
+mod photometric;
 mod report;
 mod run;
 mod schema;
@@ -44,7 +47,7 @@ enum Command {
     Serve(serve::ServeArgs),
     /// Inspect a source without a browser and write the model
     Inspect(inspect::InspectArgs),
-    /// Measure a model against a reference, clouds or meshes
+    /// Measure a model against a reference, clouds or meshes; or the poses of an inspection against its pictures
     #[cfg(feature = "demo")]
     Evaluate(evaluate::EvaluateArgs),
     /// Write the model of an inspection as a mesh or a cloud in other formats

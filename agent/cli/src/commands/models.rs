@@ -1,7 +1,9 @@
-//! `semascan models`: the trained networks that are installed, and whether they are what they say.
+//! `semascan models`: the trained networks that are installed, and whether they are what they say. `semascan models calibrate`
+//! measures which views their labels can be believed for.
 
 use super::Failure;
-use clap::Args;
+use super::calibrate::CalibrateArgs;
+use clap::{Args, Subcommand};
 use semascan_perception::segment::network::{Installed, installed, search_path};
 use serde_json::{Value, json};
 use std::io::Write;
@@ -9,7 +11,10 @@ use std::path::PathBuf;
 
 /// Arguments of `semascan models`.
 #[derive(Debug, Args)]
+#[command(args_conflicts_with_subcommands = true)]
 pub(crate) struct ModelsArgs {
+    #[command(subcommand)]
+    command: Option<ModelsCommand>,
     /// Folders of models [default: where they are looked for]
     #[arg(long, value_name = "DIR", value_delimiter = ',')]
     models: Vec<PathBuf>,
@@ -18,8 +23,18 @@ pub(crate) struct ModelsArgs {
     json: bool,
 }
 
+/// What is done with models beside listing them.
+#[derive(Debug, Subcommand)]
+enum ModelsCommand {
+    /// Measure which views a model's labels can be believed for, and write that into its manifest
+    Calibrate(CalibrateArgs),
+}
+
 impl ModelsArgs {
     pub(crate) fn run(self) -> Result<(), Failure> {
+        if let Some(ModelsCommand::Calibrate(arguments)) = self.command {
+            return arguments.run();
+        }
         let folders = if self.models.is_empty() { search_path() } else { self.models };
         let models = installed(&folders);
         let mut out = std::io::stderr().lock();

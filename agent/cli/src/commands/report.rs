@@ -1,7 +1,8 @@
 //! What an inspection found, for people, on stderr.
 
 use semascan_model::record::{
-    InspectionRecord, LabelSource, NetworksRecord, RegistrationRecord, TruthRecord, ViewRecord,
+    DomainRecord, InspectionRecord, LabelSource, NetworksRecord, PhotometricRecord, RegistrationRecord, TruthRecord,
+    ViewRecord,
 };
 use semascan_perception::segment::network::UncertaintyFigures;
 use std::io::{self, Write};
@@ -29,6 +30,9 @@ pub(crate) fn print(record: &InspectionRecord, folder: &Path) -> io::Result<()> 
         )?;
     }
     print_poses(&mut out, &record.views)?;
+    if let Some(photometric) = &record.photometric {
+        print_photometric(&mut out, photometric)?;
+    }
     if let Some(run) = record.run.filter(|run| run.region.left_out() > 0) {
         writeln!(out, "  region of interest: {}", run.region)?;
     }
@@ -75,6 +79,26 @@ fn print_poses(out: &mut impl Write, views: &[ViewRecord]) -> io::Result<()> {
     if said.is_empty() { Ok(()) } else { writeln!(out, "  poses: {}", said.join(", ")) }
 }
 
+/// How well the poses agree with the pictures.
+fn print_photometric(out: &mut impl Write, figure: &PhotometricRecord) -> io::Result<()> {
+    let support =
+        format!("{} matches in {} of {} overlapping pairs of views", figure.matches, figure.pairs, figure.compared);
+    let still = match figure.still {
+        0 => String::new(),
+        n => format!(", {n} of {} corners stand still with the camera", figure.searched),
+    };
+    match figure.error {
+        Some(error) => {
+            let prior = figure.prior_error.map_or_else(String::new, |e| format!(" (kinematic poses {e:.2} px)"));
+            writeln!(out, "  pictures: the poses agree with them to {error:.2} px{prior}; {support}{still}")
+        }
+        None => {
+            let why = figure.unknown.as_deref().unwrap_or("too few matches");
+            writeln!(out, "  pictures: not known how well the poses agree with them: {why}; {support}{still}")
+        }
+    }
+}
+
 /// What labelled the views, how its uncertainty was computed and used, and how large it was.
 fn print_networks(out: &mut impl Write, record: &NetworksRecord, views: &[ViewRecord]) -> io::Result<()> {
     let network = &record.network;
@@ -96,6 +120,24 @@ fn print_networks(out: &mut impl Write, record: &NetworksRecord, views: &[ViewRe
         format!("{:?}", record.uncertain).to_lowercase(),
     )?;
     let said = || views.iter().filter_map(|v| v.networks.as_ref());
+    let judged: Vec<_> = said().filter_map(|s| s.domain).collect();
+    let outside: Vec<_> = judged.iter().filter(|domain| domain.outside).collect();
+    if judged.is_empty() && said().next().is_some() {
+        writeln!(out, "  domain: not known whether the views are like those that the networks were trained for")?;
+    } else if let Some(worst) = outside.iter().max_by(|a, b| a.score.total_cmp(&b.score)) {
+        writeln!(
+            out,
+            "  domain: {} of {} views are unlike those that the networks were trained for (score up to {:.1}, {:.1} is the \
+             most; disagreement up to {}): their labels do not count",
+            outside.len(),
+            judged.len(),
+            worst.score,
+            worst.threshold,
+            disagreement(outside.iter().map(|domain| **domain)),
+        )?;
+    } else if !judged.is_empty() {
+        writeln!(out, "  domain: all {} views are like those that the networks were trained for", judged.len())?;
+    }
     let tasks = [
         ("components", said().map(|s| s.components).collect::<Vec<_>>()),
         ("defects", said().filter_map(|s| s.defects).collect()),
@@ -120,6 +162,14 @@ fn print_networks(out: &mut impl Write, record: &NetworksRecord, views: &[ViewRe
         )?;
     }
     Ok(())
+}
+
+/// The largest disagreement of networks on views, and what would be the most.
+fn disagreement(domains: impl Iterator<Item = DomainRecord>) -> String {
+    let known = domains.filter_map(|d| Some((d.disagreement?, d.disagreement_threshold?)));
+    known
+        .max_by(|a, b| a.0.total_cmp(&b.0))
+        .map_or_else(|| "not known".into(), |(d, most)| format!("{d:.2}, {most:.2} is the most"))
 }
 
 fn print_truth(out: &mut impl Write, truth: &TruthRecord, labelled: bool) -> io::Result<()> {

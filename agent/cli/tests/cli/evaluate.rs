@@ -125,3 +125,50 @@ fn evaluate_tells_bad_files_from_bad_calls() {
     assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
     assert!(stderr(&output).contains("point.ply") && stderr(&output).contains("good.obj"), "{}", stderr(&output));
 }
+
+#[test]
+fn poses_are_judged_by_the_pictures() {
+    let dir = tempfile::tempdir().expect("temporary folder");
+    let file = |name: &str| dir.path().join(name).to_str().expect("UTF-8").to_owned();
+    // Neighbouring views see the same ground; the robot is off, and the inspection refines its poses.
+    let motor = "virtual:starter-motor?seed=3&views=30&size=640x480&cell=1.5";
+    let out = file("motor");
+    let output = semascan(&["inspect", motor, "--out", &out]);
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    assert!(stderr(&output).contains("pictures: the poses agree with them to"), "{}", stderr(&output));
+    let text = std::fs::read_to_string(dir.path().join("motor/inspection.json")).expect("reads");
+    let record: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+    let of_record = &record["photometric"];
+    let (error, prior) =
+        (of_record["error"].as_f64().expect("known"), of_record["prior_error"].as_f64().expect("known"));
+    assert!(error < 1.0 && prior > error, "{error} px, kinematic {prior} px");
+    assert!(of_record["matches"].as_u64().expect("a count") >= 30 && of_record["pairs"].as_u64().expect("a count") > 3);
+
+    // The same from the recorded poses and the source, and poses of another program on the same matches: ours, but each
+    // second camera half a centimetre aside.
+    let mut views = record["views"].clone();
+    for view in views.as_array_mut().expect("views").iter_mut().step_by(2) {
+        let x = &mut view["pose"]["translation"][0];
+        *x = (x.as_f64().expect("metres") + 5e-3).into();
+    }
+    std::fs::write(file("other.json"), serde_json::json!({ "views": views }).to_string()).expect("writes");
+    let arguments = ["evaluate", "--photometric", &out, motor, "--poses", &file("other.json"), "--json"];
+    let output = semascan(&arguments);
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    let report: serde_json::Value = serde_json::from_slice(&output.stdout).expect("one JSON object");
+    let errors: Vec<f64> =
+        report["poses"].as_array().expect("poses").iter().map(|p| p["error"].as_f64().expect("known")).collect();
+    let [ours, other, kinematic] = errors[..] else { panic!("{errors:?}") };
+    assert!((ours - error).abs() < 0.2 && kinematic > ours, "{errors:?}, recorded {error}");
+    assert!(other > ours + 2.0, "{errors:?}");
+
+    // Poses of another source, and what is no file of poses, are refused by name.
+    let elsewhere =
+        semascan(&["evaluate", "--photometric", &out, "virtual:starter-motor?seed=3&views=2&size=96x72&cell=4"]);
+    assert_eq!(elsewhere.status.code(), Some(1));
+    assert!(stderr(&elsewhere).contains("30 views") && stderr(&elsewhere).contains("inspection.json"));
+    std::fs::write(file("broken.json"), "{\"views\": [{\"index\": 0}]}").expect("writes");
+    let broken = semascan(&["evaluate", "--photometric", &file("broken.json"), motor]);
+    assert!(broken.status.code() == Some(1) && stderr(&broken).contains("accepted"), "{}", stderr(&broken));
+    assert_eq!(semascan(&["evaluate", "--photometric", &file("missing"), motor]).status.code(), Some(2));
+}

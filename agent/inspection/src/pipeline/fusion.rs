@@ -1,13 +1,15 @@
 //! The stages that need the model: a view is registered against what the views before it made, and becomes part of it;
-//! after the last one all poses are refined together.
+//! after the last one all poses are refined together, and compared with the pictures.
 
 use super::{PipelineConfig, Segmented, Surface, run_stage};
 use crate::bus::EventBus;
 use crate::event::{EventKind, ProcessedView, SharedModel};
 use crate::record::{
-    misidentification_record, pose_record, refinement_record, registration_record, rows, view_networks_record,
+    misidentification_record, photometric_record, pose_record, refinement_record, registration_record, rows,
+    view_networks_record,
 };
 use crate::source::SourceInfo;
+use nalgebra::Isometry3;
 use semascan_model::record::{Stage, StageTime, ViewPose, ViewRecord};
 use semascan_perception::fuse::{
     Associator, FuseError, Integration, LabelledView, MapConfig, Misidentification, SemanticMap, TouchedChunk,
@@ -15,6 +17,7 @@ use semascan_perception::fuse::{
 };
 use semascan_perception::organized::OrganizedCloud;
 use semascan_perception::register::{Method, ModelSurface, Registrar, Registration, RegistrationInput};
+use semascan_perception::reprojection::{JudgedPicture, Pictures};
 use semascan_perception::segment::Segmentation;
 use semascan_perception::view::View;
 use std::sync::Arc;
@@ -28,7 +31,18 @@ pub(super) struct Fusion<'a> {
     associator: Option<Associator>,
     model: Option<SharedModel>,
     /// Views in the model, in order.
-    accepted: Vec<u32>,
+    accepted: Vec<Accepted>,
+    /// Their pictures, or those of some of them, for the judge.
+    pictures: Pictures,
+}
+
+/// A view that became part of the model.
+struct Accepted {
+    view: u32,
+    /// As registered.
+    table_from_camera: Isometry3<f64>,
+    /// From kinematics alone.
+    prior: Option<Isometry3<f64>>,
 }
 
 /// What these stages made of one view.
@@ -48,7 +62,16 @@ impl<'a> Fusion<'a> {
         registrar: &'a mut dyn Registrar,
     ) -> Self {
         let associator = config.association.map(Associator::new);
-        Self { info, config, events, registrar, associator, model: None, accepted: Vec::new() }
+        Self {
+            info,
+            config,
+            events,
+            registrar,
+            associator,
+            model: None,
+            accepted: Vec::new(),
+            pictures: Pictures::default(),
+        }
     }
 
     /// Takes one view the rest of its way.
@@ -65,7 +88,6 @@ impl<'a> Fusion<'a> {
         };
         if let (Some(model), Ok(integration)) = (&self.model, &result) {
             self.registrar.accepted();
-            self.accepted.push(index);
             self.publish_model(model, Some(index), integration.touched.clone(), false);
         }
         let registration = fused.registration.as_ref();
@@ -131,12 +153,26 @@ impl<'a> Fusion<'a> {
             segmentation,
             table_from_camera: registration.table_from_camera,
         };
-        let result = match &self.model {
+        let place = self.accepted.len();
+        let (result, picture) = match &self.model {
             Some(model) => {
-                run_stage(self.events, timings, view.index, Stage::Fuse, || model.write().integrate(&labelled))
+                let integrate =
+                    || run_stage(self.events, timings, view.index, Stage::Fuse, || model.write().integrate(&labelled));
+                let picture = || self.pictures.wants(place).then(|| judged_picture(self.info, &labelled));
+                rayon::join(integrate, picture)
             }
-            None => Err("no depth in the whole picture".to_owned()),
+            None => (Err("no depth in the whole picture".to_owned()), None),
         };
+        if result.is_ok() {
+            self.accepted.push(Accepted {
+                view: view.index,
+                table_from_camera: registration.table_from_camera,
+                prior: registration.prior,
+            });
+            if let Some(picture) = picture {
+                self.pictures.keep(place, picture);
+            }
+        }
         fused.segmentation = Some(labelled.segmentation);
         fused.registration = Some(registration);
         Ok(result)
@@ -146,7 +182,8 @@ impl<'a> Fusion<'a> {
     /// published as a failed stage, and the model stays as it was.
     pub(super) fn finish(self) -> Option<SharedModel> {
         let model = self.model.clone()?;
-        let last = self.accepted.last().copied().unwrap_or(0);
+        let last = self.accepted.last().map_or(0, |accepted| accepted.view);
+        let mut poses: Vec<Isometry3<f64>> = self.accepted.iter().map(|a| a.table_from_camera).collect();
         // Chunks that a rebuild touched: those that vanish are published as well as those that come.
         let mut rebuilt = None;
         let _ = run_stage(self.events, &mut Vec::new(), last, Stage::Refine, || -> Result<(), FuseError> {
@@ -158,9 +195,10 @@ impl<'a> Fusion<'a> {
                 chunks.extend(map.chunk_ids());
                 rebuilt = Some(chunks);
             }
-            let poses = self.accepted.iter().zip(&refinement.table_from_camera);
-            let poses = poses.map(|(&view, pose)| ViewPose { view, pose: pose_record(pose) }).collect();
-            self.events.publish(EventKind::Refined { poses, refinement: refinement_record(&refinement) });
+            poses.clone_from(&refinement.table_from_camera);
+            let refined = self.accepted.iter().zip(&poses);
+            let refined = refined.map(|(a, pose)| ViewPose { view: a.view, pose: pose_record(pose) }).collect();
+            self.events.publish(EventKind::Refined { poses: refined, refinement: refinement_record(&refinement) });
             Ok(())
         });
         let marked = model.write().mark_outliers(&self.config.filter);
@@ -169,6 +207,13 @@ impl<'a> Fusion<'a> {
         touched.dedup();
         let touched = touched.into_iter().map(|id| TouchedChunk { id, made: 0, relabelled: 0 }).collect();
         self.publish_model(&model, None, touched, true);
+        // All views have a kinematic pose, or they are not compared by it.
+        let priors: Option<Vec<Isometry3<f64>>> = self.accepted.iter().map(|a| a.prior).collect();
+        let judged = match &priors {
+            Some(priors) => self.pictures.judge(&[&poses, priors]),
+            None => self.pictures.judge(&[&poses]),
+        };
+        self.events.publish(EventKind::Judged { photometric: Box::new(photometric_record(&judged)) });
         Some(model)
     }
 
@@ -180,6 +225,12 @@ impl<'a> Fusion<'a> {
         let model = Some(model.clone());
         self.events.publish(EventKind::ModelChanged { epoch, voxel, view, touched, complete, model });
     }
+}
+
+/// What the judge of poses gets to see of a view.
+fn judged_picture(info: &SourceInfo, view: &LabelledView) -> JudgedPicture {
+    let labelled = |i: usize| view.segmentation.components.best(i) != 0;
+    JudgedPicture::new(&view.rgb, &view.cloud, info.turntable.is_some().then_some(&labelled as _))
 }
 
 /// A map for views like the first one; `None` if that has no depth. The measuring volume is known in the source's table

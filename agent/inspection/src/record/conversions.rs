@@ -2,11 +2,12 @@
 
 use nalgebra::{Isometry3, Matrix6, Quaternion, UnitQuaternion};
 use semascan_model::record::{
-    GlobalRecord, IcpRecord, MisidentificationRecord, PoseRecord, QuaternionRecord, RefinementRecord,
-    RegistrationRecord, ViewNetworksRecord, WindowRecord,
+    GlobalRecord, IcpRecord, MisidentificationRecord, PhotometricRecord, PoseRecord, QuaternionRecord,
+    RefinementRecord, RegistrationRecord, ViewNetworksRecord, WindowRecord,
 };
 use semascan_perception::fuse::Misidentification;
 use semascan_perception::register::{IcpReport, JointRefinement, Method, Relocalization};
+use semascan_perception::reprojection::{CONVENTION, ReprojectionReport};
 use semascan_perception::segment::network::ViewDetail;
 
 /// A pose as the record keeps it.
@@ -79,10 +80,28 @@ pub(crate) fn refinement_record(r: &JointRefinement) -> RefinementRecord {
     RefinementRecord { edges: r.edges, rounds: r.rounds, fit_before: r.fit_before, fit_after: r.fit_after }
 }
 
+/// How well estimated poses and, where there are such, kinematic ones agree with the pictures: the first and the second set
+/// of `r`.
+pub fn photometric_record(r: &ReprojectionReport) -> PhotometricRecord {
+    let error = |set: usize| r.errors.get(set).copied().flatten();
+    PhotometricRecord {
+        convention: CONVENTION.into(),
+        error: error(0),
+        prior_error: error(1),
+        unknown: r.unknown().map(str::to_owned),
+        views: r.views as u64,
+        compared: r.compared as u64,
+        pairs: r.pairs as u64,
+        searched: r.searched as u64,
+        still: r.still as u64,
+        matches: r.matches as u64,
+    }
+}
+
 /// What networks said of a view.
 pub(crate) fn view_networks_record(detail: &ViewDetail) -> ViewNetworksRecord {
     let window = detail.window.map(|w| WindowRecord { left: w.left, top: w.top, width: w.width, height: w.height });
-    ViewNetworksRecord { window, components: detail.components, defects: detail.defects }
+    ViewNetworksRecord { window, domain: detail.domain, components: detail.components, defects: detail.defects }
 }
 
 /// Rows of a covariance.

@@ -4,7 +4,7 @@
 mod conversions;
 mod recorder;
 
-pub use conversions::{isometry, pose_record};
+pub use conversions::{isometry, photometric_record, pose_record};
 pub(crate) use conversions::{
     misidentification_record, refinement_record, registration_record, rows, view_networks_record,
 };

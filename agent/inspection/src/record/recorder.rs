@@ -4,7 +4,7 @@ use super::isometry;
 use crate::event::{EventKind, InspectionEvent};
 use jiff::Timestamp;
 use nalgebra::Isometry3;
-use semascan_model::record::{Outcome, RefinementRecord, ViewRecord};
+use semascan_model::record::{Outcome, PhotometricRecord, RefinementRecord, ViewRecord};
 use semascan_perception::view::PoseEvidence;
 
 /// Follows an inspection and keeps what its record is made of.
@@ -26,6 +26,8 @@ pub struct Recorded {
     pub views: Vec<ViewRecord>,
     /// The refinement of all poses together.
     pub refinement: Option<RefinementRecord>,
+    /// How well the poses agree with the pictures.
+    pub photometric: Option<PhotometricRecord>,
     /// The table frame, at table angle 0, in the robot base; `None` without a robot.
     pub base_from_table: Option<Isometry3<f64>>,
     /// Views of the model whose true pose is known, in order.
@@ -82,6 +84,7 @@ impl Recorder {
                 }
                 recorded.refinement = Some(refinement.clone());
             }
+            EventKind::Judged { photometric } => recorded.photometric = Some((**photometric).clone()),
             EventKind::Ended { outcome } => recorded.outcome = Some(outcome.clone()),
             EventKind::Started { .. }
             | EventKind::Stage { .. }

@@ -8,10 +8,12 @@
 //! | `run.rs` | how many views were used, what the region of interest left out |
 //! | `stage.rs` | the stages of a view, and how an inspection ends |
 //! | `networks.rs` | the networks, and what they said of a view |
+//! | `photometric.rs` | the poses against the pictures |
 //! | `truth.rs` | the model against truth |
 //! | `reader.rs` | reading it back; version 1 is upgraded |
 
 mod networks;
+mod photometric;
 mod reader;
 mod run;
 mod stage;
@@ -19,9 +21,10 @@ mod truth;
 mod view;
 
 pub use networks::{
-    Augmentation, EngineDescription, Fusion, ModelReport, NetworkFile, NetworkReport, NetworksRecord, Provider, Region,
-    Statistic, Task, Uncertain, UncertaintyFigures, ViewNetworksRecord, WeightsFile, WindowRecord,
+    Augmentation, DomainRecord, EngineDescription, Fusion, ModelReport, NetworkFile, NetworkReport, NetworksRecord,
+    Provider, Region, Statistic, Task, Uncertain, UncertaintyFigures, ViewNetworksRecord, WeightsFile, WindowRecord,
 };
+pub use photometric::PhotometricRecord;
 pub use reader::RecordError;
 pub use run::{RegionRecord, RunRecord};
 pub use stage::{Outcome, Stage};
@@ -79,6 +82,9 @@ pub struct InspectionRecord {
     /// The refinement of all poses together; absent if they were not refined.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub refinement: Option<RefinementRecord>,
+    /// How well the poses agree with the pictures; absent in records that did not keep it, and while it runs.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub photometric: Option<PhotometricRecord>,
     /// How the run went; absent in records that did not keep it, and while it runs.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub run: Option<RunRecord>,

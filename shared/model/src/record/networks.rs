@@ -21,11 +21,32 @@ pub struct ViewNetworksRecord {
     /// Where they looked; absent if the part was out of sight.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub window: Option<WindowRecord>,
+    /// Whether it is of the world that the networks were trained for; absent where that cannot be told.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub domain: Option<DomainRecord>,
     /// Components.
     pub components: UncertaintyFigures,
     /// Defects, where a network looked for them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub defects: Option<UncertaintyFigures>,
+}
+
+/// How unlike a view is to those that the networks' labels can be believed for.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct DomainRecord {
+    /// Mahalanobis distance of the picture's statistics, divided by the square root of their number: about 1 inside.
+    pub score: f64,
+    /// Largest score of a view that is believed.
+    pub threshold: f64,
+    /// How far the ensemble disagrees: mean standard uncertainty of what it takes for components; absent where little is.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub disagreement: Option<f64>,
+    /// Largest disagreement of a view that is believed; absent where it was not calibrated.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub disagreement_threshold: Option<f64>,
+    /// Whether the view is out of domain: then its labels have the uncertainty 1 and do not count.
+    pub outside: bool,
 }
 
 /// A window of a picture, in pixels.

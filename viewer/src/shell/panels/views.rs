@@ -64,7 +64,10 @@ fn ViewCard(ui: Ui, view: ViewEntry, selected: Memo<Option<u32>>) -> impl IntoVi
     let is_selected = move || selected.get() == Some(index);
     let toggle = move |_| ui.send(Event::SelectView((!is_selected()).then_some(index)));
     let (accepted, reason) = (view.accepted, view.reason.clone());
-    let title = if accepted {
+    let unlike = view.out_of_domain;
+    let title = if accepted && unlike {
+        format!("View {}: unlike those that the networks were trained for, its labels do not count", index + 1)
+    } else if accepted {
         format!("View {}", index + 1)
     } else {
         format!("View {}, rejected. {}", index + 1, units::sentence(&reason))
@@ -74,11 +77,15 @@ fn ViewCard(ui: Ui, view: ViewEntry, selected: Memo<Option<u32>>) -> impl IntoVi
             <button
                 class="view-button" class:is-rejected=!accepted type="button"
                 data-testid=format!("view-{index}") data-accepted=accepted.to_string()
+                data-domain=if unlike { "outside" } else { "inside" }
                 aria-pressed=move || is_selected().to_string() title=title
                 on:click=toggle
             >
                 <Picture view overlay=ViewOverlay::Labels alt=String::new()/>
                 <span class="view-number"><span class="visually-hidden">"View "</span>{index + 1}</span>
+                {(accepted && unlike).then(|| view! {
+                    <span class="view-reason"><Icon path=WARNING/> <span>"Labels do not count"</span></span>
+                })}
                 {(!accepted).then(|| view! {
                     <span class="view-reason"><Icon path=WARNING/> <span><span class="visually-hidden">"Rejected: "</span>{reason}</span></span>
                 })}

@@ -7,6 +7,8 @@ use super::uncertainty::{UncertaintyFigures, UncertaintySettings};
 use crate::segment::sigma_limits::DEFECT_SIGMA_LIMIT;
 pub use semascan_model::record::{ModelReport, NetworkReport, Region};
 
+use semascan_model::record::DomainRecord;
+
 /// How networks are asked.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NetworkConfig {
@@ -22,6 +24,9 @@ pub struct NetworkConfig {
     pub region: Region,
     /// Pixels around the measuring volume.
     pub margin: u32,
+    /// Whether views are compared with those that the models' labels can be believed for; pictures that were prepared
+    /// (freed of noise or background) cannot be.
+    pub judge_domain: bool,
 }
 
 impl Default for NetworkConfig {
@@ -33,6 +38,7 @@ impl Default for NetworkConfig {
             seed: 1,
             region: Region::Volume,
             margin: 16,
+            judge_domain: true,
         }
     }
 }
@@ -83,6 +89,8 @@ impl From<&Manifest> for ModelReport {
 pub struct ViewDetail {
     /// Where they looked; `None` if the part was out of sight.
     pub window: Option<Window>,
+    /// Whether the view is of the world that the networks were trained for; `None` where that cannot be told.
+    pub domain: Option<DomainRecord>,
     /// Components in numbers.
     pub components: UncertaintyFigures,
     /// Defects in numbers, where a network looked for them.

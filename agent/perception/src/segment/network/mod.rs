@@ -6,6 +6,7 @@
 
 mod augment;
 pub(super) mod config;
+mod domain;
 pub mod engine;
 mod ensemble;
 #[cfg(test)]
@@ -15,6 +16,7 @@ mod library;
 mod manifest;
 mod model;
 mod objects;
+mod picture_statistics;
 mod preprocess;
 mod region;
 mod scale;
@@ -25,6 +27,7 @@ mod upsample;
 
 pub use augment::Augmentation;
 pub use config::{ModelReport, NetworkConfig, NetworkReport, Region, ViewDetail};
+pub use domain::{CalibrationError, Domain, disagreement, numbers_of};
 pub use engine::{EngineChoice, EngineDescription, EngineError, Provider};
 pub use library::{Installed, SelectError, find, installed, search_path, select};
 pub use manifest::{
@@ -33,6 +36,7 @@ pub use manifest::{
 };
 pub use model::{Answer, ModelError, NetworkModel};
 pub use objects::{Objects, ShapeError};
+pub use picture_statistics::STATISTICS;
 pub use region::{Sight, Volume, Window};
 pub use segmenter::{NetworkSegmenter, SetupError};
 pub use taxonomy::extended;

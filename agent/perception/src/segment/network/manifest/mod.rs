@@ -11,6 +11,7 @@ mod output;
 mod tests;
 mod validate;
 
+use super::domain::Domain;
 pub use output::{Activation, Output};
 pub use semascan_model::record::{Fusion, NetworkFile, Task, WeightsFile};
 use serde::{Deserialize, Serialize};
@@ -53,6 +54,9 @@ pub struct Manifest {
     pub output: Output,
     /// Classes in the order of the output; the first is `none`.
     pub classes: Vec<Class>,
+    /// Which views its labels can be believed for (`semascan models calibrate`); absent where that is not known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub domain: Option<Domain>,
     /// How it was trained, for people and reports.
     #[serde(default)]
     pub training: toml::Table,

@@ -32,6 +32,7 @@ impl Manifest {
         self.input.validate()?;
         self.validate_fusion()?;
         self.output.validate(self.task)?;
+        self.domain.as_ref().map_or(Ok(()), super::Domain::validate)?;
         self.validate_classes()
     }
 

@@ -2,20 +2,23 @@
 
 use super::augment::Drawn;
 use super::config::{ModelReport, NetworkConfig, NetworkReport, Region, ViewDetail};
+use super::domain::disagreement;
 use super::engine::{EngineDescription, EngineError, Tensor};
 use super::ensemble;
 use super::glance::{Glance, glance};
 use super::manifest::Task;
 use super::model::NetworkModel;
 use super::objects::{from_centres, from_detections};
+use super::picture_statistics::statistics;
 use super::preprocess::Frame;
 use super::region::{Sight, Volume, Window};
 use super::scale;
 use super::taxonomy::numbers;
-use super::uncertainty::{Estimate, UncertaintySettings};
+use super::uncertainty::{Estimate, UncertaintyFigures, UncertaintySettings};
 use crate::segment::class_field::ClassField;
 use crate::segment::segmentation::{SegmentError, Segmentation, Segmenter};
 use crate::view::View;
+use semascan_model::record::DomainRecord;
 use semascan_model::{ClassDef, Taxonomy};
 use std::sync::Arc;
 use xxhash_rust::xxh3::xxh3_64_with_seed;
@@ -150,6 +153,27 @@ impl NetworkSegmenter {
         self.volume = volume.filter(|_| self.config.region == Region::Volume);
     }
 
+    /// Whether a view is of the world that the models were trained for: the picture's statistics, and how far the ensemble
+    /// disagrees where it is asked as it was calibrated. `None` where no model is calibrated or pictures were prepared.
+    fn domain(&self, view: &View, window: Window, figures: &UncertaintyFigures) -> Option<DomainRecord> {
+        let numbers = statistics(&view.rgb, window).filter(|_| self.config.judge_domain)?;
+        let default = NetworkConfig::default();
+        let (asked, calibrated) = (&self.config.uncertainty, &default.uncertainty);
+        let as_calibrated = (asked.statistic, asked.ddof) == (calibrated.statistic, calibrated.ddof)
+            && self.config.augmentations == default.augmentations;
+        let disagreement = disagreement(figures).filter(|_| as_calibrated);
+        // A model of defects has a say of its own about the picture; the disagreement is that of the components.
+        let verdicts =
+            [(Some(&self.components), disagreement), (self.defects.as_ref(), None)].map(|(labeller, disagreement)| {
+                Some(labeller?.model.manifest().domain.as_ref()?.judge(&numbers, disagreement))
+            });
+        let [of_components, of_defects] = verdicts;
+        match (of_components, of_defects) {
+            (Some(inside), Some(outside)) if outside.outside && !inside.outside => Some(outside),
+            (of_components, of_defects) => of_components.or(of_defects),
+        }
+    }
+
     /// The augmentations of a view: the same for every network, so that their scatter can be told apart.
     fn augmentations(&self, view: u32) -> Vec<Drawn> {
         let draw = |(place, kind): (usize, &super::augment::Augmentation)| {
@@ -228,6 +252,7 @@ impl NetworkSegmenter {
         // How the picture is varied: the same for all networks of the view.
         let drawn = self.augmentations(view.index);
         let mut detail = ViewDetail { window, ..ViewDetail::default() };
+        let whole = Window::whole(picture.0, picture.1);
         let (component_count, defect_count) = (self.taxonomy.component_count(), self.taxonomy.defect_count());
 
         // Components: the ensemble's mean is the label, its scatter the uncertainty. A detector gives objects as well.
@@ -243,6 +268,12 @@ impl NetworkSegmenter {
             let estimate = said.predictions.estimate(&self.config.uncertainty);
             canvas.paint(window, &estimate, &labeller.numbers);
             detail.components = estimate.figures;
+            // Whether it is a picture that they know: a network is as sure of what it has never seen.
+            detail.domain = self.domain(view, window, &estimate.figures);
+            if detail.domain.is_some_and(|domain| domain.outside) {
+                // What a glance said of the rest is worth no more.
+                canvas.doubt(if glance.is_some() { whole } else { window }, &mut detail.components);
+            }
             detail.contribution = said.contribution.map(|share| {
                 let bytes: Vec<u8> = share.into_iter().map(byte).collect();
                 spread(picture.0, expected, window, &bytes)
@@ -259,18 +290,21 @@ impl NetworkSegmenter {
                 let settings =
                     UncertaintySettings { threshold: self.config.defect_threshold, ..self.config.uncertainty };
                 let estimate = said.predictions.estimate(&settings);
-                let mut canvas = Canvas::new(picture, defect_count);
+                // Where only a glance was cast, nobody looked for defects.
+                let mut canvas = match glance {
+                    Some(_) => Canvas::unknown(picture, defect_count),
+                    None => Canvas::new(picture, defect_count),
+                };
                 canvas.paint(window, &estimate, &labeller.numbers);
-                detail.defects = Some(estimate.figures);
+                let mut figures = estimate.figures;
+                if detail.domain.is_some_and(|domain| domain.outside) {
+                    canvas.doubt(window, &mut figures);
+                }
+                detail.defects = Some(figures);
                 canvas.field()
             }
             (Some(_), None) => Canvas::new(picture, defect_count).field(),
-            // Nobody looked: no evidence for anything, not even for soundness.
-            (None, _) => ClassField::Soft {
-                classes: defect_count,
-                probabilities: vec![0; expected * defect_count],
-                sigma: vec![u8::MAX; expected],
-            },
+            (None, _) => Canvas::unknown(picture, defect_count).field(),
         };
 
         // Objects: of the detector above, of an instance network, or of the one that labels the components too.
@@ -360,6 +394,13 @@ impl Canvas {
         Self { columns: picture.0 as usize, classes, probabilities, sigma: vec![0; pixels] }
     }
 
+    /// Where nobody looked: no evidence for anything, not even for soundness.
+    fn unknown(picture: (u32, u32), classes: usize) -> Self {
+        let pixels = picture.0 as usize * picture.1 as usize;
+        let (probabilities, sigma) = (vec![0; pixels * classes], vec![u8::MAX; pixels]);
+        Self { columns: picture.0 as usize, classes, probabilities, sigma }
+    }
+
     /// Puts an estimate into its window; class `c` of the estimate is class `numbers[c]` of the field.
     fn paint(&mut self, window: Window, estimate: &Estimate, numbers: &[u16]) {
         let pixels = window.pixels();
@@ -386,6 +427,17 @@ impl Canvas {
                 field[usize::from(number)] = byte(p);
             }
         }
+    }
+
+    /// Makes every label of a window as uncertain as can be: what stands there is no evidence. The probabilities stay, so that
+    /// people can see what was said.
+    fn doubt(&mut self, window: Window, figures: &mut UncertaintyFigures) {
+        let (left, width) = (window.left as usize, window.width as usize);
+        for row in window.top as usize..(window.top + window.height) as usize {
+            self.sigma[row * self.columns + left..][..width].fill(u8::MAX);
+        }
+        figures.sigma = 1.0;
+        figures.uncertain = figures.foreground;
     }
 
     fn field(self) -> ClassField {

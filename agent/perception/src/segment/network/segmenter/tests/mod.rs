@@ -1,5 +1,6 @@
 //! The segmenter on networks small enough to compute by hand: what all of its tests share.
 
+mod domain;
 mod load;
 mod objects;
 mod pixels;
