@@ -27,6 +27,12 @@ pub trait Source: Send {
     /// with the view after it.
     fn next_view(&mut self) -> Option<Result<View, SourceError>>;
 
+    /// Begins again with the first view, for what must look at all views before the first is inspected. `false` where the
+    /// source cannot: a camera's views come once.
+    fn rewind(&mut self) -> bool {
+        false
+    }
+
     /// The true surface, where the source knows it.
     fn truth(&self) -> Option<&TrueMesh> {
         None
