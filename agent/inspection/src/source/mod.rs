@@ -4,10 +4,12 @@
 
 mod error;
 mod keyframes;
+mod turntable;
 mod with_taxonomy;
 
 pub use error::SourceError;
 pub use keyframes::{KeyframeRule, Keyframes};
+pub use turntable::TurntableSource;
 pub use with_taxonomy::WithTaxonomy;
 
 use nalgebra::Point3;
