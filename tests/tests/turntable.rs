@@ -44,11 +44,8 @@ fn inspect(recording: TurntableRecording, turntable: TurntableSpec) -> Result<(I
 fn tally(seed: u64, options: TurntableOptions, turntable: TurntableSpec) -> Result<Tally> {
     let (record, inspected) = inspect(TurntableRecording::new(seed, options), turntable)?;
     let truth = TurntableRecording::new(seed, options);
-    let used: Vec<(u32, Isometry3<f64>)> = inspected
-        .iter()
-        .flat_map(|i| &i.recorded.true_poses)
-        .map(|p| (p.view, p.estimate))
-        .collect();
+    let used: Vec<(u32, Isometry3<f64>)> =
+        inspected.iter().flat_map(|i| &i.recorded.true_poses).map(|p| (p.view, p.estimate)).collect();
     let mut tally = Tally { refused: record.views.iter().filter(|v| !v.accepted).count(), ..Tally::default() };
     let mut errors = Vec::new();
     // The frame of the model is that of the first view, which is right by itself, unless most others say otherwise.
@@ -58,10 +55,8 @@ fn tally(seed: u64, options: TurntableOptions, turntable: TurntableSpec) -> Resu
         let between = truth.table_from_camera(first).inverse() * truth.table_from_camera(*view);
         let found = first_pose.inverse() * pose;
         let on_part = truth.table_from_camera(*view).inverse() * Point3::new(0.03, 0.0, POINT);
-        let (angle, off) = (
-            (between.inverse() * found).rotation.angle().to_degrees(),
-            (between * on_part - found * on_part).norm(),
-        );
+        let (angle, off) =
+            ((between.inverse() * found).rotation.angle().to_degrees(), (between * on_part - found * on_part).norm());
         errors.push(format!("{angle:.2}/{:.1}", off * 1e3));
         if angle < RIGHT.0 && off < RIGHT.1 { tally.found += 1 } else { tally.wrong += 1 }
     }
@@ -151,12 +146,12 @@ fn a_source_that_comes_once_is_no_recording() -> Result<()> {
         }
         fn next_view(
             &mut self,
-        ) -> Option<std::result::Result<semascan_perception::view::View, semascan_inspection::source::SourceError>> {
+        ) -> Option<std::result::Result<semascan_perception::view::View, semascan_inspection::source::SourceError>>
+        {
             self.0.next_view()
         }
     }
-    let options =
-        TurntableOptions { size: (64, 48), ..options(TurntablePart::Can, TurntableDisc::Plain, 3, None) };
+    let options = TurntableOptions { size: (64, 48), ..options(TurntablePart::Can, TurntableDisc::Plain, 3, None) };
     let spec = InspectionSpec {
         labels: LabelSource::None,
         turntable: TurntableSpec::Known { axis: None, step: None },

@@ -8,7 +8,8 @@ use semascan_sources::bop::{BopSource, SceneWriter};
 
 #[test]
 fn the_camera_mask_takes_nothing_of_a_turntable_before_a_room() {
-    for (seed, part, views) in [(1, TurntablePart::Bracket, 8), (2, TurntablePart::Can, 8), (3, TurntablePart::Mug, 12)] {
+    for (seed, part, views) in [(1, TurntablePart::Bracket, 8), (2, TurntablePart::Can, 8), (3, TurntablePart::Mug, 12)]
+    {
         let options = TurntableOptions {
             part,
             disc: TurntableDisc::Printed,

@@ -20,7 +20,7 @@ const MOST_VIEWS: usize = 240;
 /// Views by which it is told whether the camera is fixed.
 const FIRST_VIEWS: usize = 8;
 /// Standard deviations of an estimated pose about the part: radians and metres.
-const SIGMA: (f64, f64) = (0.02, 0.0025);
+const SIGMA: (f64, f64) = (0.03, 0.005);
 
 /// The setting that says what was found.
 const SETTING: &str = "turntable";

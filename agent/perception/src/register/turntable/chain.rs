@@ -51,7 +51,8 @@ pub(super) fn place(
         return Err(TurntableError::TwoSolutions { best: solution.worth(), next: rival * solution.worth() });
     }
     let Attempt { stage, points, graph, .. } = &attempt;
-    let (axis, angles, _) = refine(views, points, &stage.changes, stage.axis, solution.angles.clone());
+    let (axis, angles, _) =
+        refine(views, points, &stage.changes, stage.axis, solution.angles.clone(), config.step.is_some());
     let n = views.len();
     let origin = angles.iter().flatten().next().copied().unwrap_or(0.0);
     let placed = angles.iter().flatten().count();
@@ -105,7 +106,8 @@ fn made(views: &[TurningView], stage: &Stage, config: &TurntableConfig) -> Optio
     let attempt = Attempt::new(views, stage, config);
     let best = attempt.solutions.iter().max_by(|a, b| a.worth().total_cmp(&b.worth()))?;
     let angles = best.angles.clone();
-    let (axis, angles, score) = refine(views, &attempt.points, &stage.changes, stage.axis, angles);
+    let (axis, angles, score) =
+        refine(views, &attempt.points, &stage.changes, stage.axis, angles, config.step.is_some());
     Some(Made { stage: Stage { axis, ..stage.clone() }, angles, score })
 }
 

@@ -27,13 +27,15 @@ enum Change {
     Scale(f64),
 }
 
-/// The axis and the angles (of the views that have one) at which all pairs agree best, and their score.
+/// The axis and the angles (of the views that have one) at which all pairs agree best, and their score. Where the angles
+/// are known (`fixed`) the axis alone moves.
 pub(super) fn refine(
     views: &[TurningView],
     points: &[Vec<Turning>],
     changes: &[bool],
     mut axis: Axis,
     mut angles: Vec<Option<f64>>,
+    fixed: bool,
 ) -> (Axis, Vec<Option<f64>>, f64) {
     let placed: Vec<usize> = (0..angles.len()).filter(|i| angles[*i].is_some()).collect();
     let pairs: Vec<(usize, usize)> = placed
@@ -62,6 +64,9 @@ pub(super) fn refine(
                 Change::Scale(scale),
                 Change::Scale(-scale),
             ] {
+                if fixed && matches!(change, Change::Scale(_)) {
+                    continue;
+                }
                 let (moved, turned) = changed(&axis, &angles, change);
                 let score = all(&moved, &turned);
                 if score > best {
@@ -69,7 +74,7 @@ pub(super) fn refine(
                 }
             }
             // Each view's own angle touches its pairs alone.
-            for &i in &placed {
+            for &i in placed.iter().filter(|_| !fixed) {
                 let own: Vec<(usize, usize)> = pairs.iter().filter(|(a, b)| *a == i || *b == i).copied().collect();
                 let of = |angles: &[Option<f64>]| own.iter().map(|p| pair(&axis, angles, p)).sum::<f64>();
                 let mut here = of(&angles);
