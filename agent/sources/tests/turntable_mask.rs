@@ -26,7 +26,7 @@ fn the_camera_mask_takes_nothing_of_a_turntable_before_a_room() {
         let views: Vec<View> = (0..views).filter_map(|i| recording.view(i)).collect();
         let entries: Vec<_> = views.iter().map(|v| writer.write(v).expect("written")).collect();
         writer.finish(&entries).expect("finished");
-        let mut source = BopSource::open(dir.path(), CameraMask::Auto).expect("opens");
+        let mut source = BopSource::open(dir.path(), &CameraMask::Auto).expect("opens");
         let said = source.info().settings.iter().find(|(name, _)| name == "camera_mask").expect("said").1.clone();
         let (mut part, mut kept, mut measured, mut all) = (0, 0, 0, 0);
         for truth in &views {

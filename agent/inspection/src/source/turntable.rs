@@ -21,6 +21,8 @@ const MOST_VIEWS: usize = 240;
 const FIRST_VIEWS: usize = 8;
 /// Standard deviations of an estimated pose about the part: radians and metres.
 const SIGMA: (f64, f64) = (0.03, 0.005);
+/// Radians that a camera must have turned before its poses are judged.
+const CARRIED: f64 = 0.06;
 
 /// The setting that says what was found.
 const SETTING: &str = "turntable";
@@ -85,6 +87,9 @@ impl TurntableSource {
             places.push(Some(thinned.len()));
             posed += usize::from(view.pose.table_from_camera().is_some());
             poses.push(view.pose.table_from_camera());
+            if posed > 0 && is_carried(&poses) {
+                return if asked { Self::refused_poses() } else { Found::Nothing };
+            }
             thinned.push(TurningView::of(&view));
             if thinned.len() == FIRST_VIEWS && !asked && matches!(look_for_stillness(&thinned), Err(e) if !e.is_fixed())
             {
@@ -99,7 +104,11 @@ impl TurntableSource {
             let all: Option<Vec<Isometry3<f64>>> = poses.into_iter().collect();
             let axis = all.and_then(|poses| axis_of_poses(&poses));
             let turntable = axis.and_then(|axis| volume(&thinned, &axis).ok());
-            return turntable.map_or(Found::Nothing, Found::Background);
+            return match turntable {
+                None if asked => Self::refused_poses(),
+                None => Found::Nothing,
+                Some(turntable) => Found::Background(turntable),
+            };
         }
         if thinned.len() == MOST_VIEWS && self.source.next_view().is_some() {
             let reason =
@@ -113,6 +122,10 @@ impl TurntableSource {
             Err(TurntableError::FewViews { .. }) if !asked => Found::Nothing,
             Err(error) => Found::Refused(error.to_string()),
         }
+    }
+
+    fn refused_poses() -> Found {
+        Found::Refused("its poses are not those of a fixed camera before something that turns about one axis".into())
     }
 
     /// Notes what was found for people and the record.
@@ -156,7 +169,7 @@ impl TurntableSource {
             None | Some(Found::Nothing) => return Ok(view),
             Some(Found::Refused(reason)) => {
                 let hint = "say --turntable step=DEG or axis=X,Y,Z,NX,NY,NZ, or none if it is no turntable";
-                return Err(refuse(format!("the view is of a turntable without poses: {reason}; {hint}")));
+                return Err(refuse(format!("the view is of a turntable: {reason}; {hint}")));
             }
             Some(Found::Background(turntable) | Found::Poses(turntable, _)) => turntable,
         };
@@ -190,6 +203,13 @@ impl TurntableSource {
         self.left_out += left_out;
         Ok(View { depth: Arc::new(depth), pose, ..view })
     }
+}
+
+/// Whether the poses are those of a camera that is carried about, as far as they tell.
+fn is_carried(table_from_camera: &[Option<Isometry3<f64>>]) -> bool {
+    let Some(poses) = table_from_camera.iter().copied().collect::<Option<Vec<_>>>() else { return true };
+    let turned = poses[0].rotation.angle_to(&poses[poses.len() - 1].rotation);
+    turned > CARRIED && axis_of_poses(&poses).is_none()
 }
 
 /// The pose of the camera when the disc has turned by `angle`, in the frame that turns with it.

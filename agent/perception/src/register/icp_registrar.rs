@@ -6,11 +6,12 @@ use super::kinematics::{Prior, prior};
 use super::model_view::ModelView;
 use super::projective_icp::{Aligned, IcpConfig, NotAligned, align};
 use super::registration::{Method, RegisterError, Registrar, Registration, RegistrationInput, Relocalization};
-use super::relocalization::{Proposal, camera_as_frame, find};
+use super::relocalization::{Pictures, Proposal, camera_as_frame, find};
 use super::se3::adjoint;
 use super::selection::Selection;
 use super::source_points::SourcePoints;
 use super::texture::ViewTexture;
+use crate::view::PoseEvidence;
 use nalgebra::{Isometry3, Matrix6};
 
 /// Points that take part in an alignment: more do not make it better.
@@ -34,6 +35,8 @@ pub struct IcpRegistrar {
     pending: Option<Pending>,
     /// In order; the first one says where the model stands.
     views: Vec<RefinedView>,
+    /// Pictures of the same views that only relocalization looks at, where it may.
+    pictures: Vec<Option<ViewTexture>>,
     /// Whether the table frame is that of the first view's camera.
     camera_is_frame: bool,
 }
@@ -42,6 +45,7 @@ pub struct IcpRegistrar {
 #[derive(Debug)]
 struct Pending {
     view: RefinedView,
+    picture: Option<ViewTexture>,
     camera_is_frame: bool,
 }
 
@@ -67,8 +71,8 @@ enum How {
 impl IcpRegistrar {
     /// Registers on the pixels of `selection`.
     pub fn new(config: IcpConfig, selection: Selection) -> Self {
-        let (pending, views) = (None, Vec::new());
-        Self { config, selection, global: GlobalConfig::default(), pending, views, camera_is_frame: false }
+        let (pending, views, pictures) = (None, Vec::new(), Vec::new());
+        Self { config, selection, global: GlobalConfig::default(), pending, views, pictures, camera_is_frame: false }
     }
 
     /// How far the whole model may be off where the first view put it, seen from a camera at `table_from_camera`: the
@@ -93,6 +97,7 @@ impl IcpRegistrar {
         input: &RegistrationInput<'_>,
         source: &SourcePoints,
         selection: Selection,
+        texture: Option<&ViewTexture>,
     ) -> Result<Known, RegisterError> {
         match prior(input.view) {
             Ok(prior) if !self.camera_is_frame => {
@@ -104,7 +109,12 @@ impl IcpRegistrar {
                     let prior = camera_as_frame();
                     return Ok(Known { prior, spread: prior.covariance, how: How::First });
                 };
-                let (mut prior, found) = find(source, input, model, selection, &self.global)?;
+                let pictures = self.views.iter().zip(&self.pictures);
+                let known: Vec<(&ModelView, &ViewTexture)> = pictures
+                    .filter_map(|(view, picture)| Some((&view.surface, view.texture.as_ref().or(picture.as_ref())?)))
+                    .collect();
+                let pictures = Pictures { own: texture, known: &known };
+                let (mut prior, found) = find(source, input, model, selection, pictures, &self.global)?;
                 // It was found in the model, wherever that stands.
                 let spread = prior.covariance;
                 prior.covariance += self.model_covariance(&prior.table_from_camera);
@@ -125,32 +135,38 @@ impl Registrar for IcpRegistrar {
             (count as f64 / most as f64).sqrt().ceil().max(1.0) as usize
         };
         let source = SourcePoints::select(input.cloud, stride(POINTS), label, |i| wanted[i]);
-        let Known { prior, spread, how } = self.known(input, &source, selection)?;
+        let coarse = (input.cloud.intrinsics.width as usize).div_ceil(KEPT_COLUMNS);
+        // On a turntable the light stands still and the part turns under it: its picture is no evidence of where exactly it
+        // is, but of which side is seen.
+        let refines = self.selection == Selection::Everything;
+        let texture = (refines || self.camera_is_frame || input.view.pose == PoseEvidence::None)
+            .then(|| ViewTexture::of(&input.view.rgb, input.cloud, coarse, |i| wanted[i]))
+            .flatten();
+        let Known { prior, spread, how } = self.known(input, &source, selection, texture.as_ref())?;
         let camera = &input.view.intrinsics;
         let start = &prior.table_from_camera;
         let aligned = input.model.map(|model| align(&source, camera, model, start, &spread, &self.config));
         let registration = concluded(&prior, how, aligned)?;
-        let coarse = (input.cloud.intrinsics.width as usize).div_ceil(KEPT_COLUMNS);
+        let (texture, picture) = if refines { (texture, None) } else { (None, texture) };
         let pose = registration.table_from_camera;
         self.pending = Some(Pending {
             view: RefinedView {
                 surface: ModelView::of(input.cloud, pose, coarse, label, |i| wanted[i]),
-                // On a turntable the light stands still and the part turns under it: its picture is no evidence.
-                texture: (self.selection == Selection::Everything)
-                    .then(|| ViewTexture::of(&input.view.rgb, input.cloud, coarse, |i| wanted[i]))
-                    .flatten(),
+                texture,
                 points: source.thinned(source.len().div_ceil(KEPT_POINTS)),
                 prior: prior.table_from_camera,
                 covariance: prior.covariance,
             },
+            picture,
             camera_is_frame: registration.method == Method::CameraIsFrame,
         });
         Ok(registration)
     }
 
     fn accepted(&mut self) {
-        if let Some(Pending { view, camera_is_frame }) = self.pending.take() {
+        if let Some(Pending { view, picture, camera_is_frame }) = self.pending.take() {
             self.views.push(view);
+            self.pictures.push(picture);
             self.camera_is_frame |= camera_is_frame;
         }
     }
@@ -175,7 +191,7 @@ fn concluded(
         })
     });
     let kinematic = matches!(how, How::Kinematic).then_some(prior.table_from_camera);
-    let relocalized = |Proposal { found, seed, seen, confirmed }, icp| {
+    let relocalized = |Proposal { found, seed, seen, confirmed, .. }, icp| {
         let contradicted = seen.contradiction();
         Method::Relocalized(Box::new(Relocalization { found, seed, confirmed, contradicted, icp }))
     };

@@ -196,8 +196,8 @@ impl TurntableError {
     }
 }
 
-/// The axis about which the disc of a posed recording by a fixed camera turns, in the camera's frame; `None` where the
-/// cameras do not differ by turns about one axis.
+/// The axis about which the disc of a posed recording by a fixed camera turns, in the camera's frame, with its point nearest
+/// to the camera and either sense; `None` where the cameras do not differ by turns about one axis.
 pub fn axis_of_poses(table_from_camera: &[Isometry3<f64>]) -> Option<Axis> {
     /// Least turn that says something of the axis, radians.
     const LEAST_TURN: f64 = 0.05;
@@ -228,8 +228,6 @@ pub fn axis_of_poses(table_from_camera: &[Isometry3<f64>]) -> Option<Axis> {
         let axis = m.rotation.axis().map_or(direction, |a| a);
         axis.dot(&direction).abs() > AGREE.0.cos() && (m * point - point).norm() < AGREE.1
     });
-    // Towards the camera.
-    let direction = if direction.dot(&point.coords) > 0.0 { -direction } else { direction };
     agrees.then_some(Axis { point, direction })
 }
 

@@ -53,7 +53,8 @@ pub(super) fn stage(views: &[TurningView], still: &Still, known: Option<&Axis>) 
     let (normal, offset) = match known {
         Some(axis) => {
             // Away from the disc, which the camera sees from above.
-            let normal = if axis.direction.dot(&axis.point.coords) > 0.0 { -axis.direction } else { axis.direction };
+            let middle = moving.iter().map(|p| p.coords).sum::<Vector3<f64>>();
+            let normal = if axis.direction.dot(&middle) > 0.0 { -axis.direction } else { axis.direction };
             (normal, height_of_plane(still, &point, &Axis { direction: normal, ..*axis }, &moving)?)
         }
         None => plane_beneath(still, &point, width, &moving)?,

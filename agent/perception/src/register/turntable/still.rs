@@ -8,7 +8,8 @@ use super::{FEWEST_VIEWS, TurntableError};
 
 /// Standard deviations beyond which a pixel's depth changes.
 const DEPTH_CHANGES: f32 = 6.0;
-/// Largest scatter of depth that is taken for noise: a share of the depth.
+/// Largest scatter of depth that is taken for noise: a share of the depth, at a metre and nearer; farther away it grows with
+/// the square of the depth, as the noise of stereo cameras does.
 const DEPTH_NOISE: f32 = 0.012;
 /// A pixel's grey value changes if its variance is so many times that of those that stand still.
 const GREY_CHANGES: f32 = 3.0;
@@ -82,7 +83,7 @@ pub fn look(views: &[TurningView]) -> Result<Still, TurntableError> {
     }
     let noise = quantile(&mut scatter, 0.4);
     // The range of a few values is about two and a half of their standard deviations.
-    let limit = |z: f32| (DEPTH_CHANGES / 2.5 * noise * z * z).clamp(0.004 * z, DEPTH_NOISE * z);
+    let limit = |z: f32| (DEPTH_CHANGES / 2.5 * noise * z * z).clamp(0.004 * z, DEPTH_NOISE * z * z.max(1.0));
     let smooth = box_mean(&variance, width, height, 1);
     let raw_smooth = box_mean(&raw_variance, width, height, 1);
     let still_in_depth: Vec<usize> = (0..n).filter(|i| middle[*i] > 0.0 && spread[*i] <= limit(middle[*i])).collect();
