@@ -117,7 +117,7 @@ fn height_of_plane(
     /// Height of a bin, metres.
     const BIN: f64 = 0.003;
     let mut radii: Vec<f64> = moving.iter().map(|p| axis.height_and_radius(p).1).collect();
-    let reach = profile::quantile(&mut radii, 0.9).map_or(f64::INFINITY, |r| 1.6 * r);
+    let reach = profile::quantile(&mut radii, 0.5).map_or(f64::INFINITY, |r| 1.5 * r);
     let mut bins: BTreeMap<i64, usize> = BTreeMap::new();
     for i in (0..still.middle.len()).filter(|i| still.middle[*i] > 0.0 && !still.depth_changes[*i]) {
         let p = point(i, still.middle[i]);
