@@ -311,7 +311,9 @@ mod tests {
         assert_eq!(changed.region.depth, Some(DepthRange { min: 0.2, max: 2.0 }));
         assert_eq!(changed.region.bounds, Some([-1.0, -1.0, 0.0, 1.0, 1.0, 0.5]));
         assert!(changed.region.labelled);
-        let wrong = ["--box 1,2,3", "--depth 2..1", "--depth 1", "--unit feet"];
+        let turning = apply("--turntable axis=0,0.1,0.6,0,-0.7,-0.7,step=-15", InspectionSpec::default());
+        assert_eq!(turning.turntable.to_string(), "axis=0,0.1,0.6,0,-0.7,-0.7,step=-15");
+        let wrong = ["--box 1,2,3", "--depth 2..1", "--depth 1", "--unit feet", "--turntable yes"];
         for line in wrong {
             let words = std::iter::once("semascan").chain(line.split_whitespace());
             assert!(Command::try_parse_from(words).is_err(), "{line}");

@@ -24,7 +24,7 @@ pub(crate) struct TurntableArgs {
     #[arg(long, value_enum, value_name = "PART")]
     turntable: Option<PartArg>,
     /// Degrees between two views [default: a full turn over all views]
-    #[arg(long, value_name = "DEG", requires = "turntable", allow_hyphen_values = true)]
+    #[arg(long, value_name = "DEG", requires = "turntable", allow_hyphen_values = true, value_parser = degrees)]
     step: Option<f64>,
     /// What the disc looks like
     #[arg(long, value_enum, default_value = "printed", requires = "turntable")]
@@ -35,6 +35,13 @@ pub(crate) struct TurntableArgs {
     /// Write the part's masks too
     #[arg(long, requires = "turntable")]
     masks: bool,
+}
+
+/// Reads the degrees between two views.
+fn degrees(text: &str) -> Result<f64, String> {
+    let degrees: f64 = text.parse().map_err(|_| format!("{text} is no number of degrees"))?;
+    let turns = degrees != 0.0 && degrees.abs() <= 180.0;
+    if turns { Ok(degrees) } else { Err(format!("{text}: up to 180 degrees, and not 0")) }
 }
 
 /// What stands on the disc.
