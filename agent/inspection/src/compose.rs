@@ -1,6 +1,6 @@
 //! From a specification to the stages that do it: the one place that puts segmenter and registrar together.
 
-use crate::source::{KeyframeRule, Keyframes, Source, SourceError, SourceInfo, WithTaxonomy};
+use crate::source::{KeyframeRule, Keyframes, Source, SourceError, SourceInfo, TurntableSource, WithTaxonomy};
 use crate::spec::{BackgroundMethod, InspectionSpec, MaskRefinement, NetworkSpec, RegistrationMethod, SpecError};
 use semascan_model::Taxonomy;
 use semascan_model::record::{LabelSource, NetworksRecord};
@@ -75,6 +75,8 @@ pub(crate) fn compose(spec: &InspectionSpec, source: Box<dyn Source>) -> Result<
         let reason = "only labelled pixels are asked for, but no labels: none would be left".to_owned();
         return Err(SpecError { field: "region.labelled".into(), reason }.into());
     }
+    source = TurntableSource::wrap(source, spec.turntable)
+        .map_err(|reason| SpecError { field: "turntable".into(), reason })?;
     if spec.source.keyframes {
         source = Box::new(Keyframes::new(source, KeyframeRule::default()));
     }

@@ -146,6 +146,11 @@ impl Finish {
         }
     }
 
+    /// A matt surface whose colour varies from place to place by the share `mottling`: printed paper, wood, stone.
+    pub(super) fn mottled(base: Vec3, mottling: f32, seed: u32) -> Self {
+        Self { mottling, noise: Noise::new(seed), ..Self::plain(base, 0.8) }
+    }
+
     /// The finish at `p` (millimetres, part's frame).
     pub(super) fn at(&self, p: Vec3) -> Appearance {
         let mut a =

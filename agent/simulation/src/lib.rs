@@ -4,6 +4,8 @@
 //! A part (a parametric starter motor, or any mesh) stands on a turntable; a robot carries a structured-light camera
 //! around it. Views come one by one with the chain that the station reports, noisy depth, shaded colour, exact labels
 //! and the true pose. Good enough to train and test on: the same seed gives the same bytes on any number of threads.
+//!
+//! [`TurntableRecording`] is another setting: a fixed depth camera of the consumer class before a turntable in a room.
 
 mod appearance;
 mod backdrop;
@@ -27,7 +29,9 @@ mod solid;
 mod spec;
 mod starter_motor;
 mod station;
+mod stereo_camera;
 mod training;
+mod turntable;
 mod viewpoint;
 
 pub use domain::Domain;
@@ -37,6 +41,7 @@ pub use sensor::SensorModel;
 pub use spec::{PartSpec, VirtualCellSpec};
 pub use station::ErrorModel;
 pub use training::{GENERATOR, TrainingCell, TrainingOptions};
+pub use turntable::{TurntableDisc, TurntableOptions, TurntablePart, TurntableRecording};
 
 use camera::Camera;
 use part::Scene;

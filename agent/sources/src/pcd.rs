@@ -103,6 +103,11 @@ impl Source for PcdSource {
         let view = view(index, cloud, self.unit);
         Some(view.map_err(|reason| SourceError::Format { path: path.clone(), reason }))
     }
+
+    fn rewind(&mut self) -> bool {
+        self.next = 0;
+        true
+    }
 }
 
 /// The failure of a reader as that of a source.

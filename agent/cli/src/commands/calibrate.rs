@@ -65,7 +65,7 @@ impl CalibrateArgs {
             writeln!(out, "{low:>8} {middle:>8} {high:>8}  {kind} {source} ({})", of_set.len())?;
             scores.push(json!({ "source": source, "kind": kind, "scores": of_set, "statistics": numbers }));
         }
-        let marked = photographs.iter().filter(|n| domain.score(*n) > domain.threshold).count();
+        let marked = photographs.iter().filter(|n| domain.score(n) > domain.threshold).count();
         writeln!(
             out,
             "threshold {:.2}; largest score inside {:.2} (each source judged by the others); outside {marked} of {} marked",

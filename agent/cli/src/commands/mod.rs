@@ -21,6 +21,8 @@ mod spec_args;
 #[cfg(feature = "demo")]
 mod synth;
 #[cfg(feature = "demo")]
+mod synth_turntable;
+#[cfg(feature = "demo")]
 mod tables;
 
 use clap::{Parser, Subcommand};

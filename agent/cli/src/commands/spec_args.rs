@@ -3,7 +3,7 @@
 use clap::{Args, ValueEnum};
 use semascan_inspection::spec::{
     BackgroundMethod, CameraMask, DepthRange, InspectionSpec, LabelSource, LengthUnit, MaskRefinement,
-    ObjectAssociation, RegistrationMethod,
+    ObjectAssociation, RegistrationMethod, TurntableSpec,
 };
 use semascan_perception::fuse::Uncertain;
 
@@ -23,6 +23,11 @@ pub(crate) struct SpecArgs {
     /// Millimetres of a depth of 1 in a recording [default: what the recording says]
     #[arg(long, value_name = "MM")]
     depth_scale: Option<f64>,
+    /// Whether it is a recording of a turntable before a fixed camera: `none`, `estimate`, or what is known, `step=DEG`
+    /// (degrees between two views) and `axis=X,Y,Z,NX,NY,NZ` (camera frame, metres) with a comma between [default: auto: a
+    /// recording without poses before a background that stands still is one]
+    #[arg(long, value_name = "WHAT", allow_hyphen_values = true)]
+    turntable: Option<TurntableSpec>,
     /// Inspect only these depths along the optical axis, in metres: 0.2..1.5, ..1.5 or 0.2..
     #[arg(long, value_name = "MIN..MAX")]
     depth: Option<DepthRange>,
@@ -181,6 +186,7 @@ impl SpecArgs {
         set(&mut spec.source.camera_mask, self.camera_mask.map(CameraMask::from));
         spec.source.unit = self.unit.map(Into::into).or(spec.source.unit);
         spec.source.depth_scale_mm = self.depth_scale.or(spec.source.depth_scale_mm);
+        set(&mut spec.turntable, self.turntable);
         spec.region.depth = self.depth.or(spec.region.depth);
         spec.region.bounds = self.bounds.map(|Corners(corners)| corners).or(spec.region.bounds);
         spec.region.labelled |= self.roi == Some(RoiArg::Labelled);
@@ -305,7 +311,9 @@ mod tests {
         assert_eq!(changed.region.depth, Some(DepthRange { min: 0.2, max: 2.0 }));
         assert_eq!(changed.region.bounds, Some([-1.0, -1.0, 0.0, 1.0, 1.0, 0.5]));
         assert!(changed.region.labelled);
-        let wrong = ["--box 1,2,3", "--depth 2..1", "--depth 1", "--unit feet"];
+        let turning = apply("--turntable axis=0,0.1,0.6,0,-0.7,-0.7,step=-15", InspectionSpec::default());
+        assert_eq!(turning.turntable.to_string(), "axis=0,0.1,0.6,0,-0.7,-0.7,step=-15");
+        let wrong = ["--box 1,2,3", "--depth 2..1", "--depth 1", "--unit feet", "--turntable yes"];
         for line in wrong {
             let words = std::iter::once("semascan").chain(line.split_whitespace());
             assert!(Command::try_parse_from(words).is_err(), "{line}");

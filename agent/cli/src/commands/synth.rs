@@ -1,5 +1,7 @@
-//! `semascan synth --out DIR --parts N --views N --seed S`: labelled training data from the virtual cell.
+//! `semascan synth --out DIR --parts N --views N --seed S`: labelled training data from the virtual cell, or with
+//! `--turntable` recordings of a turntable (`synth_turntable`).
 
+use super::synth_turntable::{self, TurntableArgs};
 use super::{Failure, serve};
 use anyhow::anyhow;
 use clap::Args;
@@ -39,6 +41,8 @@ pub(crate) struct SynthArgs {
     /// Number of the first part: several processes may write parts of one set, each its own
     #[arg(long, value_name = "K", default_value_t = 0, value_parser = clap::value_parser!(u32).range(0..=900_000))]
     first_part: u32,
+    #[command(flatten)]
+    turntable: TurntableArgs,
     /// Threads to compute with; the result does not depend on it
     #[arg(long, value_name = "N")]
     threads: Option<usize>,
@@ -62,6 +66,10 @@ struct Summary<'a> {
 impl SynthArgs {
     pub(crate) fn run(self) -> Result<(), Failure> {
         serve::use_threads(self.threads)?;
+        if let Some(recordings) = self.turntable.options(self.views, self.size) {
+            let parts = self.first_part..self.first_part + self.parts;
+            return synth_turntable::write(&self.out, parts, self.seed, recordings, self.json);
+        }
         let ((w, h), (columns, rows)) = (self.size, self.window);
         if columns > w || rows > h {
             return Err(Failure::Call(anyhow!("--window {columns}x{rows} does not fit into --size {w}x{h}")));

@@ -59,3 +59,32 @@ fn synth_refuses_wrong_calls_and_names_what_it_cannot_write() {
     assert_eq!(output.status.code(), Some(1));
     assert!(stderr(&output).contains("file/set"), "{}", stderr(&output));
 }
+
+#[test]
+fn synth_writes_turntables_without_poses_and_their_truth_beside() {
+    let dir = tempfile::tempdir().expect("temporary folder");
+    let out = dir.path().join("set");
+    let call = ["synth", "--turntable", "can", "--disc", "plain", "--parts", "1", "--views", "3", "--seed", "5"];
+    let more = ["--size", "64x48", "--step", "-20", "--json", "--out", out.to_str().expect("UTF-8")];
+    let output = semascan(&[&call[..], &more].concat());
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    let scene = out.join("000000");
+    let read = |file: &str| -> serde_json::Value {
+        serde_json::from_slice(&std::fs::read(scene.join(file)).expect("reads")).expect("JSON")
+    };
+    let cameras = read("scene_camera.json");
+    assert_eq!(cameras.as_object().map(|c| c.len()), Some(3));
+    assert!(cameras["0"].get("cam_t_w2c").is_none(), "a recording holds no poses");
+    let truth = read("truth.json");
+    assert_eq!(truth["simulated"], true);
+    assert_eq!(truth["table_from_camera"].as_array().map(Vec::len), Some(3));
+    assert!((truth["step_deg"].as_f64().expect("a number").abs() - 20.0).abs() < 1e-9);
+    for wrong in [&["--step", "0"][..], &["--step", "nan"], &["--turntable", "teapot"]] {
+        let line = [
+            &["synth", "--parts", "1", "--views", "3", "--seed", "5", "--out", "x"][..],
+            &["--turntable", "can"],
+            wrong,
+        ];
+        assert_eq!(semascan(&line.concat()).status.code(), Some(2), "{wrong:?}");
+    }
+}

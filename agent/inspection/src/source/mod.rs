@@ -4,10 +4,12 @@
 
 mod error;
 mod keyframes;
+mod turntable;
 mod with_taxonomy;
 
 pub use error::SourceError;
 pub use keyframes::{KeyframeRule, Keyframes};
+pub use turntable::TurntableSource;
 pub use with_taxonomy::WithTaxonomy;
 
 use nalgebra::Point3;
@@ -26,6 +28,12 @@ pub trait Source: Send {
     /// A bad view (corrupt file, missing depth ...) is an error that names the file or field; the next call goes on
     /// with the view after it.
     fn next_view(&mut self) -> Option<Result<View, SourceError>>;
+
+    /// Begins again with the first view, for what must look at all views before the first is inspected. `false` where the
+    /// source cannot: a camera's views come once.
+    fn rewind(&mut self) -> bool {
+        false
+    }
 
     /// The true surface, where the source knows it.
     fn truth(&self) -> Option<&TrueMesh> {

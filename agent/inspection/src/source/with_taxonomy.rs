@@ -28,6 +28,10 @@ impl Source for WithTaxonomy {
         self.source.next_view()
     }
 
+    fn rewind(&mut self) -> bool {
+        self.source.rewind()
+    }
+
     fn truth(&self) -> Option<&TrueMesh> {
         self.source.truth()
     }

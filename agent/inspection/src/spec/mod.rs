@@ -5,10 +5,12 @@
 
 mod network;
 mod region;
+mod turntable;
 
 pub use network::NetworkSpec;
 pub use region::{Corners, DepthRange, RegionSpec};
 pub use semascan_model::record::LabelSource;
+pub use turntable::TurntableSpec;
 
 use semascan_perception::fuse::{AssociationTest, OutlierFilter};
 use serde::{Deserialize, Serialize};
@@ -24,6 +26,9 @@ const LEAST_VIEWS: f64 = 0.5;
 pub struct InspectionSpec {
     /// What is inspected, and at which resolution.
     pub source: SourceSpec,
+    /// Whether it is a recording of a turntable before a fixed camera: `auto`, `none`, `estimate`, `step=DEG`,
+    /// `axis=X,Y,Z,NX,NY,NZ` (camera frame, metres).
+    pub turntable: TurntableSpec,
     /// Which of a view's pixels are inspected.
     pub region: RegionSpec,
     /// Smallest share of the views that must become part of the model, 0 to 1; half of them if absent. An inspection with
@@ -282,7 +287,7 @@ mod tests {
 
     #[test]
     fn every_field_is_read_and_an_unknown_one_is_named() {
-        let text = "labels = \"network\"\nmasks = \"lcccp\"\nassociation = \"gravity-centre\"\n\
+        let text = "labels = \"network\"\nmasks = \"lcccp\"\nassociation = \"gravity-centre\"\nturntable = \"step=15\"\n\
             registration = \"segment-icp\"\nleast_views = 0.8\n[region]\ndepth = \"0.2..1.5\"\n\
             box = [-0.1, -0.1, 0.0, 0.1, 0.1, 0.2]\nlabelled = true\nfootprint_voxels = 3\n[source]\nuri = \"scene\"\ncamera_mask = \"gripper.png\"\nvoxel_mm = 1.5\n\
             keyframes = true\nunit = \"cm\"\ndepth_scale_mm = 0.25\npace_s = 0.5\n[preparation]\ndenoise = true\nbackground = \"volume\"\n\
@@ -293,6 +298,7 @@ mod tests {
         assert_eq!(spec.pace(), Ok(Duration::from_millis(500)));
         assert_eq!((spec.outliers.min_neighbours, spec.outliers.radius), (4, OutlierFilter::default().radius));
         assert!(spec.association_test().is_some());
+        assert_eq!(spec.turntable, TurntableSpec::Known { axis: None, step: Some(15.0) });
         assert_eq!((spec.least_share(), spec.depth_scale()), (Ok(0.8), Ok(Some(0.25))));
         assert_eq!(spec.source.unit.map(LengthUnit::in_metres), Some(0.01));
         assert!(spec.region.labelled && spec.region.depth == Some(DepthRange { min: 0.2, max: 1.5 }));

@@ -7,11 +7,12 @@ use super::model_view::ModelView;
 use super::projective_icp::{Aligned, IcpConfig, NotAligned, align};
 use super::refinement_set::RefinementSet;
 use super::registration::{Method, RegisterError, Registrar, Registration, RegistrationInput, Relocalization};
-use super::relocalization::{Proposal, camera_as_frame, find};
+use super::relocalization::{Pictures, Proposal, camera_as_frame, find};
 use super::se3::adjoint;
 use super::selection::Selection;
 use super::source_points::SourcePoints;
 use super::texture::ViewTexture;
+use crate::view::PoseEvidence;
 use nalgebra::{Isometry3, Matrix6};
 
 /// Points that take part in an alignment: more do not make it better.
@@ -93,6 +94,7 @@ impl IcpRegistrar {
         input: &RegistrationInput<'_>,
         source: &SourcePoints,
         selection: Selection,
+        texture: Option<&ViewTexture>,
     ) -> Result<Known, RegisterError> {
         match prior(input.view) {
             Ok(prior) if !self.camera_is_frame => {
@@ -104,7 +106,10 @@ impl IcpRegistrar {
                     let prior = camera_as_frame();
                     return Ok(Known { prior, spread: prior.covariance, how: How::First });
                 };
-                let (mut prior, found) = find(source, input, model, selection, &self.global)?;
+                let known: Vec<(&ModelView, &ViewTexture)> =
+                    self.views.kept().filter_map(|view| Some((&view.surface, view.appearance()?))).collect();
+                let pictures = Pictures { own: texture, known: &known };
+                let (mut prior, found) = find(source, input, model, selection, pictures, &self.global)?;
                 // It was found in the model, wherever that stands.
                 let spread = prior.covariance;
                 prior.covariance += self.model_covariance(&prior.table_from_camera);
@@ -125,20 +130,25 @@ impl Registrar for IcpRegistrar {
             (count as f64 / most as f64).sqrt().ceil().max(1.0) as usize
         };
         let source = SourcePoints::select(input.cloud, stride(POINTS), label, |i| wanted[i]);
-        let Known { prior, spread, how } = self.known(input, &source, selection)?;
+        let coarse = (input.cloud.intrinsics.width as usize).div_ceil(KEPT_COLUMNS);
+        // On a turntable the light stands still and the part turns under it: its picture is no evidence of where exactly it
+        // is, but of which side is seen.
+        let refines = self.selection == Selection::Everything;
+        let texture = (refines || self.camera_is_frame || input.view.pose == PoseEvidence::None)
+            .then(|| ViewTexture::of(&input.view.rgb, input.cloud, coarse, |i| wanted[i]))
+            .flatten();
+        let Known { prior, spread, how } = self.known(input, &source, selection, texture.as_ref())?;
         let camera = &input.view.intrinsics;
         let start = &prior.table_from_camera;
         let aligned = input.model.map(|model| align(&source, camera, model, start, &spread, &self.config));
         let registration = concluded(&prior, how, aligned)?;
-        let coarse = (input.cloud.intrinsics.width as usize).div_ceil(KEPT_COLUMNS);
+        let (texture, side) = if refines { (texture, None) } else { (None, texture) };
         let pose = registration.table_from_camera;
         self.pending = Some(Pending {
             view: RefinedView {
                 surface: ModelView::of(input.cloud, pose, coarse, label, |i| wanted[i]),
-                // On a turntable the light stands still and the part turns under it: its picture is no evidence.
-                texture: (self.selection == Selection::Everything)
-                    .then(|| ViewTexture::of(&input.view.rgb, input.cloud, coarse, |i| wanted[i]))
-                    .flatten(),
+                texture,
+                side,
                 points: source.thinned(source.len().div_ceil(KEPT_POINTS)),
                 prior: prior.table_from_camera,
                 covariance: prior.covariance,
@@ -175,7 +185,7 @@ fn concluded(
         })
     });
     let kinematic = matches!(how, How::Kinematic).then_some(prior.table_from_camera);
-    let relocalized = |Proposal { found, seed, seen, confirmed }, icp| {
+    let relocalized = |Proposal { found, seed, seen, confirmed, .. }, icp| {
         let contradicted = seen.contradiction();
         Method::Relocalized(Box::new(Relocalization { found, seed, confirmed, contradicted, icp }))
     };

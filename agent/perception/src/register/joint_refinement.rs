@@ -64,6 +64,8 @@ pub struct RefinedView {
     pub points: SourcePoints,
     /// Its picture; `None` where it shows too little.
     pub texture: Option<ViewTexture>,
+    /// Its picture where that says which side is seen but not where exactly it is.
+    pub side: Option<ViewTexture>,
     /// Pose from kinematics.
     pub prior: Isometry3<f64>,
     /// Over (rotation, translation), camera frame.
@@ -75,6 +77,11 @@ impl RefinedView {
     fn footprint(&self, level: usize) -> f64 {
         let depth = self.points.centroid().map_or(0.0, |centre| centre.z);
         self.surface.intrinsics.footprint(depth) * f64::from(1_u32 << level)
+    }
+
+    /// Its picture, if there is one of any use.
+    pub(super) fn appearance(&self) -> Option<&ViewTexture> {
+        self.texture.as_ref().or(self.side.as_ref())
     }
 
     /// How differently two views look at what they see: the angle between their cameras, and between the rays from
@@ -396,6 +403,7 @@ pub(super) mod tests {
         RefinedView {
             surface: ModelView::of(&cloud, *prior, 1, |_| 0, |_| true),
             texture: ViewTexture::of(&rgb, &cloud, 1, |_| true),
+            side: None,
             points: SourcePoints::select(&cloud, 4, |_| 0, |_| true),
             prior: *prior,
             covariance: covariance_of_prior(0.01, 0.005),

@@ -29,6 +29,7 @@ mod selection;
 mod source_points;
 mod surfels;
 mod texture;
+pub mod turntable;
 mod visibility;
 
 pub use correspondences::{Gate, linearise};

@@ -43,6 +43,59 @@ pub(super) fn linearise(
     total.finish(centre, RANGE.into())
 }
 
+/// How alike the pictures of two views are, as sums over the points that both see.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Alikeness {
+    products: f64,
+    squares: [f64; 2],
+    points: u32,
+}
+
+impl Alikeness {
+    /// The sums of both.
+    pub(super) fn and(self, other: Self) -> Self {
+        Self {
+            products: self.products + other.products,
+            squares: [self.squares[0] + other.squares[0], self.squares[1] + other.squares[1]],
+            points: self.points + other.points,
+        }
+    }
+
+    /// Normalised cross-correlation, -1 to 1; `None` of fewer than `fewest` points.
+    pub(super) fn correlation(&self, fewest: u32) -> Option<f64> {
+        (self.points >= fewest).then(|| self.products / (self.squares[0] * self.squares[1]).sqrt().max(1e-9))
+    }
+}
+
+/// Compares the pictures at the level of `gate`, with the arguments of [`linearise`].
+pub(super) fn compare(
+    source: &TexturedPoints,
+    picture: &ViewTexture,
+    surface: &ModelView,
+    target_from_source: &Isometry3<f64>,
+    gate: &PhotometricGate,
+) -> Alikeness {
+    let target_from_source = target_from_source.cast::<f32>();
+    let reach = gate.distance * gate.distance;
+    let mut out = Alikeness::default();
+    for (point, samples) in source.points.iter().zip(&source.samples) {
+        let p: [f32; 3] = (target_from_source * Point3::from(*point)).into();
+        let Some((u, v)) = surface.intrinsics.project(&Point3::from(p).cast()) else { continue };
+        let Some(at) = surface.intrinsics.pixel(u, v) else { continue };
+        let q = surface.points[at];
+        let d = sub(p, q);
+        if q[2] <= 0.0 || dot(d, d) > reach {
+            continue;
+        }
+        let Some(sample) = picture.picture.at(gate.level, p) else { continue };
+        let (a, b) = (f64::from(samples[gate.level].value), f64::from(sample.value));
+        out.products += a * b;
+        out.squares = [out.squares[0] + a * a, out.squares[1] + b * b];
+        out.points += 1;
+    }
+    out
+}
+
 fn block(
     source: &TexturedPoints,
     range: std::ops::Range<usize>,

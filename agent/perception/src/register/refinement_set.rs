@@ -51,7 +51,12 @@ impl RefinementSet {
 
     /// The first view, which says where the model stands.
     pub(super) fn first(&self) -> Option<&RefinedView> {
-        self.kept.first().map(|kept| &kept.view)
+        self.kept().next()
+    }
+
+    /// The views that are kept, in order.
+    pub(super) fn kept(&self) -> impl Iterator<Item = &RefinedView> {
+        self.kept.iter().map(|kept| &kept.view)
     }
 
     /// Adds the next view.

@@ -72,6 +72,14 @@ pub enum RegisterError {
         /// Per cent, of the best pose.
         contradicted: f64,
     },
+    /// The view came without evidence, and where its surface lies on the model its picture is another.
+    #[error(
+        "no pose evidence, and no pose holds: the surface fits, but the pictures correlate by {correlation:.2} only"
+    )]
+    Unlike {
+        /// Correlation of the pictures at the best pose, -1 to 1.
+        correlation: f64,
+    },
     /// The view came without evidence and fits the model in more than one pose.
     #[error(
         "no pose evidence, and ambiguous: the view confirms {best:.0} % of the model in one pose, {next:.0} % in another"

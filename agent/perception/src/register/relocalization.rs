@@ -2,18 +2,21 @@
 //! the pose that was found as its prior.
 //!
 //! Global registration proposes poses by the surface alone, and on round parts most of them are wrong. Each is judged by
-//! what the camera would have seen from there ([`super::visibility`]). Where none holds or two hold alike, no guess is
-//! made: one wrong pose spoils a model for all that come after. A pose that holds is known to about the edge of the grid
+//! what the camera would have seen from there ([`super::visibility`]), and by its picture, where views that were found
+//! before it show the same surface ([`super::photometric`]): round things are alike by their surface and not by their
+//! print. Where none holds or two hold alike, no guess is made: one wrong pose spoils a model for all that come after. A pose that holds is known to about the edge of the grid
 //! it was found on, which is what its covariance says: the ICP has to make a good one of it.
 
 use super::global::{CloudInput, GlobalConfig, GlobalMatch, propose};
 use super::kinematics::Prior;
-use super::model_view::ModelSurface;
+use super::model_view::{ModelSurface, ModelView};
+use super::photometric::{Alikeness, PhotometricGate, compare};
 use super::registration::{RegisterError, RegistrationInput};
 use super::se3::about;
 use super::selection::Selection;
 use super::source_points::SourcePoints;
 use super::surfels::Facing;
+use super::texture::{LEVELS, ViewTexture};
 use super::visibility::Visibility;
 use crate::view::covariance_of_prior;
 use nalgebra::{Isometry3, Matrix6, Point3};
@@ -29,6 +32,12 @@ const OBJECT: AcceptanceLimits = AcceptanceLimits { contradicted: 0.05, confirme
 const SCENE: AcceptanceLimits = AcceptanceLimits { contradicted: 0.15, confirmed: 0.75, holes_count: false };
 /// Share of the best pose's confirmation from which on the next best one is a rival.
 const RIVAL: f64 = 0.9;
+/// Correlation of the pictures below which a pose does not hold, whatever the surface says.
+const UNLIKE: f64 = 0.0;
+/// By how much the correlation of one pose must exceed that of another that confirms as much, to be preferred.
+const MORE_ALIKE: f64 = 0.2;
+/// Fewest points that two pictures are compared in.
+const FEWEST_COMPARED: u32 = 300;
 /// Edges of the grids that are tried, in edges of the first.
 const GRIDS: [f64; 3] = [1.0, 0.8, 1.25];
 /// Standard deviations (radians, metres) of a camera that the table frame is defined by: all but none.
@@ -71,18 +80,45 @@ pub(super) struct Proposal {
     pub(super) seen: Visibility,
     /// Share of what the model shows that the view confirms.
     pub(super) confirmed: f64,
+    /// Correlation of its picture with those of the views before it; `None` where they have too little in common.
+    pub(super) alike: Option<f64>,
+}
+
+/// Pictures that a view is compared with.
+#[derive(Clone, Copy)]
+pub(super) struct Pictures<'a> {
+    /// The view's own; `None` where it shows too little.
+    pub(super) own: Option<&'a ViewTexture>,
+    /// Surfaces and pictures of views whose poses are known.
+    pub(super) known: &'a [(&'a ModelView, &'a ViewTexture)],
+}
+
+impl Pictures<'_> {
+    /// Correlation with the view's picture, taken from `table_from_camera`; surfaces up to `distance` metres apart are the
+    /// same.
+    fn alike(&self, table_from_camera: &Isometry3<f64>, distance: f32) -> Option<f64> {
+        let own = self.own?;
+        // A proposed pose is good to a few millimetres: fine detail would not meet.
+        let gate = PhotometricGate { level: LEVELS - 1, distance, tukey: f32::INFINITY };
+        let all = self.known.iter().map(|(surface, texture)| {
+            let target_from_source = surface.table_from_camera.inverse() * table_from_camera;
+            compare(&own.points, texture, surface, &target_from_source, &gate)
+        });
+        all.fold(Alikeness::default(), Alikeness::and).correlation(FEWEST_COMPARED)
+    }
 }
 
 /// Finds `source`, the points of `input` (camera frame) that `selection` agrees to, among those points of `model`. The covariance is that of the pose relative to the model.
 ///
 /// # Errors
-/// [`RegisterError::NotFound`]; [`RegisterError::Contradicted`] where the view would have seen through the model;
+/// [`RegisterError::NotFound`]; [`RegisterError::Unlike`] where the pictures differ; [`RegisterError::Contradicted`] where the view would have seen through the model;
 /// [`RegisterError::Ambiguous`] where two poses are nearly as good.
 pub(super) fn find(
     source: &SourcePoints,
     input: &RegistrationInput<'_>,
     model: &dyn ModelSurface,
     selection: Selection,
+    pictures: Pictures<'_>,
     config: &GlobalConfig,
 ) -> Result<(Prior, Proposal), RegisterError> {
     let wanted = &|class| selection.wants(class);
@@ -97,7 +133,8 @@ pub(super) fn find(
     let look = |found: GlobalMatch, seed: u64| {
         let shown = model.view(&coarse, &found.target_from_source);
         let seen = Visibility::of(input, &shown, wanted, tolerance);
-        Proposal { confirmed: limits.confirmation(&seen), seen, found, seed }
+        let alike = pictures.alike(&found.target_from_source, 2.0 * tolerance);
+        Proposal { confirmed: limits.confirmation(&seen), alike, seen, found, seed }
     };
     let mut chosen = Err(RegisterError::NoEvidence);
     let mut voxel = config.voxel;
@@ -106,12 +143,12 @@ pub(super) fn find(
         let settings = GlobalConfig { seed, voxel: voxel.map(|voxel| voxel * scale), ..*config };
         let proposed = match (propose(&source_input, &target_input, &settings), &chosen) {
             (Ok(proposed), _) => proposed,
-            (Err(_), Err(RegisterError::Contradicted { .. })) => break,
+            (Err(_), Err(RegisterError::Contradicted { .. } | RegisterError::Unlike { .. })) => break,
             (Err(error), _) => return Err(error.into()),
         };
         voxel = voxel.or(proposed.first().map(|p| p.voxel));
         chosen = choose(proposed.into_iter().map(|found| look(found, seed)).collect(), limits);
-        if !matches!(chosen, Err(RegisterError::Contradicted { .. })) {
+        if !matches!(chosen, Err(RegisterError::Contradicted { .. } | RegisterError::Unlike { .. })) {
             break;
         }
     }
@@ -126,14 +163,25 @@ fn choose(proposals: Vec<Proposal>, limits: AcceptanceLimits) -> Result<Proposal
     let (overlap, contradicted) =
         proposals.first().map_or((0.0, 0.0), |p| (per_cent(p.found.overlap), per_cent(p.seen.contradiction())));
     let mut holding: Vec<Proposal> = proposals.into_iter().filter(|p| limits.accept(&p.seen)).collect();
+    let unlike = holding.iter().filter_map(|p| p.alike).fold(f64::NEG_INFINITY, f64::max);
+    let held = !holding.is_empty();
+    holding.retain(|p| p.alike.is_none_or(|alike| alike > UNLIKE));
+    if held && holding.is_empty() {
+        return Err(RegisterError::Unlike { correlation: unlike });
+    }
     holding.sort_by(|a, b| b.confirmed.total_cmp(&a.confirmed));
-    let mut holding = holding.into_iter();
-    let best = holding.next().ok_or(RegisterError::Contradicted { overlap, contradicted })?;
-    match holding.next() {
-        Some(next) if next.confirmed > RIVAL * best.confirmed => {
-            Err(RegisterError::Ambiguous { best: per_cent(best.confirmed), next: per_cent(next.confirmed) })
+    let most = holding.first().ok_or(RegisterError::Contradicted { overlap, contradicted })?.confirmed;
+    // Of those that the surface confirms about as much, the picture chooses, if it is clear.
+    holding.retain(|p| p.confirmed > RIVAL * most);
+    holding.sort_by(|a, b| b.alike.unwrap_or(UNLIKE).total_cmp(&a.alike.unwrap_or(UNLIKE)));
+    let next = holding.get(1).map(|next| (next.confirmed, next.alike));
+    let best = holding.swap_remove(0);
+    match next {
+        None => Ok(best),
+        Some((_, Some(other))) if best.alike.is_some_and(|alike| alike > other + MORE_ALIKE) => Ok(best),
+        Some((confirmed, _)) => {
+            Err(RegisterError::Ambiguous { best: per_cent(best.confirmed), next: per_cent(confirmed) })
         }
-        _ => Ok(best),
     }
 }
 
@@ -172,7 +220,21 @@ mod tests {
         };
         let hidden = 100 - confirmed - contradicted;
         let seen = Visibility { confirmed, contradicted, hidden, unmeasured: 0 };
-        Proposal { confirmed: OBJECT.confirmation(&seen), seen, found, seed: 1 }
+        Proposal { confirmed: OBJECT.confirmation(&seen), alike: None, seen, found, seed: 1 }
+    }
+
+    #[test]
+    fn the_picture_decides_between_poses_that_the_surface_confirms_alike() {
+        let with = |alike, overlap| Proposal { alike, ..proposal(overlap, 90, 1) };
+        let chosen = choose(vec![with(Some(0.05), 0.9), with(Some(0.6), 0.8)], OBJECT).expect("one is alike");
+        assert_eq!(chosen.found.overlap, 0.8);
+        let both = choose(vec![with(Some(0.5), 0.9), with(Some(0.6), 0.8)], OBJECT);
+        assert!(matches!(both, Err(RegisterError::Ambiguous { .. })), "{both:?}");
+        // What could not be compared is no worse than what could.
+        let one = choose(vec![with(None, 0.9), with(Some(0.6), 0.8)], OBJECT);
+        assert!(matches!(one, Err(RegisterError::Ambiguous { .. })), "{one:?}");
+        let none = choose(vec![with(Some(-0.3), 0.9)], OBJECT);
+        assert!(matches!(none, Err(RegisterError::Unlike { .. })), "{none:?}");
     }
 
     #[test]

@@ -3,3 +3,4 @@
 mod fusion_segmentation;
 mod preparation;
 mod region;
+mod turntable;

@@ -306,4 +306,9 @@ impl Source for BopSource {
         }
         Some(read.map(|(view, _)| view))
     }
+
+    fn rewind(&mut self) -> bool {
+        (self.next, self.shared_pixels) = (0, 0);
+        true
+    }
 }

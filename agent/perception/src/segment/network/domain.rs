@@ -7,7 +7,7 @@
 //! measured (`semascan models calibrate`) and stand in the model's manifest. A model without them does not judge.
 
 use super::picture_statistics::{NAME, STATISTICS, statistics};
-use super::region::{Volume, Window};
+use super::region::{Sight, Volume, Window};
 use crate::view::View;
 use nalgebra::{DMatrix, DVector};
 use semascan_model::record::{DomainRecord, UncertaintyFigures};
@@ -25,9 +25,14 @@ const DISAGREEMENT: f64 = 1.5;
 const FEWEST_FOREGROUND: u64 = 500;
 
 /// The numbers of a view that are compared: of the window that networks look at, `margin` pixels wider than what is in
-/// `volume`. `None` where the part is out of sight or its window too small.
+/// `volume`; of the whole picture where that is unknown. `None` where the part is out of sight or its window too small.
 pub fn numbers_of(view: &View, volume: Option<&Volume>, margin: u32) -> Option<[f64; STATISTICS]> {
-    statistics(&view.rgb, Window::of_volume(view, volume, margin)?)
+    let window = match Window::of_volume(view, volume, margin) {
+        Sight::In(window) => window,
+        Sight::Unknown => Window::whole(view.intrinsics.width, view.intrinsics.height),
+        Sight::None => return None,
+    };
+    statistics(&view.rgb, window)
 }
 
 /// `[domain]` of a manifest: the views that a model's labels can be believed for.
