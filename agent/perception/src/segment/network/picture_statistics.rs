@@ -151,7 +151,7 @@ mod tests {
     #[test]
     fn detail_shows_at_its_scale_and_where_the_window_is() {
         // Squares of 4 pixels in the right half.
-        let squares = |u: u32, v: u32| if u >= 96 && (u / 4 + v / 4) % 2 == 0 { [160; 3] } else { [100; 3] };
+        let squares = |u: u32, v: u32| if u >= 96 && (u / 4 + v / 4).is_multiple_of(2) { [160; 3] } else { [100; 3] };
         let rgb = RgbImage::from_fn(192, 96, |u, v| Rgb(squares(u, v)));
         let right = statistics(&rgb, Window { left: 96, top: 0, width: 96, height: 96 }).expect("large enough");
         let diagonal = |scale: usize| right[6 + 3 * scale + 1];
