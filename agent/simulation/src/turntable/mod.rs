@@ -300,20 +300,28 @@ mod tests {
 
     #[test]
     fn truth_carries_one_view_onto_the_other() {
-        let options = TurntableOptions { posed: true, part: TurntablePart::Bracket, ..OPTIONS };
+        let options =
+            TurntableOptions { posed: true, part: TurntablePart::Bracket, views: 24, size: (320, 240), ..OPTIONS };
         let recording = TurntableRecording::new(5, options);
         let (a, b) = (recording.view(1).expect("a view"), recording.view(2).expect("a view"));
         let (pa, pb) = (recording.table_from_camera(1), recording.table_from_camera(2));
         assert!(a.pose.table_from_camera() == Some(pa) && a.truth.is_some());
-        let labels = a.labels.expect("masks");
-        let (mut near, mut all) = (0, 0);
-        for (i, z) in a.depth.metres.iter().enumerate().filter(|(i, z)| labels.components[*i] == PART && **z > 0.0) {
-            let p = a.intrinsics.unproject((i % 160) as f64, (i / 160) as f64, f64::from(*z));
-            let q = pb.inverse() * (pa * p);
-            let Some(at) = b.intrinsics.project(&q).and_then(|(u, v)| b.intrinsics.pixel(u, v)) else { continue };
-            all += 1;
-            near += usize::from((f64::from(b.depth.metres[at]) - q.z).abs() < 0.006);
-        }
-        assert!(all > 300 && near * 10 > all * 4, "{near} of {all}");
+        let labels = a.labels.as_ref().expect("masks");
+        // Share of the part's points that the second view confirms, if `b_from_a` is the way to it.
+        let confirmed = |b_from_a: Isometry3<f64>| {
+            let (mut near, mut all) = (0, 0);
+            for (i, z) in a.depth.metres.iter().enumerate().filter(|(i, z)| labels.components[*i] == PART && **z > 0.0)
+            {
+                let p = a.intrinsics.unproject((i % 320) as f64, (i / 320) as f64, f64::from(*z));
+                let q = b_from_a * p;
+                let Some(at) = b.intrinsics.project(&q).and_then(|(u, v)| b.intrinsics.pixel(u, v)) else { continue };
+                all += 1;
+                near += usize::from((f64::from(b.depth.metres[at]) - q.z).abs() < 0.004);
+            }
+            assert!(all > 1000, "{all} points");
+            near as f64 / all as f64
+        };
+        let (turned, still) = (confirmed(pb.inverse() * pa), confirmed(Isometry3::identity()));
+        assert!(turned > 0.5 && turned > 1.5 * still, "{turned} turned, {still} still");
     }
 }
