@@ -126,3 +126,47 @@ fn defects_have_a_network_and_an_uncertainty_of_their_own() {
         assert_eq!(said.network.and_then(|n| n.defects).map(|d| d.foreground), Some(512));
     }
 }
+
+#[test]
+fn fine_pictures_are_shrunk_and_a_glance_finds_the_part() {
+    let folder = model("semantic", &NAMES, &[classifier(4.0)], |m| m.input.footprint = Some([1.5e-3, 2.8e-3]));
+    // Pixels of 0.8 mm half a metre away: half as fine as the network likes them.
+    let in_part = |u: u32, v: u32| (240..320).contains(&u) && (160..220).contains(&v);
+    let picture = view(600, 400, |u, v| if in_part(u, v) { [255, 0, 0] } else { [0; 3] });
+    for mut segmenter in segmenters(&[&folder], None, &asked(&[Augmentation::Identity])) {
+        let said = segmenter.segment(&picture).expect("runs");
+        let window = said.network.as_ref().and_then(|n| n.window).expect("seen");
+        assert!((160..=180).contains(&window.left) && (208..=230).contains(&window.width), "{window:?}");
+        let (classes, probabilities, sigma) = soft(&said.components);
+        assert_eq!(
+            (probabilities.len(), sigma.len(), said.instances.len()),
+            (600 * 400 * classes, 600 * 400, 600 * 400)
+        );
+        let wrong = (0..600 * 400_u32).filter(|i| {
+            let wanted = if in_part(i % 600, i / 600) { 3 } else { 0 };
+            said.components.best(*i as usize) != wanted
+        });
+        // At most the pixels along the part's outline.
+        assert!(wrong.count() < 300);
+        assert_eq!(sigma[190 * 600 + 280], 0, "one network asked once");
+        // Of what only the glance saw the sigma is that of its own probabilities.
+        let [none, ..] = closed_form([0; 3], 4.0);
+        let glanced = f32::from(sigma[10]) / 255.0;
+        let other = (1.0 - none) / 2.0;
+        let wanted = (none * (1.0 - none) + 2.0 * other * (1.0 - other)).sqrt();
+        assert!((glanced - wanted).abs() < 0.01, "{glanced} {wanted}");
+    }
+}
+
+#[test]
+fn a_part_that_goes_on_beyond_the_window_is_noticed() {
+    let window = Window { left: 10, top: 20, width: 40, height: 40 };
+    let field = |inside: fn(u32, u32) -> bool| {
+        ClassField::Hard((0..100 * 80).map(|i| u16::from(inside(i % 100, i / 100))).collect())
+    };
+    assert!(!reaches_rim(&field(|u, v| (20..40).contains(&u) && (30..50).contains(&v)), window, (100, 80)));
+    assert!(reaches_rim(&field(|u, v| (20..60).contains(&u) && (30..50).contains(&v)), window, (100, 80)));
+    // A pixel or two are noise; at the picture's own rim there is nothing more to see.
+    assert!(!reaches_rim(&field(|u, v| u == 49 && v == 30), window, (100, 80)));
+    assert!(!reaches_rim(&field(|_, v| v > 30), Window { left: 0, top: 20, width: 100, height: 60 }, (100, 80)));
+}
