@@ -39,7 +39,7 @@ pub fn numbers_of(view: &View, volume: Option<&Volume>, margin: u32) -> Option<[
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Domain {
-    /// Which numbers: [`NAME`].
+    /// Which numbers, by name.
     pub statistics: String,
     /// Views that it was calibrated on.
     pub views: usize,
