@@ -39,7 +39,7 @@ class DataRecipe:
     channels: tuple[str, ...] = (*COLOUR, "depth")
     near: float = 0.25  # metres
     far: float = 0.90
-    # Finest and coarsest edge of a pixel on the parts, metres; empty = unknown. The default is that of `semascan synth`.
+    # Finest and coarsest edge of a pixel on the parts, metres; empty = unknown. The default is `semascan synth`'s.
     footprint: tuple[float, ...] = (0.0006, 0.00115)
     augment: float = 0.5  # share of the images that are augmented
     augment_validation: bool = False  # [Remanufacturing paper] validates on augmented images
