@@ -63,7 +63,7 @@ fn main() {
             let this = std::env::current_exe().expect("this program");
             let run = Command::new(this)
                 .args([INSPECT, &folder.display().to_string(), &views.to_string(), method])
-                .stderr(Stdio::null())
+                .stderr(Stdio::inherit())
                 .output()
                 .expect("runs");
             let mut run: Value = serde_json::from_slice(&run.stdout).expect("one JSON object");

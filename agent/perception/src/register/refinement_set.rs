@@ -113,7 +113,7 @@ mod tests {
     use super::super::joint_refinement::tests::{above, view};
     use super::*;
 
-    /// Views along a table whose priors are off alternately, every fourth at a place of its own.
+    /// Four views at each of three places along a table.
     #[test]
     fn views_that_are_not_kept_follow_one_that_is() {
         let mut set = RefinementSet::holding(3);

@@ -141,7 +141,8 @@ pub struct WeightsFile {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum Region {
-    /// At the measuring volume and a margin around it; all else is taken to be none, with certainty.
+    /// At the measuring volume and a margin around it; all else is taken to be none, with certainty. Where the volume is not
+    /// known, at what a first glance of one network takes for the part; all else is what that glance saw.
     #[default]
     Volume,
     /// At the whole picture.
