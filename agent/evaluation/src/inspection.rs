@@ -82,7 +82,7 @@ fn ideal(map: &SemanticMap, mesh: &TrueMesh, known: &[TruePoses], filter: &Outli
             return None;
         }
     };
-    ideal.mark_outliers(filter);
+    ideal.finish(filter);
     let report = judge(&ideal.cloud(), mesh);
     Some(TruthAtTruePoses {
         label_accuracy: report.accuracy,

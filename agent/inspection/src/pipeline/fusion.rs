@@ -201,8 +201,8 @@ impl<'a> Fusion<'a> {
             self.events.publish(EventKind::Refined { poses: refined, refinement: refinement_record(&refinement) });
             Ok(())
         });
-        let marked = model.write().mark_outliers(&self.config.filter);
-        let mut touched = rebuilt.unwrap_or(marked);
+        let mut touched = model.write().finish(&self.config.filter);
+        touched.extend(rebuilt.unwrap_or_default());
         touched.sort_unstable();
         touched.dedup();
         let touched = touched.into_iter().map(|id| TouchedChunk { id, made: 0, relabelled: 0 }).collect();

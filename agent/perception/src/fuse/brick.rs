@@ -37,11 +37,13 @@ pub(super) struct Brick {
     pub(super) voxels: Vec<Voxel>,
     /// Dirichlet evidence: `classes` values a voxel, component classes first, then defect classes.
     evidence: Vec<f32>,
+    /// Sum of variances of depth across the surface, square metres, and their number.
+    variances: (f32, f32),
 }
 
 impl Default for Brick {
     fn default() -> Self {
-        Self { slots: Box::new([EMPTY; BRICK_VOXELS]), voxels: Vec::new(), evidence: Vec::new() }
+        Self { slots: Box::new([EMPTY; BRICK_VOXELS]), voxels: Vec::new(), evidence: Vec::new(), variances: (0.0, 0.0) }
     }
 }
 
@@ -67,6 +69,17 @@ impl Brick {
         }
         let slot = usize::from(*place);
         (&mut self.voxels[slot], &mut self.evidence[slot * classes..(slot + 1) * classes], made)
+    }
+
+    /// Notes a variance of depth across the surface, square metres.
+    pub(super) fn note_variance(&mut self, variance: f32) {
+        self.variances = (self.variances.0 + variance, self.variances.1 + 1.0);
+    }
+
+    /// Standard deviation of depth across the surfaces in the brick, metres; 0 where nothing is known of it.
+    pub(super) fn noise(&self) -> f32 {
+        let (sum, count) = self.variances;
+        (sum / count.max(1.0)).sqrt()
     }
 
     /// The voxel at `local`, if it is occupied.
@@ -111,6 +124,32 @@ impl Voxel {
         if instance != 0 && weight > 0.0 {
             majority_vote(&mut self.instance, &mut self.instance_lead, instance, weight);
         }
+    }
+
+    /// Adds the sums of another voxel of the same place; `views` is the number of all views.
+    pub(super) fn absorb(&mut self, other: &Self, views: u16) {
+        // Flags that a better observation clears; outlier flags are found anew.
+        let first = self.weight == 0.0;
+        self.flags = if first { other.flags } else { PointFlags(self.flags.0 & other.flags.0) };
+        self.local = other.local;
+        self.weight += other.weight;
+        for (sums, others) in
+            [(&mut self.offset, other.offset), (&mut self.normal, other.normal), (&mut self.color, other.color)]
+        {
+            for (sum, other) in sums.iter_mut().zip(others) {
+                *sum += other;
+            }
+        }
+        self.sigma += other.sigma;
+        self.defect_sigma += other.defect_sigma;
+        // A view falls into one layer of a noisy surface, seldom into more.
+        self.views = self.views.saturating_add(other.views).min(views.max(other.views));
+        self.vote(other.instance, other.instance_lead);
+    }
+
+    /// Takes the best classes of the evidence.
+    pub(super) fn decide(&mut self, components: &[f32], defects: &[f32]) {
+        (self.label, self.defect) = (best_share(components).0, best_share(defects).0);
     }
 
     /// The voxel as a point, its labels the best classes of `evidence`.

@@ -81,6 +81,14 @@ pub(super) fn merge_brick(
     let classes = config.components + config.defects;
     let made = scratch.fresh.iter().filter(|f| !brick.holds(f.local)).count();
     brick.reserve(made, classes);
+    // The first pixel of each run stands for the noise of all.
+    for run in runs {
+        let (i, (u, v)) = (run.start as usize, placer.column_and_row(run.start));
+        let across = view.cloud.sigma[i] * cosine(placer.ray(u, v), view.cloud.normals[i]);
+        if across.is_finite() {
+            brick.note_variance(across * across);
+        }
+    }
     let mut change = Change { made: made as u32, relabelled: 0 };
     for (fresh, said) in scratch.fresh.iter().zip(scratch.evidence.chunks_exact(classes)) {
         let (voxel, evidence, is_new) = brick.entry(fresh.local, classes);
@@ -205,12 +213,18 @@ impl Weights {
     /// `sigma` is the deviation of the depth; across the surface it counts by the cosine of incidence.
     #[inline]
     fn of(ray: Ray, normal: [f32; 3], sigma: f32, flying: bool) -> Self {
-        let along = -(ray[0] * normal[0] + ray[1] * normal[1] + normal[2]);
-        let cos = (along / (ray[0] * ray[0] + ray[1] * ray[1] + 1.0).sqrt()).max(GRAZING);
+        let cos = cosine(ray, normal);
         let across = sigma.min(UNKNOWN_SIGMA) * cos;
         let geometry = SYSTEMATIC * SYSTEMATIC / (across * across + SYSTEMATIC * SYSTEMATIC);
         if flying { Self { geometry: FLYING * geometry, label: FLYING } } else { Self { geometry, label: cos } }
     }
+}
+
+/// Cosine of incidence of a pixel on `ray` with the normal `normal`, camera frame.
+#[inline]
+fn cosine(ray: Ray, normal: [f32; 3]) -> f32 {
+    let along = -(ray[0] * normal[0] + ray[1] * normal[1] + normal[2]);
+    (along / (ray[0] * ray[0] + ray[1] * ray[1] + 1.0).sqrt()).max(GRAZING)
 }
 
 fn add_capped(evidence: &mut [f32], fresh: &[f32], cap: f32) {

@@ -42,6 +42,7 @@
 mod association;
 mod associator;
 mod brick;
+mod consolidation;
 mod error;
 mod filters;
 mod kept_views;

@@ -6,6 +6,7 @@ use crate::segment::{ClassField, Segmentation};
 use crate::view::{DepthImage, Intrinsics};
 use image::RgbImage;
 use nalgebra::{Isometry3, Vector3};
+use rand::{RngExt, SeedableRng};
 use semascan_model::PointFlags;
 
 const K: Intrinsics = Intrinsics { width: 80, height: 60, fx: 90.0, fy: 90.0, cx: 39.5, cy: 29.5 };
@@ -191,4 +192,76 @@ fn a_stray_point_is_marked_and_kept() {
     assert!(marked.iter().any(|p| p.position[2] < 0.3), "the stray point is marked");
     assert!(marked.len() < cloud.len() / 20, "{} of {} marked", marked.len(), cloud.len());
     assert!(map.mark_outliers(&super::OutlierFilter::default()).is_empty(), "marking again changes nothing");
+}
+
+/// A wall 1 m away with a step of 60 mm in its middle, seen with depth noise of `noise` metres.
+fn noisy_step(index: u32, noise: f32) -> LabelledView {
+    let mut random = rand_pcg::Pcg32::seed_from_u64(u64::from(index));
+    let mut normal = || (0..12).map(|_| random.random::<f32>()).sum::<f32>() - 6.0;
+    let metres = (0..80 * 60).map(|i| if i % 80 < 40 { 1.0 } else { 1.06 } + noise * normal()).collect();
+    LabelledView { cloud: cloud(metres), ..view(index, 0.0) }
+}
+
+fn map_of_steps(noise: f32) -> SemanticMap {
+    let mut map = map();
+    for i in 0..12 {
+        map.integrate(&noisy_step(i, noise)).expect("integrates");
+    }
+    map
+}
+
+/// Mean and largest distance of the points that are not left out from the nearer of the two walls, and their number.
+fn off_the_walls(map: &SemanticMap) -> (f32, f32, usize) {
+    let cloud = map.cloud();
+    let kept = cloud.positions.iter().zip(&cloud.flags).filter(|(_, flags)| !flags.has(PointFlags::LEFT_OUT));
+    let off: Vec<f32> = kept.map(|(p, _)| (p[2] - 1.0).abs().min((p[2] - 1.06).abs())).collect();
+    (off.iter().sum::<f32>() / off.len() as f32, off.iter().copied().fold(0.0, f32::max), off.len())
+}
+
+#[test]
+fn a_noisy_surface_becomes_one_layer_and_a_step_stays() {
+    let mut map = map_of_steps(0.012);
+    let (mean, _, count) = off_the_walls(&map);
+    let classes = map.config.components + map.config.defects;
+    let evidence = |map: &SemanticMap| -> f32 {
+        let of =
+            |b: &super::brick::Brick| (0..b.voxels.len()).map(|s| b.evidence(s, classes).iter().sum::<f32>()).sum();
+        map.bricks.iter().map(|b| -> f32 { of(b) }).sum()
+    };
+    let before = evidence(&map);
+    let changed = map.finish(&super::OutlierFilter::default());
+    assert!(!changed.is_empty());
+    assert!((evidence(&map) / before - 1.0).abs() < 1e-4, "evidence moves, none is lost");
+    let (thin, _, left) = off_the_walls(&map);
+    assert!(thin < 0.6 * mean, "{thin} m off on the mean, {mean} before");
+    assert!(left < 2 * count / 3, "{left} points, {count} before");
+    let cloud = map.cloud();
+    for (p, label) in cloud.positions.iter().zip(&cloud.labels) {
+        // Two voxels beside the step belong to either.
+        if p[0].abs() > 0.016 {
+            assert_eq!(*label, if p[0] < 0.0 { 1 } else { 2 }, "at {p:?}");
+        }
+    }
+    assert!(map.consolidate().is_empty(), "once is enough");
+}
+
+#[test]
+fn a_quiet_surface_does_not_move() {
+    let mut map = map_of_steps(0.001);
+    let before = map.cloud();
+    assert!(map.consolidate().is_empty());
+    assert_eq!(map.cloud(), before);
+}
+
+#[test]
+fn a_noisy_surface_is_the_same_on_one_and_many_threads() {
+    let run = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("pool");
+        pool.install(|| {
+            let mut map = map_of_steps(0.012);
+            map.finish(&super::OutlierFilter::default());
+            map.cloud()
+        })
+    };
+    assert_eq!(run(1), run(4));
 }

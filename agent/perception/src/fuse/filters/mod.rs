@@ -41,6 +41,16 @@ impl Surveyed {
 const OWN: u16 = PointFlags::RADIUS_OUTLIER | PointFlags::STATISTICAL_OUTLIER | PointFlags::NOISE;
 
 impl SemanticMap {
+    /// Makes noisy surfaces thin and marks outliers: what a map is due when all views are in. Returns the chunks that
+    /// changed, in order.
+    pub fn finish(&mut self, filter: &OutlierFilter) -> Vec<[i32; 3]> {
+        let mut changed = self.consolidate();
+        changed.extend(self.mark_outliers(filter));
+        changed.sort_unstable();
+        changed.dedup();
+        changed
+    }
+
     /// Sets the outlier flags of every voxel of the measuring volume anew; returns the chunks whose flags changed, in
     /// order. What lies outside is background, which nothing asks about.
     pub fn mark_outliers(&mut self, filter: &OutlierFilter) -> Vec<[i32; 3]> {
