@@ -69,7 +69,7 @@ impl SemanticMap {
             return Vec::new();
         }
         let classes = self.config.components + self.config.defects;
-        let views = u16::try_from(self.kept_views().len()).unwrap_or(u16::MAX);
+        let views = self.views;
         let keys = std::mem::take(&mut self.keys);
         let mut bricks = std::mem::take(&mut self.bricks);
         self.index.clear();

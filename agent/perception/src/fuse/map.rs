@@ -23,6 +23,9 @@ use std::collections::{BTreeMap, HashMap};
 /// Rows of a picture whose bricks are merged one after the other along the row.
 const TOGETHER: u32 = 16;
 
+/// Voxels of a map that need not become fewer before all views are in: less than a gigabyte.
+const SMALL: usize = 6 << 20;
+
 /// A chunk that an integration changed, and how much.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct TouchedChunk {
@@ -54,6 +57,10 @@ pub struct SemanticMap {
     pub(super) index: HashMap<BrickKey, usize>,
     kept: KeptViews,
     epoch: u32,
+    /// Views that were merged.
+    pub(super) views: u16,
+    /// Voxels after surfaces were last made thin.
+    consolidated: usize,
 }
 
 impl SemanticMap {
@@ -73,7 +80,7 @@ impl SemanticMap {
             return Err(FuseError::Config { field: "classes", reason: "class 0 (none) must exist".into() });
         }
         let kept = KeptViews::new(config.keep_in_memory);
-        Ok(Self { config, bricks: Vec::new(), keys: Vec::new(), index: HashMap::new(), kept, epoch: 1 })
+        Ok(Self { config, bricks: Vec::new(), keys: Vec::new(), index: HashMap::new(), kept, epoch: 1, views: 0, consolidated: 0 })
     }
 
     /// The settings.
@@ -120,12 +127,20 @@ impl SemanticMap {
         let no_depth = FuseError::NoDepth { view: view.index };
         let Some(placer) = Placer::new(view, self.config.voxel) else { return Err(no_depth) };
         // Packing a view takes as long as placing it, and one does not wait for the other.
-        let (packed, runs) = rayon::join(|| KeptViews::pack(view), || sorted_runs(view, &placer));
+        let (kept, runs) = rayon::join(|| self.kept.prepare(view), || sorted_runs(view, &placer));
         if runs.is_empty() {
             return Err(no_depth);
         }
-        self.kept.keep(packed?)?;
-        Ok(self.merge(view, &placer, &runs))
+        self.kept.keep(kept?)?;
+        let mut integration = self.merge(view, &placer, &runs);
+        let moved = self.consolidate_if_grown().into_iter().map(|id| TouchedChunk { id, made: 0, relabelled: 0 });
+        if moved.len() > 0 {
+            integration.touched.extend(moved);
+            integration.touched.sort_by_key(|chunk| chunk.id);
+            // Of two entries of a chunk the first says what the view did.
+            integration.touched.dedup_by_key(|chunk| chunk.id);
+        }
+        Ok(integration)
     }
 
     /// Makes the map anew from the kept views under other camera poses (one a kept view, in order), in a new epoch.
@@ -137,6 +152,7 @@ impl SemanticMap {
         self.bricks = fresh.bricks;
         self.keys = fresh.keys;
         self.index = fresh.index;
+        (self.views, self.consolidated) = (fresh.views, fresh.consolidated);
         self.kept.set_poses(table_from_camera);
         self.epoch += 1;
         Ok(())
@@ -165,7 +181,20 @@ impl SemanticMap {
         let placer = Placer::new(view, self.config.voxel).ok_or(FuseError::NoDepth { view: view.index })?;
         let runs = sorted_runs(view, &placer);
         self.merge(view, &placer, &runs);
+        self.consolidate_if_grown();
         Ok(())
+    }
+
+    /// Makes noisy surfaces thin where views have made a large map twice as large since it was last done: memory follows the
+    /// surface, not the number of views.
+    fn consolidate_if_grown(&mut self) -> Vec<[i32; 3]> {
+        let voxels = self.len();
+        if voxels < SMALL || voxels < 2 * self.consolidated {
+            return Vec::new();
+        }
+        let changed = self.consolidate();
+        self.consolidated = self.len();
+        changed
     }
 
     /// Camera poses that views were integrated with, in order.
@@ -174,6 +203,7 @@ impl SemanticMap {
     }
 
     fn merge(&mut self, view: &LabelledView, placer: &Placer, runs: &[Run]) -> Integration {
+        self.views = self.views.saturating_add(1);
         // One job a brick, in the order of the picture: neighbours in it share what they read of the view.
         let mut work: Vec<&[Run]> = runs.chunk_by(|a, b| a.brick == b.brick).collect();
         let width = view.cloud.intrinsics.width.max(1);

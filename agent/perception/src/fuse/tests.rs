@@ -70,19 +70,27 @@ fn a_rebuild_with_the_same_poses_gives_the_same_model_in_a_new_epoch() {
 }
 
 #[test]
-fn kept_views_survive_the_way_to_disk() {
-    let mut in_memory = map();
-    let mut config = MapConfig::new(0.008, 3, 1);
-    config.keep_in_memory = 0;
-    let mut on_disk = SemanticMap::new(config).expect("valid settings");
-    for i in 0..3 {
-        in_memory.integrate(&view(i, 0.02 * f64::from(i))).expect("integrates");
-        on_disk.integrate(&view(i, 0.02 * f64::from(i))).expect("integrates");
-    }
-    let poses = in_memory.kept_views().poses();
-    in_memory.rebuild(&poses).expect("rebuilds");
-    on_disk.rebuild(&poses).expect("rebuilds");
-    assert_eq!(in_memory.cloud(), on_disk.cloud());
+fn views_come_back_plain_packed_and_from_disk() {
+    // A view takes 62 kB: the first limit holds them plain, the second packed, the third sends them to disk.
+    let models = [1 << 20, 100_000, 0].map(|limit| {
+        let mut config = MapConfig::new(0.008, 3, 1);
+        config.keep_in_memory = limit;
+        let mut map = SemanticMap::new(config).expect("valid settings");
+        for i in 0..3 {
+            map.integrate(&view(i, 0.02 * f64::from(i))).expect("integrates");
+        }
+        let kept = map.kept_views();
+        let bytes = (kept.bytes_in_memory(), kept.bytes_on_disk());
+        let poses = kept.poses();
+        map.rebuild(&poses).expect("rebuilds");
+        (bytes, map.cloud())
+    });
+    let [(plain, model), (packed, second), (spilled, third)] = models;
+    assert!(plain.0 > 150_000 && plain.1 == 0, "{plain:?}");
+    assert!(packed.0 > 0 && packed.0 < 100_000 && packed.1 == 0, "{packed:?}");
+    assert!(spilled.0 == 0 && spilled.1 > 0, "{spilled:?}");
+    assert_eq!(model, second);
+    assert_eq!(model, third);
 }
 
 #[test]
@@ -243,6 +251,19 @@ fn a_noisy_surface_becomes_one_layer_and_a_step_stays() {
         }
     }
     assert!(map.consolidate().is_empty(), "once is enough");
+}
+
+#[test]
+fn views_go_into_a_surface_that_was_made_thin() {
+    let mut map = map_of_steps(0.012);
+    map.consolidate();
+    let thin = map.len();
+    for i in 12..24 {
+        map.integrate(&noisy_step(i, 0.012)).expect("integrates");
+    }
+    map.finish(&super::OutlierFilter::default());
+    assert!(map.len() < thin + thin / 3, "{} voxels, {thin} half-way", map.len());
+    assert!(map.cloud().views.iter().all(|views| *views <= 24));
 }
 
 #[test]

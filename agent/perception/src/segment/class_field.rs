@@ -20,6 +20,14 @@ pub enum ClassField {
 }
 
 impl ClassField {
+    /// Bytes of all values.
+    pub(crate) fn bytes(&self) -> usize {
+        match self {
+            Self::Hard(labels) => size_of_val(labels.as_slice()),
+            Self::Soft { probabilities, sigma, .. } => probabilities.len() + sigma.len(),
+        }
+    }
+
     /// Uncertainty of pixel `i`.
     pub fn sigma(&self, i: usize) -> f32 {
         match self {

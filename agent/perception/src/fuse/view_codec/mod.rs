@@ -33,8 +33,6 @@ type Part = (Vec<u8>, usize);
 /// A packed view. Its parts are: which pixels have depth, depth, colour, instances, components, defects.
 #[derive(Debug)]
 pub(super) struct PackedView {
-    pub(super) index: u32,
-    pub(super) table_from_camera: Isometry3<f64>,
     intrinsics: Intrinsics,
     step: Option<f32>,
     fields: [FieldKind; 2],
@@ -71,8 +69,6 @@ pub(super) fn pack(view: &LabelledView) -> std::io::Result<PackedView> {
         *length = (packed.len(), *plain);
     }
     Ok(PackedView {
-        index: view.index,
-        table_from_camera: view.table_from_camera,
         intrinsics: view.cloud.intrinsics,
         step,
         fields: [FieldKind::of(&segmentation.components), FieldKind::of(&segmentation.defects)],
@@ -82,9 +78,14 @@ pub(super) fn pack(view: &LabelledView) -> std::io::Result<PackedView> {
 }
 
 impl PackedView {
-    /// The view from its bytes (its own, or those read back from disk). Pixels without depth come back black and
-    /// without labels; normals are fitted again.
-    pub(super) fn unpack(&self, bytes: &[u8]) -> std::io::Result<LabelledView> {
+    /// View `index` from its bytes (its own, or those read back from disk), at the pose `table_from_camera`. Pixels without
+    /// depth come back black and without labels; normals are fitted again.
+    pub(super) fn unpack(
+        &self,
+        bytes: &[u8],
+        index: u32,
+        table_from_camera: Isometry3<f64>,
+    ) -> std::io::Result<LabelledView> {
         let mut starts = [0; 6];
         for part in 1..6 {
             starts[part] = starts[part - 1] + self.lengths[part - 1].0;
@@ -116,11 +117,11 @@ impl PackedView {
             },
         );
         Ok(LabelledView {
-            index: self.index,
+            index,
             cloud,
             rgb: std::sync::Arc::new(rgb),
             segmentation: rest?,
-            table_from_camera: self.table_from_camera,
+            table_from_camera,
         })
     }
 }
