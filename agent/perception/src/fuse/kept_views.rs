@@ -147,9 +147,7 @@ impl KeptViews {
         match &kept.content {
             Content::Plain(plain) => Ok(plain.view(index, pose)),
             Content::Packed(packed) => packed.unpack(&packed.bytes, index, pose),
-            Content::Spilled(packed, place) => {
-                self.read(*place).and_then(|bytes| packed.unpack(&bytes, index, pose))
-            }
+            Content::Spilled(packed, place) => self.read(*place).and_then(|bytes| packed.unpack(&bytes, index, pose)),
         }
         .map_err(|source| FuseError::Keep { view: index, source })
     }

@@ -80,7 +80,16 @@ impl SemanticMap {
             return Err(FuseError::Config { field: "classes", reason: "class 0 (none) must exist".into() });
         }
         let kept = KeptViews::new(config.keep_in_memory);
-        Ok(Self { config, bricks: Vec::new(), keys: Vec::new(), index: HashMap::new(), kept, epoch: 1, views: 0, consolidated: 0 })
+        Ok(Self {
+            config,
+            bricks: Vec::new(),
+            keys: Vec::new(),
+            index: HashMap::new(),
+            kept,
+            epoch: 1,
+            views: 0,
+            consolidated: 0,
+        })
     }
 
     /// The settings.

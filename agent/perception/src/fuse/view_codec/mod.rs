@@ -116,13 +116,7 @@ impl PackedView {
                 })
             },
         );
-        Ok(LabelledView {
-            index,
-            cloud,
-            rgb: std::sync::Arc::new(rgb),
-            segmentation: rest?,
-            table_from_camera,
-        })
+        Ok(LabelledView { index, cloud, rgb: std::sync::Arc::new(rgb), segmentation: rest?, table_from_camera })
     }
 }
 

@@ -1,6 +1,7 @@
 //! Models that cannot be used are refused when they are loaded.
 
 use super::*;
+use crate::segment::network::engine::Tensor;
 
 /// (what is wrong, task, networks, change of the manifest, the field that is to be named).
 type Misfit<'a> = (&'a str, Vec<u8>, &'a dyn Fn(&mut Manifest), &'a str);

@@ -6,6 +6,7 @@ mod objects;
 mod pixels;
 
 use super::*;
+use crate::segment::ClassField;
 use crate::segment::network::fixtures::{engines, manifest, onnx, view, write};
 use crate::segment::network::{Augmentation, Manifest, ModelError};
 use crate::view::{PoseEvidence, covariance_of_prior};

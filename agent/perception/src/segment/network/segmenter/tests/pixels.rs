@@ -1,6 +1,8 @@
 //! Labels and sigma of pixels: members, augmentations, the region of interest.
 
+use super::super::look::reaches_rim;
 use super::*;
+use crate::segment::network::engine::Tensor;
 
 #[test]
 fn labels_are_those_of_the_closed_form_whatever_runs_the_network() {

@@ -1,0 +1,80 @@
+//! A class field in the making: what networks say of a window, and what is known elsewhere.
+
+use crate::segment::class_field::ClassField;
+use crate::segment::network::glance::Glance;
+use crate::segment::network::region::Window;
+use crate::segment::network::uncertainty::{Estimate, UncertaintyFigures};
+
+/// A class field in the making: none with certainty, until networks have looked.
+pub(super) struct Canvas {
+    columns: usize,
+    classes: usize,
+    probabilities: Vec<u8>,
+    sigma: Vec<u8>,
+}
+
+impl Canvas {
+    /// None with certainty.
+    pub(super) fn new(picture: (u32, u32), classes: usize) -> Self {
+        let pixels = picture.0 as usize * picture.1 as usize;
+        let mut probabilities = vec![0; pixels * classes];
+        probabilities.iter_mut().step_by(classes.max(1)).for_each(|none| *none = u8::MAX);
+        Self { columns: picture.0 as usize, classes, probabilities, sigma: vec![0; pixels] }
+    }
+
+    /// Where nobody looked: no evidence for anything, not even for soundness.
+    pub(super) fn unknown(picture: (u32, u32), classes: usize) -> Self {
+        let pixels = picture.0 as usize * picture.1 as usize;
+        let (probabilities, sigma) = (vec![0; pixels * classes], vec![u8::MAX; pixels]);
+        Self { columns: picture.0 as usize, classes, probabilities, sigma }
+    }
+
+    /// Puts an estimate into its window; class `c` of the estimate is class `numbers[c]` of the field.
+    pub(super) fn paint(&mut self, window: Window, estimate: &Estimate, numbers: &[u16]) {
+        let pixels = window.pixels();
+        for i in 0..pixels {
+            let row = window.top as usize + i / window.width as usize;
+            let at = row * self.columns + window.left as usize + i % window.width as usize;
+            self.sigma[at] = byte(estimate.sigma[i]);
+            let field = &mut self.probabilities[at * self.classes..(at + 1) * self.classes];
+            field.fill(0);
+            for (c, &number) in numbers.iter().enumerate() {
+                field[usize::from(number)] = byte(estimate.mean[c * pixels + i]);
+            }
+        }
+    }
+
+    /// Puts what a glance saw of the picture, which was shrunk by `factor`, everywhere.
+    pub(super) fn sketch(&mut self, glance: &Glance, factor: u32, numbers: &[u16]) {
+        let pixels = self.probabilities.chunks_exact_mut(self.classes.max(1)).zip(&mut self.sigma);
+        for (i, (field, sigma)) in pixels.enumerate() {
+            let (probabilities, deviation) = glance.at((i % self.columns) as u32, (i / self.columns) as u32, factor);
+            *sigma = byte(deviation);
+            field.fill(0);
+            for (&number, p) in numbers.iter().zip(probabilities) {
+                field[usize::from(number)] = byte(p);
+            }
+        }
+    }
+
+    /// Makes every label of a window as uncertain as can be: what stands there is no evidence. The probabilities stay, so that
+    /// people can see what was said.
+    pub(super) fn doubt(&mut self, window: Window, figures: &mut UncertaintyFigures) {
+        let (left, width) = (window.left as usize, window.width as usize);
+        for row in window.top as usize..(window.top + window.height) as usize {
+            self.sigma[row * self.columns + left..][..width].fill(u8::MAX);
+        }
+        figures.sigma = 1.0;
+        figures.uncertain = figures.foreground;
+    }
+
+    /// The field as it is.
+    pub(super) fn field(self) -> ClassField {
+        ClassField::Soft { classes: self.classes, probabilities: self.probabilities, sigma: self.sigma }
+    }
+}
+
+/// A share in eight bits, 255 = 1.
+pub(super) fn byte(share: f32) -> u8 {
+    (share.clamp(0.0, 1.0) * 255.0).round() as u8
+}
