@@ -8,13 +8,14 @@
 
 use super::correspondences::{Gate, linearise};
 use super::degeneracy::project_out_degenerate;
+use super::joint_equations::{Edge, Equations};
 use super::model_view::ModelView;
 use super::normal_equations::Linearised;
 use super::photometric::{self, PhotometricGate, RANGE};
-use super::se3::{about, exp, halves, log, turned};
+use super::se3::{about, exp, halves, log};
 use super::source_points::SourcePoints;
 use super::texture::ViewTexture;
-use nalgebra::{DMatrix, DVector, Isometry3, Matrix6, Point3, Vector6};
+use nalgebra::{Isometry3, Matrix6, Point3};
 use rayon::prelude::*;
 
 /// Most other views that a view is paired with: enough for closure, and time stays linear in the number of views.
@@ -37,7 +38,8 @@ const STAGES: [Stage; 3] = [
     Stage { level: 0, gates: &[2e-3], rounds: 12 },
 ];
 /// The widest and the narrowest gate.
-const GATES: (f64, f64) = (6e-3, 2e-3);
+const WIDEST: f64 = STAGES[0].gates[0];
+const NARROWEST: f64 = STAGES[2].gates[0];
 /// Least gate in standard deviations of the residuals: a narrower one would cut them off.
 const WIDE_ENOUGH: f64 = 4.0;
 /// How far a textured point may lie from what the other view sees in its pixel, metres per metre of distance.
@@ -114,11 +116,6 @@ pub struct JointRefinement {
 pub(super) struct JointConfig {
     pub(super) weakest: f64,
     pub(super) same_label: bool,
-}
-
-struct Edge {
-    source: usize,
-    target: usize,
 }
 
 /// Moves all `views` at once; `None` if there is nothing to refine or it would not fit better.
@@ -238,7 +235,7 @@ impl Problem<'_> {
 
     /// How far the residuals of each edge scatter at the start.
     fn noise(&self, poses: &[Isometry3<f64>]) -> Vec<Noise> {
-        let (reach, level) = (GATES.0, STAGES[0].level);
+        let (reach, level) = (WIDEST, STAGES[0].level);
         let of_edge = |edge: &Edge| {
             let surfaces = self.linearise(edge, poses, reach, reach * self.centred[edge.source].0.z);
             let pictures = self.compare_pictures(edge, poses, level, RANGE.into());
@@ -255,7 +252,7 @@ impl Problem<'_> {
     /// What the rounds make small, with `noise` held: robust squares of all residuals in standard deviations, each
     /// divided by how many residuals share their error, and of the ways from the priors.
     fn objective(&self, poses: &[Isometry3<f64>], noise: &[Noise]) -> f64 {
-        let reach = GATES.1;
+        let reach = NARROWEST;
         let of_edge = |(edge, noise): (&Edge, &Noise)| {
             let sigma = noise.geometric.max(SIGMA_FLOOR);
             let at = self.linearise(edge, poses, reach, TUKEY * sigma);
@@ -275,7 +272,7 @@ impl Problem<'_> {
     /// Root mean square distance over all source points, truncated at `bound` (metres); a point without a pair counts
     /// as one at the bound.
     fn fit(&self, poses: &[Isometry3<f64>], bound: f64) -> f64 {
-        let reach = GATES.1;
+        let reach = NARROWEST;
         let costs: Vec<f64> =
             self.edges.par_iter().map(|e| self.linearise(e, poses, reach, bound).truncated_cost).collect();
         let points: usize = self.edges.iter().map(|e| self.views[e.source].points.len()).sum();
@@ -320,7 +317,7 @@ impl Problem<'_> {
             }
         }
         // All cameras move at once; what counts is how far that carries the object.
-        let step = equations.hessian.cholesky()?.solve(&-equations.gradient);
+        let step = equations.solve()?;
         let mut most = 0.0_f64;
         for (i, pose) in poses.iter_mut().enumerate() {
             let twist = step.fixed_rows::<6>(6 * i).into_owned();
@@ -329,50 +326,6 @@ impl Problem<'_> {
             most = most.max(v.norm() + w.norm() * self.centred[i].1);
         }
         Some(most)
-    }
-}
-
-/// Normal equations over a twist of each camera, six rows a view.
-struct Equations {
-    hessian: DMatrix<f64>,
-    gradient: DVector<f64>,
-}
-
-impl Equations {
-    fn new(views: usize) -> Self {
-        Self { hessian: DMatrix::zeros(6 * views, 6 * views), gradient: DVector::zeros(6 * views) }
-    }
-
-    fn add_prior(&mut self, view: usize, stiffness: &Matrix6<f64>, from_prior: &Vector6<f64>) {
-        let mut block = self.hessian.view_mut((6 * view, 6 * view), (6, 6));
-        block += stiffness;
-        let mut rows = self.gradient.rows_mut(6 * view, 6);
-        rows += stiffness * from_prior;
-    }
-
-    /// Adds an edge's normal equations over a twist of the source about its centre (`source_centre` in its own camera,
-    /// `target_centre` in the target's) in the target's frame.
-    fn add_edge(
-        &mut self,
-        edge: &Edge,
-        poses: &[Isometry3<f64>],
-        source_centre: &Point3<f64>,
-        target_centre: &Point3<f64>,
-        (hessian, gradient): (Matrix6<f64>, Vector6<f64>),
-    ) {
-        // How a twist of either camera moves the source's points relative to the target, about their centre.
-        let (i, j) = (edge.source, edge.target);
-        let turn = (poses[j].inverse() * poses[i]).rotation.to_rotation_matrix();
-        let sides = [(i, turned(turn.matrix()) * about(source_centre)), (j, -about(target_centre))];
-        for (a, jacobian_a) in &sides {
-            let weighted = jacobian_a.transpose() * hessian;
-            for (b, jacobian_b) in &sides {
-                let mut block = self.hessian.view_mut((6 * a, 6 * b), (6, 6));
-                block += weighted * jacobian_b;
-            }
-            let mut rows = self.gradient.rows_mut(6 * a, 6);
-            rows += jacobian_a.transpose() * gradient;
-        }
     }
 }
 

@@ -14,6 +14,7 @@ mod degeneracy;
 pub mod gicp;
 pub mod global;
 mod icp_registrar;
+mod joint_equations;
 mod joint_refinement;
 mod kinematics;
 mod model_view;
