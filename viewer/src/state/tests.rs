@@ -214,8 +214,12 @@ fn earlier_views_are_asked_for_until_there_are_none_or_no_room() {
         Event::from(LinkEvent::Message(Body::Page(ViewPage { first, count, earlier, kept: 5000, forgotten: 0 })))
     };
     let numbers = |state: &AppState| state.views.iter().map(|v| v.index).collect::<Vec<_>>();
-    let mut state =
-        state_after([connected(motor(), false), page(100, 2, true), view_report(view(100)), view_report(view(101))]);
+    let mut state = state_after([
+        connected(inspection("a", 0, &["housing"]), false),
+        page(100, 2, true),
+        view_report(view(100)),
+        view_report(view(101)),
+    ]);
     assert_eq!((state.views.earlier(), state.views.is_cut()), (Some(100), true));
     for event in [page(98, 2, true), view_report(view(98)), view_report(view(99))] {
         state.reduce(&event);
