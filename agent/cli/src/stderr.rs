@@ -129,7 +129,7 @@ mod tests {
         let (reader, mut stderr) = pipe();
         drop(reader);
         assert!(writeln!(stderr, "to nobody").is_ok());
-        assert_eq!(stderr.lost > 0, true);
+        assert!(stderr.lost > 0);
         if let Ok(full) = File::options().write(true).open("/dev/full") {
             let mut stderr = Stderr { out: full, lost: 0 };
             assert!(writeln!(stderr, "to a full disk").is_ok());

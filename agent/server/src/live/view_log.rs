@@ -109,11 +109,13 @@ impl ViewLog {
     /// The reports that `request` asks for, oldest first.
     pub(super) fn page(&self, request: &ViewRequest) -> (ViewPage, Vec<Bytes>) {
         let count = if request.count == 0 { PAGE } else { PAGE.min(request.count as usize) };
-        let end = if request.before == 0 { None } else { Some(request.before) };
-        let before = |number: &u32| end.is_none_or(|end| *number < end);
-        let latest_first = self.by_number.range(..).rev().skip_while(|(number, _)| !before(number));
+        let before = match request.before {
+            0 => self.by_number.range(..),
+            number => self.by_number.range(..number),
+        };
+        let latest_first = before.rev().take(count);
         let mut reports: Vec<(u32, Bytes)> =
-            latest_first.take(count).map(|(number, kept)| (*number, kept.message.clone())).collect();
+            latest_first.map(|(number, kept)| (*number, kept.message.clone())).collect();
         reports.reverse();
         let first = reports.first().map_or(0, |(number, _)| *number);
         let page = ViewPage {
