@@ -4,6 +4,7 @@
 pub mod client;
 pub mod data;
 pub mod inspect;
+pub mod process;
 pub mod scene;
 pub mod served;
 pub mod sources;

@@ -5,7 +5,7 @@ use anyhow::Result;
 use semascan_inspection::spec::InspectionSpec;
 use semascan_inspection::{Inspected, Inspection};
 use semascan_model::InspectionId;
-use semascan_server::{AccessRule, LiveModel, LiveStream, Server, ServerConfig, WebFiles};
+use semascan_server::{AccessRule, Limits, LiveModel, LiveStream, Server, ServerConfig, WebFiles};
 use std::net::{Ipv4Addr, SocketAddr};
 use std::sync::Arc;
 use std::thread::JoinHandle;
@@ -29,11 +29,20 @@ impl Served {
     /// # Errors
     /// If no port can be had.
     pub fn start() -> Result<Self> {
+        Self::start_with(WebFiles::Embedded(|_| None), Limits::default())
+    }
+
+    /// Serves an empty live model and `files` within `limits`. Must be called inside a tokio runtime.
+    ///
+    /// # Errors
+    /// If no port can be had, or a setting cannot be kept.
+    pub fn start_with(files: WebFiles, limits: Limits) -> Result<Self> {
         let live = Arc::new(LiveModel::new());
         let config = ServerConfig {
             address: SocketAddr::from((Ipv4Addr::LOCALHOST, 0)),
             access: AccessRule::default(),
-            files: WebFiles::Embedded(|_| None),
+            files,
+            limits,
         };
         let server = Server::bind(&config, Arc::clone(&live))?;
         let address = server.local_address()?;

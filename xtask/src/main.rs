@@ -1,9 +1,10 @@
-//! The developer commands: `cargo xtask demo`, `test`, `web`, `bench`, `onnxruntime`.
+//! The developer commands: `cargo xtask demo`, `test`, `web`, `bench`, `attack`, `onnxruntime`.
 //!
 //! Each command prepares what a fresh machine lacks, says what it does and why, and ends with one of the exit codes
 //! of `semascan` itself: 0 done, 1 the work failed, 2 a person has to do something first (the command to type is
 //! printed).
 
+mod attack;
 mod bench;
 mod bench_table;
 mod browser;
@@ -47,6 +48,8 @@ enum Task {
     Web(web::Options),
     /// Run the benchmarks and print one table
     Bench(bench::Options),
+    /// Attack an agent with many and hostile clients, on this machine only, and print what it costs
+    Attack(attack::Options),
     /// Fetch ONNX Runtime, which runs the trained networks, into target/onnxruntime
     Onnxruntime,
 }
@@ -64,6 +67,7 @@ fn main() -> ExitCode {
         Task::Test(options) => test::run(&options),
         Task::Web(options) => web::run(&options).map(drop),
         Task::Bench(options) => bench::run(&options),
+        Task::Attack(options) => attack::run(&options),
         Task::Onnxruntime => fetch_onnx_runtime(),
     };
     match outcome {

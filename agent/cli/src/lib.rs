@@ -5,10 +5,14 @@
 //! The viewer's files come with the binary, so that tests and benches do not wait for the viewer.
 
 mod commands;
+mod stderr;
 
 use clap::Parser;
 use semascan_server::EmbeddedFiles;
+use std::io::IsTerminal;
 use std::process::ExitCode;
+use std::sync::Mutex;
+use stderr::Stderr;
 use tracing_subscriber::filter::{LevelFilter, Targets};
 use tracing_subscriber::layer::SubscriberExt;
 use tracing_subscriber::util::SubscriberInitExt;
@@ -17,7 +21,13 @@ use tracing_subscriber::util::SubscriberInitExt;
 pub fn run(viewer: EmbeddedFiles) -> ExitCode {
     let cli = commands::Cli::parse();
     tracing_subscriber::registry()
-        .with(tracing_subscriber::fmt::layer().with_writer(std::io::stderr).with_target(false).without_time())
+        .with(
+            tracing_subscriber::fmt::layer()
+                .with_writer(Mutex::new(Stderr::default()))
+                .with_ansi(colored())
+                .with_target(false)
+                .log_internal_errors(false),
+        )
         .with(log_levels())
         .init();
     match cli.run(viewer) {
@@ -28,6 +38,11 @@ pub fn run(viewer: EmbeddedFiles) -> ExitCode {
             ExitCode::from(code)
         }
     }
+}
+
+/// Whether the log has colours: on a terminal, and where nobody asked for none (`NO_COLOR`).
+fn colored() -> bool {
+    std::io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty())
 }
 
 /// `RUST_LOG` as in `info` or `semascan_server=debug,warn`; `info` where it is unset or cannot be read.

@@ -1,107 +1,257 @@
 //! One client's connection, from Hello to the end.
+//!
+//! Nothing is allocated for a client before its Hello was read and found good, and of the Hello only what is still the newest
+//! is kept. A client has to take what it is sent and to answer pings in time; one that does not is told so and closed.
 
+use super::client_log::{ClientLog, Excerpt, Kind};
+use super::connections::Connection;
+use super::limits::{Limits, seconds};
 use super::live::{LiveModel, pack};
-use axum::extract::ws::{CloseFrame, Message, WebSocket, close_code};
+use super::server::Shared;
+use axum::body::Bytes;
+use axum::extract::ws::{CloseFrame, Message, Utf8Bytes, WebSocket, close_code};
 use futures_util::stream::{SplitSink, SplitStream};
 use futures_util::{SinkExt, StreamExt};
 use semascan_protocol::client_message::Body as FromClient;
 use semascan_protocol::server_message::Body;
-use semascan_protocol::{Hello, Refused, decode_client};
+use semascan_protocol::{Hello, Refused, ViewRequest, decode_client};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
+use tokio::sync::mpsc;
+use tokio::time::{Instant, timeout};
 
-/// A client that has not said Hello by then is not one.
-const HELLO_TIMEOUT: Duration = Duration::from_secs(10);
+/// Time in which a client may take the reason why it is closed.
+const FAREWELL: Duration = Duration::from_secs(5);
+/// Requests that a client may have open.
+const REQUESTS: usize = 4;
+/// Bytes that the reason of a Close frame may have.
+const CLOSE_REASON: usize = 123;
 
-/// A quiet connection is pinged, so that a dead one is noticed by the operating system.
-const PING: Duration = Duration::from_secs(20);
+type ToClient = SplitSink<WebSocket, Message>;
+type FromSocket = SplitStream<WebSocket>;
+
+/// Why a connection is ended from this side.
+#[derive(Debug)]
+struct Farewell {
+    code: u16,
+    reason: String,
+}
+
+impl Farewell {
+    /// The client broke the protocol.
+    fn policy(reason: impl Into<String>) -> Self {
+        Self { code: close_code::POLICY, reason: reason.into() }
+    }
+
+    /// The client may try again.
+    fn again(reason: impl Into<String>) -> Self {
+        Self { code: close_code::AGAIN, reason: reason.into() }
+    }
+}
 
 /// Serves one client until it leaves or misbehaves.
-pub(super) async fn serve(socket: WebSocket, live: std::sync::Arc<LiveModel>) {
+pub(super) async fn serve(socket: WebSocket, shared: Shared, connection: Arc<Connection>) {
+    let Shared { live, limits, log, connections, .. } = shared;
     let (mut to_client, mut from_client) = socket.split();
-    let hello = match tokio::time::timeout(HELLO_TIMEOUT, read_hello(&mut from_client)).await {
+    if !connections.greet(&connection) {
+        return say_farewell(to_client, Farewell::again("too many clients arrive at once"), &log).await;
+    }
+    let hello = match timeout(seconds(limits.hello_s), read_hello(&mut from_client)).await {
         Ok(Ok(Some(hello))) => hello,
         Ok(Ok(None)) => return,
-        Ok(Err(reason)) => return refuse(to_client, reason).await,
-        Err(_) => return refuse(to_client, "no Hello within 10 s".into()).await,
+        Ok(Err(farewell)) => return say_farewell(to_client, farewell, &log).await,
+        Err(_) => {
+            let late = Farewell::policy(format!("no Hello within {} s", limits.hello_s));
+            return say_farewell(to_client, late, &log).await;
+        }
     };
-    tracing::info!(client = %hello.client, held = hello.held.len(), "viewer connected");
+    connection.views();
+    let name = Excerpt(&hello.client).to_string();
+    log.info(Kind::Connected, || format!("viewer connected: {name}, holds {} chunks", hello.held.len()));
+    let heard = Heard::now();
+    let (requests, mut requested) = mpsc::channel(REQUESTS);
     // One side ends the other: writing stops when the client leaves, reading when it cannot be written to.
-    let outcome = tokio::select! {
-        () = write(&mut to_client, &live, &hello) => None,
-        reason = read_rest(&mut from_client) => reason,
+    let farewell = tokio::select! {
+        farewell = write(&mut to_client, &live, &limits, hello, &heard, &mut requested) => farewell,
+        farewell = read_rest(&mut from_client, &heard, &requests) => farewell,
     };
-    tracing::info!(client = %hello.client, "viewer left");
-    if let Some(reason) = outcome {
-        refuse(to_client, reason).await;
+    log.info(Kind::Left, || format!("viewer left: {name}"));
+    if let Some(farewell) = farewell {
+        say_farewell(to_client, farewell, &log).await;
+    }
+}
+
+/// When something of the client came last.
+#[derive(Debug)]
+struct Heard {
+    began: Instant,
+    milliseconds: AtomicU64,
+}
+
+impl Heard {
+    fn now() -> Self {
+        Self { began: Instant::now(), milliseconds: AtomicU64::new(0) }
+    }
+
+    fn note(&self) {
+        // Rounded up: what came after a ping must not seem to have come before it.
+        self.milliseconds.store(self.began.elapsed().as_millis() as u64 + 1, Ordering::Relaxed);
+    }
+
+    fn last(&self) -> Instant {
+        self.began + Duration::from_millis(self.milliseconds.load(Ordering::Relaxed))
     }
 }
 
 /// The first message; `None` if the client left before it.
-async fn read_hello(from_client: &mut SplitStream<WebSocket>) -> Result<Option<Hello>, String> {
+async fn read_hello(from_client: &mut FromSocket) -> Result<Option<Hello>, Farewell> {
     loop {
         match from_client.next().await {
-            None | Some(Err(_)) | Some(Ok(Message::Close(_))) => return Ok(None),
+            None | Some(Ok(Message::Close(_))) => return Ok(None),
+            Some(Err(error)) => return Err(Farewell::policy(error.to_string())),
             Some(Ok(Message::Ping(_) | Message::Pong(_))) => {}
-            Some(Ok(Message::Text(_))) => return Err("text message; semascan.v1 is binary".into()),
+            Some(Ok(Message::Text(_))) => return Err(Farewell::policy("text message; semascan.v1 is binary")),
             Some(Ok(Message::Binary(bytes))) => {
-                return match decode_client(&bytes).map_err(|e| e.to_string())?.body {
+                return match decode_client(&bytes).map_err(|e| Farewell::policy(e.to_string()))?.body {
                     Some(FromClient::Hello(hello)) => Ok(Some(hello)),
-                    None => Err("message without a body".into()),
+                    Some(FromClient::Views(_)) => Err(Farewell::policy("a request before the Hello")),
+                    None => Err(Farewell::policy("message without a body")),
                 };
             }
         }
     }
 }
 
-/// Listens for the end; the reason if the client has to be refused.
-async fn read_rest(from_client: &mut SplitStream<WebSocket>) -> Option<String> {
+/// Listens until the end; why the client has to be closed, if it does not leave by itself.
+async fn read_rest(
+    from_client: &mut FromSocket,
+    heard: &Heard,
+    requests: &mpsc::Sender<ViewRequest>,
+) -> Option<Farewell> {
     while let Some(message) = from_client.next().await {
+        heard.note();
         match message {
             Ok(Message::Ping(_) | Message::Pong(_)) => {}
-            Ok(Message::Close(_)) | Err(_) => return None,
-            Ok(Message::Text(_)) => return Some("text message; semascan.v1 is binary".into()),
-            Ok(Message::Binary(bytes)) => match decode_client(&bytes) {
-                Ok(_) => return Some("a second Hello".into()),
-                Err(error) => return Some(error.to_string()),
+            Ok(Message::Close(_)) => return None,
+            Err(error) => return Some(Farewell::policy(error.to_string())),
+            Ok(Message::Text(_)) => return Some(Farewell::policy("text message; semascan.v1 is binary")),
+            Ok(Message::Binary(bytes)) => match decode_client(&bytes).map(|message| message.body) {
+                Ok(Some(FromClient::Views(request))) => {
+                    if requests.try_send(request).is_err() {
+                        return Some(Farewell::policy("too many requests at once"));
+                    }
+                }
+                Ok(_) => return Some(Farewell::policy("a second Hello")),
+                Err(error) => return Some(Farewell::policy(error.to_string())),
             },
         }
     }
     None
 }
 
-async fn write(to_client: &mut SplitSink<WebSocket, Message>, live: &LiveModel, hello: &Hello) {
+/// Sends what the client is due; why it has to be closed, if the connection does not break.
+async fn write(
+    to_client: &mut ToClient,
+    live: &LiveModel,
+    limits: &Limits,
+    hello: Hello,
+    heard: &Heard,
+    requested: &mut mpsc::Receiver<ViewRequest>,
+) -> Option<Farewell> {
     let mut changes = live.changes();
     let (mut cursor, welcome) = live.welcome(&hello.inspection_id, hello.epoch, &hello.held);
-    if to_client.send(Message::Binary(welcome)).await.is_err() {
-        return;
+    // A long list need not stay as long as the client does.
+    drop(hello);
+    let (ping, pong) = (seconds(limits.ping_s), seconds(limits.pong_s));
+    // When the last ping was sent, while its answer is not due yet; when there is something to do about pings.
+    let (mut pinged, mut due) = (None, Instant::now() + ping);
+    if let Err(end) = send(to_client, welcome, limits).await {
+        return end;
     }
     loop {
         changes.mark_unchanged();
         while let Some(message) = live.next(&mut cursor) {
             // Waits until the socket takes it: a slow client holds nothing but its place in the order.
-            if to_client.send(Message::Binary(message)).await.is_err() {
-                return;
+            if let Err(end) = send(to_client, message, limits).await {
+                return end;
             }
         }
-        match tokio::time::timeout(PING, changes.changed()).await {
-            Ok(Ok(())) => {}
-            Ok(Err(_)) => return,
-            Err(_) => {
-                if to_client.send(Message::Ping(Vec::new().into())).await.is_err() {
-                    return;
+        tokio::select! {
+            changed = changes.changed() => {
+                if changed.is_err() {
+                    return Some(Farewell::again("the agent ends"));
+                }
+            }
+            Some(request) = requested.recv() => {
+                let (page, reports) = live.page(&request);
+                for message in [page].into_iter().chain(reports) {
+                    if let Err(end) = send(to_client, message, limits).await {
+                        return end;
+                    }
+                }
+            }
+            () = tokio::time::sleep_until(due) => {
+                if let Some(sent) = pinged.take() {
+                    if heard.last() < sent {
+                        return Some(Farewell::again(format!("no answer to a ping within {} s", limits.pong_s)));
+                    }
+                    due = sent + ping;
+                } else {
+                    let sent = Instant::now();
+                    if let Err(end) = send_message(to_client, Message::Ping(Bytes::new()), limits).await {
+                        return end;
+                    }
+                    (pinged, due) = (Some(sent), sent + pong);
                 }
             }
         }
     }
 }
 
-/// Says why, then closes.
-async fn refuse(mut to_client: SplitSink<WebSocket, Message>, reason: String) {
-    tracing::warn!(%reason, "viewer refused");
-    let message = pack(Body::Refused(Refused { reason: reason.clone() }));
-    let _ = to_client.send(Message::Binary(message)).await;
-    // A close reason holds 123 bytes at most.
-    let short: String = reason.chars().take(100).filter(char::is_ascii).collect();
-    let close = CloseFrame { code: close_code::POLICY, reason: short.into() };
-    let _ = to_client.send(Message::Close(Some(close))).await;
+/// Sends a message of the stream.
+async fn send(to_client: &mut ToClient, message: Bytes, limits: &Limits) -> Result<(), Option<Farewell>> {
+    send_message(to_client, Message::Binary(message), limits).await
+}
+
+/// Waits until the socket has taken `message`; how the connection ends if it does not.
+async fn send_message(to_client: &mut ToClient, message: Message, limits: &Limits) -> Result<(), Option<Farewell>> {
+    match timeout(seconds(limits.slow_s), to_client.send(message)).await {
+        Ok(Ok(())) => Ok(()),
+        Ok(Err(_)) => Err(None),
+        Err(_) => Err(Some(Farewell::again(format!("too slow: a message was not taken within {} s", limits.slow_s)))),
+    }
+}
+
+/// Says why, then closes; a client that does not take that in time either is cut off.
+async fn say_farewell(mut to_client: ToClient, farewell: Farewell, log: &ClientLog) {
+    let Farewell { code, reason } = farewell;
+    log.warn(Kind::ViewerRefused, || format!("viewer closed: {}", Excerpt(&reason)));
+    let refused = (code == close_code::POLICY).then(|| pack(Body::Refused(Refused { reason: reason.clone() })));
+    let close = Message::Close(Some(CloseFrame { code, reason: close_reason(&reason) }));
+    let _ = timeout(FAREWELL, async {
+        if let Some(refused) = refused {
+            to_client.send(Message::Binary(refused)).await?;
+        }
+        to_client.send(close).await
+    })
+    .await;
+}
+
+/// As much of `reason` as a Close frame takes.
+fn close_reason(reason: &str) -> Utf8Bytes {
+    let end = (0..=reason.len().min(CLOSE_REASON)).rev().find(|end| reason.is_char_boundary(*end));
+    reason[..end.unwrap_or(0)].into()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_close_reason_fits_its_frame_and_stays_text() {
+        assert_eq!(close_reason("short").as_str(), "short");
+        let long = "ü".repeat(100);
+        assert_eq!(close_reason(&long).len(), CLOSE_REASON - 1);
+    }
 }

@@ -2,21 +2,27 @@
 //!
 //! [`LiveModel`] holds what every client shall end up with; [`LiveStream`] feeds it from a running inspection; each
 //! client's task walks it at its own speed. Nothing is queued per client: a slow one skips revisions, not the result.
+//! [`Limits`] bound what clients may take of the agent, however many come and whatever they do.
 
 mod client;
+mod client_log;
+mod connections;
 mod guard;
+mod health;
+mod limits;
 mod live;
 mod live_stream;
 mod messages;
 mod saved;
 mod server;
-
 mod thumbnail;
+mod transport;
 mod web;
 
 pub use guard::AccessRule;
+pub use limits::{LimitError, Limits};
 pub use live::{LiveModel, StreamTotals};
 pub use live_stream::LiveStream;
 pub use saved::{SavedError, publish_saved};
 pub use server::{ServeError, Server, ServerConfig};
-pub use web::{EmbeddedFiles, WebFiles};
+pub use web::{EmbeddedFiles, WebFiles, WebFolder};

@@ -13,7 +13,6 @@ use semascan_model::Taxonomy;
 use semascan_model::record::Outcome;
 use semascan_perception::fuse::TouchedChunk;
 use semascan_protocol::chunk::{ChunkEncoder, VoxelChunk};
-use semascan_protocol::server_message::Body;
 use semascan_protocol::{self as wire, StageTiming};
 use std::collections::BTreeMap;
 use std::time::Instant;
@@ -51,10 +50,14 @@ impl<'a> LiveStream<'a> {
         for event in events {
             self.handle(&event);
         }
+        if self.live.progress().phase() == wire::Phase::Running {
+            self.live.fail("the inspection broke off without an end");
+        }
     }
 
     /// Publishes one event.
     pub fn handle(&mut self, event: &InspectionEvent) {
+        self.live.progressed();
         match &event.kind {
             EventKind::Started { taxonomy, .. } => {
                 self.taxonomy = taxonomy.clone();
@@ -62,7 +65,7 @@ impl<'a> LiveStream<'a> {
                 self.live.begin(inspection(event.inspection, &event.kind));
             }
             EventKind::Stage { view, stage, status } => {
-                self.live.control(Body::Stage(stage_event(*view, wire_stage(*stage), status)));
+                self.live.stage(stage_event(*view, wire_stage(*stage), status));
             }
             EventKind::ModelChanged { voxel, view, touched, complete, model: Some(model), .. } => {
                 let begun = Instant::now();
@@ -76,7 +79,7 @@ impl<'a> LiveStream<'a> {
             EventKind::ViewFinished { record, view } => {
                 let mut report = view_report(record, view.as_deref(), &self.taxonomy);
                 report.timings.extend(self.published.take().filter(|(v, _)| *v == record.index).map(|(_, t)| t));
-                self.live.control(Body::View(report));
+                self.live.view(report);
                 self.live.update_progress(|p| {
                     p.views_done += 1;
                     p.views_rejected += u32::from(!record.accepted);

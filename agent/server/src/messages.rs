@@ -80,6 +80,7 @@ pub(super) fn view_report(record: &ViewRecord, processed: Option<&ProcessedView>
         overlay_png: labels.map(|(v, s)| overlay(v, s, taxonomy)).unwrap_or_default(),
         timings: record.timings.iter().map(|t| stage_timing(wire_stage(t.stage), t.seconds)).collect(),
         points_added: record.points_added,
+        pictures_dropped: false,
         out_of_domain: record.networks.as_ref().and_then(|n| n.domain).is_some_and(|domain| domain.outside),
     }
 }

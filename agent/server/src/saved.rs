@@ -9,7 +9,6 @@ use semascan_inspection::event::EventKind;
 use semascan_model::record::{InspectionRecord, Outcome};
 use semascan_model::{SemanticCloud, SemanticPoint, Taxonomy};
 use semascan_protocol::chunk::{CHUNK_EDGE, ChunkEncoder, VoxelChunk};
-use semascan_protocol::server_message::Body;
 use semascan_protocol::{self as wire, WireError};
 use std::collections::BTreeMap;
 
@@ -75,7 +74,7 @@ pub fn publish_saved(
     live.begin(inspection(record.id, &started));
     live.set_voxel(voxel.into());
     for view in &record.views {
-        live.control(Body::View(view_report(view, None, taxonomy)));
+        live.view(view_report(view, None, taxonomy));
     }
     live.publish(published);
     live.whole();

@@ -1,23 +1,48 @@
-//! The HTTP server: viewer files, the stream at `/ws`, liveness at `/healthz`.
+//! The HTTP server: viewer files, the stream at `/ws`, whether the work proceeds at `/healthz`.
 
 use super::client;
+use super::client_log::{ClientLog, Excerpt, Kind};
+use super::connections::{Connection, Connections, Place};
 use super::guard::{AccessRule, guard};
+use super::health::health;
+use super::limits::{LimitError, Limits, seconds};
 use super::live::LiveModel;
+use super::transport::Transport;
 use super::web::WebFiles;
-use axum::Router;
-use axum::extract::State;
+use axum::body::Body;
 use axum::extract::ws::WebSocketUpgrade;
-use axum::http::{HeaderMap, StatusCode, Uri};
+use axum::extract::{Extension, State};
+use axum::http::{HeaderMap, Request, StatusCode, Uri};
 use axum::response::{IntoResponse, Response};
 use axum::routing::{any, get};
-use semascan_protocol::{MAX_CLIENT_MESSAGE, SUBPROTOCOL};
+use axum::{Router, middleware};
+use hyper::body::Incoming;
+use hyper::server::conn::http1;
+use hyper::service::service_fn;
+use hyper_util::rt::{TokioIo, TokioTimer};
+use semascan_protocol::SUBPROTOCOL;
 use std::future::Future;
-use std::net::SocketAddr;
+use std::io::ErrorKind;
+use std::net::{IpAddr, SocketAddr};
+use std::path::PathBuf;
 use std::sync::Arc;
-use tokio::net::{TcpListener, TcpSocket};
+use std::time::Duration;
+use tokio::net::{TcpListener, TcpSocket, TcpStream};
+use tower_service::Service;
 
 /// Kernel buffer of a connection: what a slow client has in it cannot be replaced by newer revisions any more.
 const SEND_BUFFER: u32 = 128 << 10;
+/// Bytes that the head of a request may have, and that are held for it.
+const REQUEST_HEAD: usize = 16 << 10;
+/// Bytes read at once from a WebSocket; clients say little.
+const READ_BUFFER: usize = 4 << 10;
+/// How often connections are looked through for those that have to end.
+const SWEEP: Duration = Duration::from_millis(500);
+/// Pause after the system had no connection to give.
+const EXHAUSTED: Duration = Duration::from_millis(100);
+/// File descriptors that connections leave for everything else.
+#[cfg(unix)]
+const OTHER_FILES: u64 = 64;
 
 /// How the agent is reached.
 #[derive(Clone, Debug)]
@@ -28,6 +53,8 @@ pub struct ServerConfig {
     pub access: AccessRule,
     /// The viewer's files.
     pub files: WebFiles,
+    /// How much of it clients may take.
+    pub limits: Limits,
 }
 
 /// Why the server cannot run.
@@ -41,9 +68,25 @@ pub enum ServeError {
         /// The underlying I/O error.
         source: std::io::Error,
     },
-    /// The server stopped.
-    #[error("server stopped: {0}")]
-    Io(#[from] std::io::Error),
+    /// The folder of the viewer's files is not one.
+    #[error("{folder}: {reason}")]
+    Files {
+        /// The folder.
+        folder: PathBuf,
+        /// Why not.
+        reason: String,
+    },
+    /// A limit cannot be kept.
+    #[error(transparent)]
+    Limit(#[from] LimitError),
+    /// An origin that is let in is none.
+    #[error("{origin}: {reason}")]
+    Origin {
+        /// What was given.
+        origin: String,
+        /// Why it is none.
+        reason: &'static str,
+    },
 }
 
 /// A bound server.
@@ -51,11 +94,17 @@ pub enum ServeError {
 pub struct Server {
     listener: TcpListener,
     router: Router,
+    shared: Shared,
 }
 
+/// What all requests share.
 #[derive(Clone, Debug)]
-struct Shared {
-    live: Arc<LiveModel>,
+pub(super) struct Shared {
+    pub(super) live: Arc<LiveModel>,
+    pub(super) limits: Arc<Limits>,
+    pub(super) log: Arc<ClientLog>,
+    pub(super) connections: Arc<Connections>,
+    pub(super) access: Arc<AccessRule>,
     files: Arc<WebFiles>,
 }
 
@@ -63,18 +112,32 @@ impl Server {
     /// Binds; nothing is answered before [`Server::run`].
     ///
     /// # Errors
-    /// [`ServeError::Bind`] if the address is taken or not this machine's.
+    /// [`ServeError`] if the address is taken or not this machine's, or a setting cannot be kept.
     pub fn bind(config: &ServerConfig, live: Arc<LiveModel>) -> Result<Self, ServeError> {
-        let address = config.address;
+        let ServerConfig { address, access, files, limits } = config.clone();
+        limits.check()?;
+        access.check_origins()?;
+        files.check()?;
+        let most = most_connections();
+        if most < limits.connections {
+            tracing::warn!("the limit of open files leaves {most} connections of {}", limits.connections);
+        }
         let listener = listen(address).map_err(|source| ServeError::Bind { address, source })?;
-        let shared = Shared { live, files: Arc::new(config.files.clone()) };
+        let shared = Shared {
+            live,
+            connections: Arc::new(Connections::new(&limits, most)),
+            limits: Arc::new(limits),
+            log: Arc::default(),
+            access: Arc::new(access),
+            files: Arc::new(files),
+        };
         let router = Router::new()
             .route("/ws", any(stream))
-            .route("/healthz", get(|| async { "ok" }))
+            .route("/healthz", get(health))
             .fallback(file)
-            .layer(axum::middleware::from_fn_with_state(Arc::new(config.access.clone()), guard))
-            .with_state(shared);
-        Ok(Self { listener, router })
+            .layer(middleware::from_fn_with_state(shared.clone(), guard))
+            .with_state(shared.clone());
+        Ok(Self { listener, router, shared })
     }
 
     /// The address that was bound.
@@ -85,16 +148,74 @@ impl Server {
         self.listener.local_addr()
     }
 
-    /// Answers until `shutdown` completes.
-    ///
-    /// # Errors
-    /// [`ServeError::Io`] if the listener fails.
-    pub async fn run(self, shutdown: impl Future<Output = ()> + Send + 'static) -> Result<(), ServeError> {
-        // Live connections do not end by themselves, so they are dropped rather than waited for.
+    /// Answers until `shutdown` completes; connections do not end by themselves, so they are ended then.
+    pub async fn run(self, shutdown: impl Future<Output = ()> + Send + 'static) {
+        let sweep = async {
+            loop {
+                tokio::time::sleep(SWEEP).await;
+                self.shared.connections.sweep();
+                self.shared.log.say_what_was_left_out();
+            }
+        };
+        let accept = async {
+            loop {
+                match self.listener.accept().await {
+                    Ok((stream, peer)) => self.take(stream, peer.ip()),
+                    // The peer went while it waited.
+                    Err(error) if is_of_connection(error.kind()) => {}
+                    Err(error) => {
+                        self.shared
+                            .log
+                            .warn(Kind::ConnectionFailed, || format!("no connection could be taken: {error}"));
+                        self.shared.connections.end_one();
+                        tokio::time::sleep(EXHAUSTED).await;
+                    }
+                }
+            }
+        };
         tokio::select! {
-            served = async { axum::serve(self.listener, self.router).await } => Ok(served?),
-            () = shutdown => Ok(()),
+            () = sweep => {}
+            () = accept => {}
+            () = shutdown => {}
         }
+        self.shared.connections.end_all();
+    }
+
+    /// Serves a new connection on a task of its own, if there is a place.
+    fn take(&self, stream: TcpStream, peer: IpAddr) {
+        match self.shared.connections.admit(peer) {
+            Ok(place) => {
+                let (router, limits) = (self.router.clone(), Arc::clone(&self.shared.limits));
+                tokio::spawn(converse(stream, place, router, limits));
+            }
+            Err(reason) => {
+                self.shared.log.warn(Kind::ConnectionRefused, || format!("connection of {peer} refused: {reason}"));
+                // The buffer of a new connection takes it, or the client learns nothing.
+                let answer = b"HTTP/1.1 503 Service Unavailable\r\nConnection: close\r\nContent-Length: 0\r\n\r\n";
+                let _ = stream.try_write(answer);
+            }
+        }
+    }
+}
+
+/// Answers the requests of one connection until it ends or becomes a WebSocket.
+async fn converse(stream: TcpStream, place: Place, router: Router, limits: Arc<Limits>) {
+    let connection = Arc::clone(&place.connection);
+    let Ok(transport) = Transport::new(stream, place) else { return };
+    let service = service_fn(move |mut request: Request<Incoming>| {
+        connection.asked();
+        request.extensions_mut().insert(Arc::clone(&connection));
+        router.clone().call(request.map(Body::new))
+    });
+    let served = http1::Builder::new()
+        .timer(TokioTimer::new())
+        .header_read_timeout(seconds(limits.request_s))
+        .max_buf_size(REQUEST_HEAD)
+        .serve_connection(TokioIo::new(transport), service)
+        .with_upgrades()
+        .await;
+    if let Err(error) = served {
+        tracing::debug!("a connection ended: {error}");
     }
 }
 
@@ -107,22 +228,54 @@ fn listen(address: SocketAddr) -> std::io::Result<TcpListener> {
     socket.listen(1024)
 }
 
-async fn stream(State(shared): State<Shared>, upgrade: WebSocketUpgrade) -> Response {
+/// Connections that the process's limit of open files leaves room for.
+#[cfg(unix)]
+fn most_connections() -> usize {
+    let limit = rustix::process::getrlimit(rustix::process::Resource::Nofile).current;
+    // Half of them at least: with very few open files nothing works anyway.
+    limit.map_or(usize::MAX, |n| n.saturating_sub(OTHER_FILES).max(n / 2).max(1) as usize)
+}
+
+#[cfg(not(unix))]
+fn most_connections() -> usize {
+    usize::MAX
+}
+
+/// Whether an error of `accept` concerns the one connection only.
+fn is_of_connection(kind: ErrorKind) -> bool {
+    matches!(
+        kind,
+        ErrorKind::ConnectionAborted
+            | ErrorKind::ConnectionReset
+            | ErrorKind::ConnectionRefused
+            | ErrorKind::Interrupted
+    )
+}
+
+async fn stream(
+    State(shared): State<Shared>,
+    Extension(connection): Extension<Arc<Connection>>,
+    upgrade: WebSocketUpgrade,
+) -> Response {
     let upgrade = upgrade
         .protocols([SUBPROTOCOL])
-        .max_message_size(MAX_CLIENT_MESSAGE)
-        .max_frame_size(MAX_CLIENT_MESSAGE)
+        .max_message_size(shared.limits.message_bytes)
+        .max_frame_size(shared.limits.message_bytes)
+        .read_buffer_size(READ_BUFFER)
         // Every message goes to the socket at once, so that nothing stale waits in between.
         .write_buffer_size(0);
     if upgrade.selected_protocol().is_none() {
         let reason = format!("this agent speaks {SUBPROTOCOL} only: update the viewer or the agent");
         return (StatusCode::BAD_REQUEST, reason).into_response();
     }
-    upgrade.on_upgrade(move |socket| client::serve(socket, shared.live))
+    upgrade.on_upgrade(move |socket| client::serve(socket, shared, connection))
 }
 
 async fn file(State(shared): State<Shared>, uri: Uri, headers: HeaderMap) -> Response {
     // Files of a folder are read from disk, which may block.
     let read = tokio::task::spawn_blocking(move || shared.files.serve(uri.path(), &headers)).await;
-    read.unwrap_or_else(|_| StatusCode::INTERNAL_SERVER_ERROR.into_response())
+    read.unwrap_or_else(|error| {
+        tracing::error!("a file could not be read: {}", Excerpt(&error.to_string()));
+        StatusCode::INTERNAL_SERVER_ERROR.into_response()
+    })
 }

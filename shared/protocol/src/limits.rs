@@ -1,10 +1,13 @@
 //! Size limits and the checked entry points for everything that arrives.
 
-use super::{ClientMessage, ServerMessage};
+use super::{ClientMessage, ServerMessage, client_message};
 use prost::Message;
 
-/// Largest message an agent accepts from a client: a Hello that holds 100 000 chunks is about 2 MB.
-pub const MAX_CLIENT_MESSAGE: usize = 4 << 20;
+/// Largest message an agent accepts from a client: a Hello that lists [`MAX_HELD_CHUNKS`].
+pub const MAX_CLIENT_MESSAGE: usize = 512 << 10;
+
+/// Most chunks that a Hello may list: a client that holds more starts over, which is no dearer.
+pub const MAX_HELD_CHUNKS: usize = 16_000;
 
 /// Largest message a viewer accepts from an agent.
 pub const MAX_SERVER_MESSAGE: usize = 8 << 20;
@@ -23,6 +26,9 @@ pub enum WireError {
     /// The bytes are no message of `semascan.v1`.
     #[error("not a semascan.v1 message: {0}")]
     Malformed(String),
+    /// A Hello lists more chunks than it may.
+    #[error("a Hello of {0} chunks is over the limit of {MAX_HELD_CHUNKS}")]
+    TooManyHeld(usize),
     /// A message without its body.
     #[error("message without a body")]
     Empty,
@@ -43,7 +49,13 @@ pub enum WireError {
 pub fn decode_client(bytes: &[u8]) -> Result<ClientMessage, WireError> {
     check(bytes, MAX_CLIENT_MESSAGE)?;
     let message = ClientMessage::decode(bytes).map_err(|e| WireError::Malformed(e.to_string()))?;
-    if message.body.is_none() { Err(WireError::Empty) } else { Ok(message) }
+    match &message.body {
+        None => Err(WireError::Empty),
+        Some(client_message::Body::Hello(hello)) if hello.held.len() > MAX_HELD_CHUNKS => {
+            Err(WireError::TooManyHeld(hello.held.len()))
+        }
+        Some(_) => Ok(message),
+    }
 }
 
 /// Decodes what an agent sent.
@@ -58,4 +70,25 @@ pub fn decode_server(bytes: &[u8]) -> Result<ServerMessage, WireError> {
 
 fn check(bytes: &[u8], limit: usize) -> Result<(), WireError> {
     if bytes.len() > limit { Err(WireError::TooLarge { len: bytes.len(), limit }) } else { Ok(()) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{ChunkId, HeldChunk, Hello};
+
+    fn hello(chunks: usize) -> Vec<u8> {
+        // The longest coordinates and revisions that can be written.
+        let chunk = HeldChunk { id: Some(ChunkId { x: i32::MIN, y: i32::MIN, z: i32::MIN }), revision: u32::MAX };
+        let hello = Hello { client: "c".repeat(100), held: vec![chunk; chunks], ..Hello::default() };
+        ClientMessage { body: Some(client_message::Body::Hello(hello)) }.encode_to_vec()
+    }
+
+    #[test]
+    fn the_largest_hello_is_taken_and_a_larger_one_is_not() {
+        assert!(decode_client(&hello(MAX_HELD_CHUNKS)).is_ok());
+        assert_eq!(decode_client(&hello(MAX_HELD_CHUNKS + 1)), Err(WireError::TooManyHeld(MAX_HELD_CHUNKS + 1)));
+        let larger = hello(MAX_CLIENT_MESSAGE / 20);
+        assert_eq!(decode_client(&larger), Err(WireError::TooLarge { len: larger.len(), limit: MAX_CLIENT_MESSAGE }));
+    }
 }

@@ -163,7 +163,18 @@ fn view_report() {
         sigma_png: vec![0x89, b'P'],
         contribution_png: vec![0x89, b'N'],
         out_of_domain: false,
+        pictures_dropped: false,
     })));
+}
+
+#[test]
+fn view_request_and_page() {
+    let message = ClientMessage { body: Some(client_message::Body::Views(ViewRequest { before: 400, count: 32 })) };
+    let bytes = prost::Message::encode_to_vec(&message);
+    assert_eq!(decode_client(&bytes), Ok(message));
+    insta::assert_snapshot!("view_request", dump(&bytes));
+    let page = ViewPage { count: 32, kept: 2000, forgotten: 7, first: 368, earlier: true };
+    insta::assert_snapshot!("view_page", server(server_message::Body::Page(page)));
 }
 
 #[test]

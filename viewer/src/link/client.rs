@@ -64,8 +64,29 @@ impl Link {
         self.worker.post_message(&DROP_CONNECTION.into())
     }
 
+    /// What asks the agent for more, wherever the link itself is kept.
+    pub fn inquiry(&self) -> Inquiry {
+        Inquiry { worker: self.worker.clone() }
+    }
+
     /// Ends the link. No event follows.
     pub fn close(self) {}
+}
+
+/// Asks the agent for what it does not send by itself.
+#[derive(Clone)]
+pub struct Inquiry {
+    worker: Worker,
+}
+
+impl Inquiry {
+    /// Asks for the reports of views before view `before`; they come as any other.
+    ///
+    /// # Errors
+    /// What the browser says when the worker cannot be reached.
+    pub fn earlier_views(&self, before: u32) -> Result<(), JsValue> {
+        self.worker.post_message(&before.into())
+    }
 }
 
 impl Drop for Link {

@@ -25,7 +25,7 @@ mod client;
 mod worker;
 
 #[cfg(target_arch = "wasm32")]
-pub use client::Link;
+pub use client::{Inquiry, Link};
 pub use event::{DecodedChunk, LinkEvent};
 #[cfg(target_arch = "wasm32")]
 pub use worker::link_worker_start;

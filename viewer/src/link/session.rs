@@ -8,13 +8,10 @@ use super::event::required;
 use semascan_protocol::chunk::ChunkDecoder;
 use semascan_protocol::server_message::Body;
 use semascan_protocol::{
-    ChunkGone, ChunkId, ChunkUpdate, ClientMessage, HeldChunk, Hello, Inspection, WireError, client_message,
-    decode_server,
+    ChunkGone, ChunkId, ChunkUpdate, ClientMessage, HeldChunk, Hello, Inspection, MAX_HELD_CHUNKS, ViewRequest,
+    WireError, client_message, decode_server,
 };
 use std::collections::BTreeMap;
-
-/// Most chunks that a `Hello` lists: with more it would outgrow what an agent accepts, and starting over is no dearer.
-const MAX_HELD: usize = 100_000;
 
 /// What is held, of which inspection.
 #[derive(Debug, Default)]
@@ -40,7 +37,7 @@ impl Session {
             epoch: self.epoch,
             ..Hello::default()
         };
-        if self.held.len() <= MAX_HELD {
+        if self.held.len() <= MAX_HELD_CHUNKS {
             hello.inspection_id.clone_from(&self.inspection_id);
             hello.held.extend(
                 self.held
@@ -49,6 +46,11 @@ impl Session {
             );
         }
         ClientMessage { body: Some(client_message::Body::Hello(hello)) }
+    }
+
+    /// Asks for reports of views before view `before`.
+    pub fn earlier_views(before: u32) -> ClientMessage {
+        ClientMessage { body: Some(client_message::Body::Views(ViewRequest { before, count: 0 })) }
     }
 
     /// Whether the agent has answered the present connection.

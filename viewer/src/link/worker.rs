@@ -29,6 +29,8 @@ pub fn link_worker_start(url: String) -> Result<(), JsValue> {
     let on_message = Closure::<dyn FnMut(MessageEvent)>::new(move |message: MessageEvent| {
         if message.data().as_string().as_deref() == Some(client::DROP_CONNECTION) {
             lose(&this, "dropped on request");
+        } else if let Some(before) = message.data().as_f64() {
+            this.borrow().ask_earlier_views(before as u32);
         }
     });
     // Lives as long as the worker does.
@@ -76,6 +78,13 @@ impl Worker {
         }
         // A send can only fail on a socket that is not open, and then its close event follows.
         let _ = socket.socket.send_with_u8_array(&self.session.hello().encode_to_vec());
+    }
+
+    fn ask_earlier_views(&self, before: u32) {
+        if let Some(socket) = self.socket.as_ref().filter(|_| self.session.is_welcomed()) {
+            // A send can only fail on a socket that is not open, and then its close event follows.
+            let _ = socket.socket.send_with_u8_array(&Session::earlier_views(before).encode_to_vec());
+        }
     }
 
     fn receive(&mut self, data: &JsValue) {

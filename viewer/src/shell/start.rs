@@ -3,7 +3,7 @@
 use super::options::Options;
 use super::viewport::Viewport;
 use super::{listeners, panels, save, test_hooks};
-use crate::link::{Link, LinkEvent};
+use crate::link::{Inquiry, Link, LinkEvent};
 use crate::scene::frame_content::frame_content;
 use crate::state::notices::Level;
 use crate::state::{AppState, Event};
@@ -51,7 +51,7 @@ fn run(window: &Window, document: &Document) -> Result<Option<Link>, JsValue> {
     let query = UrlSearchParams::new_with_str(&location.search()?)?;
     let options = Options::read(location.protocol()? == "https:", &location.host()?, |name| query.get(name));
 
-    let (ui, there) = ui();
+    let (ui, there, inquiry) = ui();
     let viewport = Viewport::new(ui, window, document, options.backend);
     // Set once, here.
     let _ = there.set(viewport.clone());
@@ -72,7 +72,11 @@ fn run(window: &Window, document: &Document) -> Result<Option<Link>, JsValue> {
     viewport.open(canvas.dyn_into::<HtmlCanvasElement>()?);
 
     match Link::start(&options.stream, move |event| viewport.handle_link(event)) {
-        Ok(link) => Ok(Some(link)),
+        Ok(link) => {
+            // Set once, here.
+            let _ = inquiry.set(link.inquiry());
+            Ok(Some(link))
+        }
         Err(error) => {
             let reason = format!("The decoding worker cannot start: {error:?}");
             ui.send(Event::from(LinkEvent::Refused { reason }));
@@ -82,8 +86,8 @@ fn run(window: &Window, document: &Document) -> Result<Option<Link>, JsValue> {
 }
 
 /// The state with the ways to it. What happened goes to the state and then to the viewport, what is wanted to the viewport:
-/// both as soon as that is put where the second value says.
-fn ui() -> (Ui, Rc<OnceCell<Rc<Viewport>>>) {
+/// both as soon as that is put where the second value says. What is asked of the agent goes where the third says.
+fn ui() -> (Ui, Rc<OnceCell<Rc<Viewport>>>, Rc<OnceCell<Inquiry>>) {
     let state = RwSignal::new(AppState::default());
     let viewport: Rc<OnceCell<Rc<Viewport>>> = Rc::default();
     let handles = viewport.clone();
@@ -94,12 +98,14 @@ fn ui() -> (Ui, Rc<OnceCell<Rc<Viewport>>>) {
         }
     });
     let executes = viewport.clone();
+    let inquiry: Rc<OnceCell<Inquiry>> = Rc::default();
+    let inquires = inquiry.clone();
     let ask = UnsyncCallback::new(move |command| {
         if let Some(viewport) = executes.get() {
-            execute(viewport, command);
+            execute(viewport, inquires.get(), command);
         }
     });
-    (Ui::new(state, send, ask), viewport)
+    (Ui::new(state, send, ask), viewport, inquiry)
 }
 
 /// The picture, the figures and the test hooks follow the state.
@@ -118,8 +124,13 @@ fn follow_state(viewport: &Rc<Viewport>) {
     Effect::new(move |_| ui.follow(|s| test_hooks::write_state(&document, s)));
 }
 
-fn execute(viewport: &Viewport, command: Command) {
+fn execute(viewport: &Viewport, inquiry: Option<&Inquiry>, command: Command) {
     match command {
+        Command::EarlierViews(before) => {
+            if let Some(Err(error)) = inquiry.map(|inquiry| inquiry.earlier_views(before)) {
+                viewport.ui.notify(Level::Warning, format!("The agent cannot be asked: {error:?}"));
+            }
+        }
         Command::Camera(input) => viewport.steer(input),
         Command::ExportPoints(format) => save::save_points(viewport, format),
         Command::ExportMesh(format) => save::save_mesh(viewport, format),

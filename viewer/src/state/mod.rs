@@ -158,6 +158,7 @@ impl AppState {
                     self.notices.push_on("domain", Level::Warning, text.into());
                 }
             }
+            Body::Page(page) => self.views.page(page),
             // Each of these is an event of the link of its own.
             Body::Welcome(_) | Body::Refused(_) | Body::Clear(_) | Body::Chunk(_) | Body::Gone(_) => {}
         }

@@ -14,7 +14,9 @@ use crate::mesh_worker::{DeviationFigures, ReferenceInfo};
 use proptest::prelude::*;
 use semascan_model::{FeatureFigures, ModelFigures, Taxonomy};
 use semascan_protocol::server_message::Body;
-use semascan_protocol::{Inspection, Phase, Pose, Progress, Stage, StageEvent, StageState, StageTiming, ViewReport};
+use semascan_protocol::{
+    Inspection, Phase, Pose, Progress, Stage, StageEvent, StageState, StageTiming, ViewPage, ViewReport,
+};
 
 fn inspection(id: &str, epoch: u32, components: &[&str]) -> Inspection {
     let mut inspection = Inspection { id: id.into(), epoch, ..Inspection::default() };
@@ -204,6 +206,40 @@ fn the_camera_shown_is_the_selected_one_else_the_latest() {
     assert_eq!(state.views.selected().map(|v| v.index), Some(2));
     state.reduce(&Event::StepView(9));
     assert_eq!(state.views.shown_camera().map(|v| v.index), Some(4));
+}
+
+#[test]
+fn earlier_views_are_asked_for_until_there_are_none_or_no_room() {
+    let page = |first: u32, count: u32, earlier: bool| {
+        Event::from(LinkEvent::Message(Body::Page(ViewPage { first, count, earlier, kept: 5000, forgotten: 0 })))
+    };
+    let numbers = |state: &AppState| state.views.iter().map(|v| v.index).collect::<Vec<_>>();
+    let mut state = state_after([
+        connected(inspection("a", 0, &["housing"]), false),
+        page(100, 2, true),
+        view_report(view(100)),
+        view_report(view(101)),
+    ]);
+    assert_eq!((state.views.earlier(), state.views.is_cut()), (Some(100), true));
+    for event in [page(98, 2, true), view_report(view(98)), view_report(view(99))] {
+        state.reduce(&event);
+    }
+    assert_eq!((numbers(&state), state.views.earlier()), ((98..102).collect(), Some(98)));
+    // After a reconnection the agent sends its latest page again: what lies before it stays.
+    for event in [page(101, 2, true), view_report(view(101)), view_report(view(102))] {
+        state.reduce(&event);
+    }
+    assert_eq!((numbers(&state), state.views.earlier()), ((98..103).collect(), Some(98)));
+    // Where some are missing between, it begins anew.
+    for event in [page(200, 1, true), view_report(view(200))] {
+        state.reduce(&event);
+    }
+    assert_eq!((numbers(&state), state.views.earlier()), (vec![200], Some(200)));
+    state.reduce(&page(0, 0, false));
+    assert_eq!((state.views.earlier(), state.views.is_cut()), (None, false));
+    // Past the room that there is the oldest go, and that is said.
+    (0..Views::MAX as u32 + 1).for_each(|index| state.reduce(&view_report(view(1000 + index))));
+    assert_eq!((state.views.iter().len(), state.views.earlier(), state.views.is_cut()), (Views::MAX, None, true));
 }
 
 #[test]

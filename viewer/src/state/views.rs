@@ -1,6 +1,6 @@
 //! The captured views, as the agent reported them.
 
-use semascan_protocol::{Intrinsics, Pose, ViewReport};
+use semascan_protocol::{Intrinsics, Pose, ViewPage, ViewReport};
 use std::sync::Arc;
 
 /// One captured view.
@@ -28,6 +28,8 @@ pub struct ViewEntry {
     pub points_added: u64,
     /// Whether it is unlike the views that the networks were trained for: its labels do not count.
     pub out_of_domain: bool,
+    /// Whether the agent has dropped its pictures: it keeps those of the latest views.
+    pub pictures_dropped: bool,
 }
 
 /// What can be laid over a view's picture.
@@ -96,21 +98,49 @@ impl From<&ViewReport> for ViewEntry {
             contribution_png: report.contribution_png.as_slice().into(),
             points_added: report.points_added,
             out_of_domain: report.out_of_domain,
+            pictures_dropped: report.pictures_dropped,
         }
     }
 }
 
-/// The captured views in the order of their numbers, the latest [`Views::MAX`] of them.
+/// The captured views in the order of their numbers, the latest [`Views::MAX`] of them at most. The agent sends the latest by
+/// itself, and earlier ones as they are asked for.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Views {
     list: Vec<ViewEntry>,
     selected: Option<u32>,
     latest: Option<u32>,
+    earlier: bool,
 }
 
 impl Views {
     /// Most views that are kept for display.
-    pub const MAX: usize = 400;
+    pub const MAX: usize = 1000;
+
+    /// The number before which more views can be asked for; `None` if the agent has none, or no more are kept here.
+    pub fn earlier(&self) -> Option<u32> {
+        let room = self.list.len() + Self::PAGE <= Self::MAX;
+        self.list.first().map(|v| v.index).filter(|_| self.earlier && room)
+    }
+
+    /// Whether there are views before the first that is kept.
+    pub fn is_cut(&self) -> bool {
+        self.earlier
+    }
+
+    /// Room that a page of earlier views may take.
+    const PAGE: usize = 64;
+
+    /// Takes notice of the reports that follow.
+    pub(super) fn page(&mut self, page: &ViewPage) {
+        let (first, last) = (self.list.first().map(|v| v.index), self.list.last().map(|v| v.index));
+        if page.count > 0 && last.is_some_and(|last| page.first > last.saturating_add(1)) {
+            // Between what is kept and what comes some are missing: it begins anew, so that none seems not to exist.
+            *self = Self { earlier: page.earlier, ..Self::default() };
+        } else if page.count == 0 || first.is_none_or(|first| page.first < first) {
+            self.earlier = page.earlier;
+        }
+    }
 
     /// The views in order.
     pub fn iter(&self) -> impl ExactSizeIterator<Item = &ViewEntry> + DoubleEndedIterator {
@@ -147,6 +177,7 @@ impl Views {
         }
         if self.list.len() > Self::MAX {
             let gone = self.list.remove(0).index;
+            self.earlier = true;
             self.selected = self.selected.filter(|s| *s != gone);
             self.latest = self.latest.filter(|l| *l != gone);
         }

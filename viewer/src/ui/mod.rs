@@ -20,6 +20,8 @@ pub enum Command {
     ExportPoints(PointFormat),
     /// Download what is visible of the mesh.
     ExportMesh(MeshFormat),
+    /// Ask the agent for the views before this number.
+    EarlierViews(u32),
     /// Load the page again.
     Reload,
 }

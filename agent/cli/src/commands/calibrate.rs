@@ -3,6 +3,7 @@
 
 use super::Failure;
 use super::source::open;
+use crate::stderr::Stderr;
 use anyhow::{Context, anyhow};
 use clap::Args;
 use image::RgbImage;
@@ -48,7 +49,7 @@ type Numbers = (String, Vec<[f64; STATISTICS]>);
 impl CalibrateArgs {
     pub(crate) fn run(self) -> Result<(), Failure> {
         let folders = self.models.iter().map(|name| folder(name)).collect::<Result<Vec<_>, _>>()?;
-        let mut out = std::io::stderr().lock();
+        let mut out = Stderr::default();
         let views = self.views.iter().map(|uri| of_source(uri, &mut out)).collect::<Result<Vec<_>, _>>()?;
         let outside = self.outside.iter().map(|path| of_pictures(path, &mut out)).collect::<Result<Vec<_>, _>>()?;
         let photographs: Vec<_> = outside.iter().flat_map(|(_, numbers)| numbers.iter().copied()).collect();

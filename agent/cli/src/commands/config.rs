@@ -3,6 +3,7 @@
 
 use anyhow::{Context, Result};
 use semascan_inspection::spec::InspectionSpec;
+use semascan_server::Limits;
 use serde::Deserialize;
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
@@ -23,8 +24,14 @@ pub(crate) struct ServeSection {
     pub(crate) listen: Option<SocketAddr>,
     /// Names under which the agent may be reached, beyond loopback and literal addresses.
     pub(crate) allow_hosts: Vec<String>,
+    /// Origins of pages elsewhere that may follow this agent.
+    pub(crate) allow_origins: Vec<String>,
+    /// Other agents that this agent's pages may follow.
+    pub(crate) allow_agents: Vec<String>,
     /// Serve the viewer from this folder.
     pub(crate) web_dir: Option<PathBuf>,
+    /// How much of the agent its clients may take.
+    pub(crate) limits: Limits,
 }
 
 /// Reads `cell.toml`; without a path, the defaults.
@@ -51,6 +58,7 @@ mod tests {
     fn a_mistyped_key_is_named() {
         for (wrong, word) in [
             ("[serve]\nlisten_on = \"127.0.0.1:1\"", "listen_on"),
+            ("[serve.limits]\nconnection = 1", "connection"),
             ("[sorce]\nuri = \"x\"", "sorce"),
             ("[network]\nprovider = \"gpu\"", "gpu"),
             ("[network]\nregions = 1", "regions"),
@@ -63,7 +71,8 @@ mod tests {
 
     #[test]
     fn a_whole_file_is_read() {
-        let text = "labels = \"network\"\n[serve]\nlisten = \"0.0.0.0:80\"\nallow_hosts = [\"cell\"]\n[source]\n\
+        let text = "labels = \"network\"\n[serve]\nlisten = \"0.0.0.0:80\"\nallow_hosts = [\"cell\"]\n\
+                    [serve.limits]\nconnections = 9\nslow_s = 2.5\n[source]\n\
                     uri = \"virtual:starter-motor\"\nvoxel_mm = 1.5\n[network]\nmodels = [\"ud-net-edge\"]\n\
                     provider = \"tensorrt\"\nengine = \"onnxruntime\"\nthreads = 2\n\
                     augmentations = [\"identity\", \"flip\", \"warp\"]\nstatistic = \"predicted\"\nuncertain = \"drop\"\n\
@@ -71,6 +80,7 @@ mod tests {
         let config = parse(text).expect("valid");
         assert_eq!(config.inspection.source.voxel_mm, Some(1.5));
         assert_eq!(config.serve.allow_hosts, ["cell"]);
+        assert_eq!(config.serve.limits, Limits { connections: 9, slow_s: 2.5, ..Limits::default() });
         assert_eq!(config.inspection.network.threads, Some(2));
     }
 }

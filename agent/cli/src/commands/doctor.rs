@@ -1,6 +1,7 @@
 //! `semascan doctor`: whether everything that inspections need is there.
 
 use super::{Failure, config, models};
+use crate::stderr::Stderr;
 use anyhow::anyhow;
 use clap::Args;
 use semascan_perception::segment::network::engine::{self, Engine, EngineChoice, EngineError, OnnxRuntime};
@@ -48,7 +49,7 @@ impl DoctorArgs {
         let network = &config.inspection.network;
         let findings =
             [runtime(network.onnxruntime.as_deref(), network.provider), tract(), networks(), viewer(embedded)];
-        let mut out = std::io::stderr().lock();
+        let mut out = Stderr::default();
         for finding in &findings {
             let mark = match finding.health {
                 Health::Ok => "ok     ",

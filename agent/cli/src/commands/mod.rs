@@ -9,6 +9,7 @@ mod doctor;
 mod evaluate;
 mod export;
 mod inspect;
+mod limit_args;
 mod models;
 #[cfg(feature = "demo")]
 mod photometric;

@@ -3,6 +3,7 @@
 
 use super::Failure;
 use super::calibrate::CalibrateArgs;
+use crate::stderr::Stderr;
 use clap::{Args, Subcommand};
 use semascan_perception::segment::network::{Installed, installed, search_path};
 use serde_json::{Value, json};
@@ -37,7 +38,7 @@ impl ModelsArgs {
         }
         let folders = if self.models.is_empty() { search_path() } else { self.models };
         let models = installed(&folders);
-        let mut out = std::io::stderr().lock();
+        let mut out = Stderr::default();
         if models.is_empty() {
             let places: Vec<String> = folders.iter().map(|f| f.display().to_string()).collect();
             writeln!(out, "no models are installed; looked in {}", places.join(", "))?;

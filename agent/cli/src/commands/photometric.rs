@@ -3,6 +3,7 @@
 
 use super::Failure;
 use super::source::open;
+use crate::stderr::Stderr;
 use anyhow::anyhow;
 use semascan_evaluation::{PoseFile, judge_poses};
 use semascan_inspection::record::photometric_record;
@@ -35,7 +36,7 @@ pub(super) fn judge(
     if judged.kinematic {
         names.push("kinematic".into());
     }
-    let mut out = std::io::stderr().lock();
+    let mut out = Stderr::default();
     for reason in &judged.unreadable {
         writeln!(out, "left out: {reason}")?;
     }

@@ -1,5 +1,6 @@
 //! What an inspection found, for people, on stderr.
 
+use crate::stderr::Stderr;
 use semascan_model::record::{
     DomainRecord, InspectionRecord, LabelSource, NetworksRecord, PhotometricRecord, RegistrationRecord, TruthRecord,
     ViewRecord,
@@ -10,7 +11,7 @@ use std::path::Path;
 
 /// Prints a summary of `record`, which was written to `folder`.
 pub(crate) fn print(record: &InspectionRecord, folder: &Path) -> io::Result<()> {
-    let mut out = io::stderr().lock();
+    let mut out = Stderr::default();
     let used = record.views.iter().filter(|v| v.accepted).count();
     let (views, share) = (record.views.len(), 100.0 * used as f64 / record.views.len().max(1) as f64);
     let voxel = record.voxel.map_or_else(|| "none".into(), |v| format!("{:.3} mm", v * 1e3));

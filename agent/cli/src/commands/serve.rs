@@ -1,6 +1,7 @@
 //! `semascan serve`: the live stream and the viewer.
 
 use super::config::{self, CellConfig};
+use super::limit_args::LimitArgs;
 use super::run::{self, Output};
 use super::spec_args::SpecArgs;
 use super::{Failure, format_error};
@@ -10,7 +11,7 @@ use semascan_inspection::bus::Events;
 use semascan_inspection::{Inspection, InspectionHandle};
 use semascan_model::record::Outcome;
 use semascan_server::{
-    AccessRule, EmbeddedFiles, LiveModel, LiveStream, Server, ServerConfig, WebFiles, publish_saved,
+    AccessRule, EmbeddedFiles, LiveModel, LiveStream, ServeError, Server, ServerConfig, WebFiles, publish_saved,
 };
 use semascan_store::{SavedInspection, read_inspection};
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
@@ -31,12 +32,20 @@ pub(crate) struct ReachArgs {
     /// A name under which browsers may reach this agent (repeatable)
     #[arg(long = "allow-host", value_name = "NAME")]
     allow_hosts: Vec<String>,
+    /// The origin of a page elsewhere that may follow this agent, as http://HOST:PORT (repeatable)
+    #[arg(long = "allow-origin", value_name = "ORIGIN")]
+    allow_origins: Vec<String>,
+    /// Another agent that this agent's page may follow with ?ws=, as ws://HOST:PORT (repeatable)
+    #[arg(long = "allow-agent", value_name = "AGENT")]
+    allow_agents: Vec<String>,
     /// Serve the viewer's files from this folder instead of the built-in ones
     #[arg(long, value_name = "DIR")]
     web_dir: Option<PathBuf>,
     /// Threads to compute with
     #[arg(long, value_name = "N")]
     pub(crate) threads: Option<usize>,
+    #[command(flatten)]
+    limits: LimitArgs,
 }
 
 /// Arguments of `semascan serve`.
@@ -110,15 +119,23 @@ pub(crate) fn serve(
     if let Some(port) = reach.port {
         address.set_port(port);
     }
-    let allowed_hosts = [reach.allow_hosts.clone(), config.serve.allow_hosts.clone()].concat();
+    let access = AccessRule {
+        allowed_hosts: [reach.allow_hosts.clone(), config.serve.allow_hosts.clone()].concat(),
+        allowed_origins: [reach.allow_origins.clone(), config.serve.allow_origins.clone()].concat(),
+        allowed_agents: [reach.allow_agents.clone(), config.serve.allow_agents.clone()].concat(),
+    };
     let web_dir = reach.web_dir.clone().or_else(|| config.serve.web_dir.clone());
-    let files = web_dir.map_or(WebFiles::Embedded(viewer), WebFiles::Folder);
-    let settings = ServerConfig { address, access: AccessRule { allowed_hosts }, files };
+    let files = web_dir.map_or(WebFiles::Embedded(viewer), WebFiles::folder);
+    let limits = reach.limits.apply(config.serve.limits.clone());
+    let settings = ServerConfig { address, access, files, limits };
 
     let live = Arc::new(LiveModel::new());
     let runtime = tokio::runtime::Runtime::new().context("cannot start the network runtime")?;
     runtime.block_on(async {
-        let server = Server::bind(&settings, Arc::clone(&live))?;
+        let server = Server::bind(&settings, Arc::clone(&live)).map_err(|error| match error {
+            ServeError::Bind { .. } => Failure::Work(error.into()),
+            _ => Failure::Call(error.into()),
+        })?;
         let address = server.local_address()?;
         let url = format!("http://{address}");
         tracing::info!("listening on {url}");
@@ -141,7 +158,7 @@ pub(crate) fn serve(
             }
             None => None,
         };
-        server.run(run::interrupted()).await?;
+        server.run(run::interrupted()).await;
         // The view in work is finished first, so that the record on disk is whole.
         let Some((follower, stop)) = running else { return Ok(()) };
         stop.set();

@@ -2,6 +2,7 @@
 //! [Eye-in-hand 2020], P2 [Wang 2023].
 
 use super::Failure;
+use crate::stderr::Stderr;
 use anyhow::{Context, anyhow};
 use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -124,7 +125,7 @@ impl TablesArgs {
         }
         let config = p0::Config { tables: self.tables(&p0::TABLES)?, reference_models, networks: self.networks()? };
         let report = watched(|on_step| p0::run(&config, on_step))?;
-        p0::print(&mut std::io::stderr().lock(), &report)?;
+        p0::print(&mut Stderr::default(), &report)?;
         self.write(&report)
     }
 
@@ -135,7 +136,7 @@ impl TablesArgs {
         let masks = if wants(&[1, 2]) && self.only.is_none() {
             let networks = self.networks()?;
             let masks = watched(|on_step| p1::masks::run(&networks, on_step))?;
-            p1::masks::print(&mut std::io::stderr().lock(), &masks)?;
+            p1::masks::print(&mut Stderr::default(), &masks)?;
             Some(masks)
         } else {
             None
@@ -168,7 +169,7 @@ impl TablesArgs {
             p1::TableError::NoObject(_) => Failure::Call(error.into()),
             error => Failure::Work(error.into()),
         })?;
-        p1::print(&report, &mut std::io::stderr().lock())?;
+        p1::print(&report, &mut Stderr::default())?;
         Ok(report)
     }
 
@@ -176,7 +177,7 @@ impl TablesArgs {
         self.not_p1()?;
         let config = p2::Config { tables: self.tables(&p2::TABLES)?, networks: self.networks()? };
         let report = watched(|on_step| p2::run(&config, on_step))?;
-        p2::print(&mut std::io::stderr().lock(), &report)?;
+        p2::print(&mut Stderr::default(), &report)?;
         self.write(&report)
     }
 

@@ -3,6 +3,7 @@
 mod evaluate;
 mod export;
 mod inspect;
+mod log;
 mod outcome;
 mod synth;
 mod tables;

@@ -3,25 +3,29 @@
 //! Chunks stand in the order of their last change. A client remembers how far along that order it is, one number; a
 //! chunk that changes again moves to the end, so an unsent older revision is replaced by the newer one by itself.
 //!
+//! Of the views a client is sent the reports of the latest ones, and asks for pages of earlier ones.
+//!
 //! A rebuilt map comes as a whole ([`LiveModel::renew`]): the client is sent the announcement of a successor, then its chunks,
 //! then that these were all, so that it can go on showing the old model until then.
 
+mod stage_log;
 mod state;
+mod view_log;
 
 use axum::body::Bytes;
 use semascan_protocol as wire;
 use semascan_protocol::chunk::model_hash;
 use semascan_protocol::server_message::Body;
-use semascan_protocol::{Clear, HeldChunk, Inspection, Progress};
-use state::State;
+use semascan_protocol::{Clear, HeldChunk, Inspection, Progress, StageEvent, ViewReport, ViewRequest};
+use stage_log::StageLog;
 pub use state::StreamTotals;
 pub(super) use state::{Cursor, Published, pack};
+use state::{LiveChunk, State};
 use std::collections::{BTreeMap, HashMap};
 use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
 use tokio::sync::watch;
-
-/// Stage events and view reports kept for clients that come later.
-const CONTROL_LOG: usize = 20_000;
+use view_log::ViewLog;
 
 /// Shared by the inspection and all clients.
 #[derive(Debug)]
@@ -41,7 +45,9 @@ impl LiveModel {
             changes: 0,
             chunks: HashMap::new(),
             by_change: BTreeMap::new(),
-            control: Vec::new(),
+            stages: StageLog::default(),
+            views: ViewLog::default(),
+            progressed: Instant::now(),
             totals: StreamTotals::default(),
             whole_at: None,
         };
@@ -70,7 +76,9 @@ impl LiveModel {
         state.inspection = inspection;
         state.chunks.clear();
         state.by_change.clear();
-        state.control.clear();
+        state.stages = StageLog::default();
+        state.views = ViewLog::default();
+        state.progressed = Instant::now();
         state.totals = StreamTotals::default();
         state.whole_at = None;
         drop(state);
@@ -119,14 +127,36 @@ impl LiveModel {
         self.changed.send_replace(());
     }
 
-    /// Adds to the control lane.
-    pub(super) fn control(&self, body: Body) {
+    /// Tells that a stage of a view began, ended or failed.
+    pub(super) fn stage(&self, event: StageEvent) {
+        self.lock().stages.put(event);
+        self.changed.send_replace(());
+    }
+
+    /// Tells what became of a view.
+    pub(super) fn view(&self, report: ViewReport) {
         let mut state = self.lock();
-        if state.control.len() < CONTROL_LOG {
-            state.control.push(pack(body));
-        }
+        state.stages.reported(report.index);
+        state.views.put(report);
         drop(state);
         self.changed.send_replace(());
+    }
+
+    /// The inspection did something.
+    pub(super) fn progressed(&self) {
+        self.lock().progressed = Instant::now();
+    }
+
+    /// Where the inspection stands, which it is, and how long ago it did something.
+    pub(super) fn standing(&self) -> (Progress, String, Duration) {
+        let state = self.lock();
+        (state.progress.clone(), state.inspection.id.clone(), state.progressed.elapsed())
+    }
+
+    /// What a client asked for with `request`: the page, and its reports.
+    pub(super) fn page(&self, request: &ViewRequest) -> (Bytes, Vec<Bytes>) {
+        let (page, reports) = self.lock().views.page(request);
+        (pack(Body::Page(page)), reports)
     }
 
     /// Changes the progress that clients see.
@@ -176,7 +206,10 @@ impl LiveModel {
         let resumed =
             !inspection_id.is_empty() && inspection_id == state.inspection.id && epoch == state.inspection.epoch;
         let held = if resumed {
-            held.iter().filter_map(|h| Some((h.id?.to_array(), h.revision))).collect()
+            // Only what is still the newest: a list of anything else would be the client's to make as long as it likes.
+            let newest = |id, revision| state.chunks.get(&id).is_some_and(|c: &LiveChunk| c.revision == revision);
+            let held = held.iter().filter_map(|h| Some((h.id?.to_array(), h.revision)));
+            held.filter(|(id, revision)| newest(*id, *revision)).collect()
         } else {
             HashMap::new()
         };
@@ -195,12 +228,28 @@ impl LiveModel {
         let state = self.lock();
         if cursor.generation != state.generation {
             let successor = cursor.inspection == state.inspection.id;
-            *cursor = Cursor::at_the_beginning(&state);
+            let old = std::mem::replace(cursor, Cursor::at_the_beginning(&state));
+            if successor {
+                *cursor = old.at_the_next_epoch(&state);
+            }
             return Some(pack(Body::Clear(Clear { inspection: Some(state.inspection.clone()), successor })));
         }
-        if let Some(message) = state.control.get(cursor.control) {
-            cursor.control += 1;
-            return Some(message.clone());
+        if let Some(report) = cursor.page.pop_front() {
+            return Some(report);
+        }
+        if let Some((place, event)) = state.stages.after(cursor.stage) {
+            cursor.stage = place;
+            return Some(event);
+        }
+        if state.views.is_far_behind(cursor.view) {
+            let (page, reports) = state.views.page(&ViewRequest::default());
+            cursor.view = state.views.latest();
+            cursor.page = reports.into();
+            return Some(pack(Body::Page(page)));
+        }
+        if let Some((place, report)) = state.views.after(cursor.view) {
+            cursor.view = place;
+            return Some(report);
         }
         let progress = state.progress_for(cursor);
         if progress.phase() == wire::Phase::Running && cursor.progress.as_ref() != Some(&progress) {

@@ -1,11 +1,14 @@
 //! What is published, in the order of its last change, and how far along it each client is.
 
+use super::stage_log::StageLog;
+use super::view_log::ViewLog;
 use axum::body::Bytes;
 use prost::Message;
 use semascan_protocol as wire;
 use semascan_protocol::server_message::Body;
 use semascan_protocol::{ChunkGone, ChunkId, Inspection, Progress, ServerMessage};
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, HashMap, VecDeque};
+use std::time::Instant;
 
 #[derive(Clone, Debug)]
 pub(super) struct LiveChunk {
@@ -40,7 +43,10 @@ pub(super) struct State {
     pub(super) changes: u64,
     pub(super) chunks: HashMap<[i32; 3], LiveChunk>,
     pub(super) by_change: BTreeMap<u64, [i32; 3]>,
-    pub(super) control: Vec<Bytes>,
+    pub(super) stages: StageLog,
+    pub(super) views: ViewLog,
+    /// When the inspection last did something.
+    pub(super) progressed: Instant,
     pub(super) totals: StreamTotals,
     /// The change with which the epoch's whole model was there; later ones are its revisions.
     pub(super) whole_at: Option<u64>,
@@ -53,7 +59,12 @@ pub(crate) struct Cursor {
     /// The inspection it follows.
     pub(super) inspection: String,
     pub(super) change: u64,
-    pub(super) control: usize,
+    /// Last stage event it was sent.
+    pub(super) stage: u64,
+    /// Last view report it was sent.
+    pub(super) view: u64,
+    /// Reports that it is sent next, oldest first.
+    pub(super) page: VecDeque<Bytes>,
     pub(super) progress: Option<Progress>,
     /// Revisions that a returning client already has; each is dropped once its chunk was passed.
     pub(super) held: HashMap<[i32; 3], u32>,
@@ -66,10 +77,17 @@ impl Cursor {
             generation: state.generation,
             inspection: state.inspection.id.clone(),
             change: 0,
-            control: 0,
+            stage: 0,
+            view: 0,
+            page: VecDeque::new(),
             progress: None,
             held: HashMap::new(),
         }
+    }
+
+    /// Before the first chunk of a model that was made anew: what was said of the inspection's views still holds.
+    pub(super) fn at_the_next_epoch(self, state: &State) -> Self {
+        Self { stage: self.stage, view: self.view, page: self.page, ..Self::at_the_beginning(state) }
     }
 }
 

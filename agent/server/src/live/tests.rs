@@ -145,3 +145,101 @@ fn another_inspection_is_no_successor_and_an_empty_rebuild_is_whole() {
     live.begin(Inspection { id: "b".into(), epoch: 1, ..Inspection::default() });
     assert_eq!(story(&live, &mut cursor), ["clear 1 successor false", "complete 0"]);
 }
+
+/// Numbers of the views whose reports a client is sent now; the pages that it is told of.
+fn views(live: &LiveModel, cursor: &mut Cursor) -> (Vec<u32>, Vec<wire::ViewPage>) {
+    let (mut numbers, mut pages) = (Vec::new(), Vec::new());
+    while let Some(bytes) = live.next(cursor) {
+        match wire::decode_server(&bytes).expect("valid").body {
+            Some(Body::View(report)) => numbers.push(report.index),
+            Some(Body::Page(page)) => pages.push(page),
+            _ => {}
+        }
+    }
+    (numbers, pages)
+}
+
+fn report(index: u32) -> ViewReport {
+    ViewReport { index, ..ViewReport::default() }
+}
+
+#[test]
+fn reports_and_stages_are_sent_once_and_not_again_with_a_new_epoch() {
+    let live = running();
+    let (mut cursor, _) = live.welcome("", 0, &[]);
+    live.stage(StageEvent { view: 2, ..StageEvent::default() });
+    (0..2).for_each(|index| live.view(report(index)));
+    assert_eq!(views(&live, &mut cursor).0, [0, 1]);
+    live.renew(2, vec![published([0; 3], 1)]);
+    live.view(report(2));
+    let mut stages = 0;
+    let mut numbers = Vec::new();
+    while let Some(bytes) = live.next(&mut cursor) {
+        match wire::decode_server(&bytes).expect("valid").body {
+            Some(Body::Stage(_)) => stages += 1,
+            Some(Body::View(report)) => numbers.push(report.index),
+            _ => {}
+        }
+    }
+    assert_eq!((stages, numbers), (0, vec![2]));
+    // Another inspection starts over.
+    live.begin(Inspection { id: "b".into(), epoch: 1, ..Inspection::default() });
+    live.view(report(0));
+    assert_eq!(views(&live, &mut cursor).0, [0]);
+}
+
+#[test]
+fn a_late_client_gets_the_latest_reports_and_learns_of_the_others() {
+    let live = running();
+    let (mut follower, _) = live.welcome("", 0, &[]);
+    let mut followed = Vec::new();
+    for index in 0..3000 {
+        live.view(report(index));
+        followed.extend(views(&live, &mut follower).0);
+    }
+    assert_eq!(followed, (0..3000).collect::<Vec<_>>());
+    let (mut late, _) = live.welcome("", 0, &[]);
+    let (numbers, pages) = views(&live, &mut late);
+    assert_eq!(numbers, (2936..3000).collect::<Vec<_>>());
+    assert_eq!(pages, [wire::ViewPage { count: 64, kept: 3000, forgotten: 0, first: 2936, earlier: true }]);
+    live.view(report(3000));
+    assert_eq!(views(&live, &mut late), (vec![3000], vec![]));
+}
+
+#[test]
+fn of_a_hello_only_what_is_still_the_newest_is_kept() {
+    let live = running();
+    live.publish(vec![published([0; 3], 1), published([1, 0, 0], 1)]);
+    let held = |x| HeldChunk { id: Some(ChunkId { x, y: 0, z: 0 }), revision: 1 };
+    let hello: Vec<HeldChunk> = (0..10_000).map(held).collect();
+    let (cursor, _) = live.welcome("a", 1, &hello);
+    assert_eq!(cursor.held.len(), 2);
+}
+
+#[test]
+fn a_stage_that_failed_is_told_to_those_who_come_later_and_the_log_is_bounded() {
+    let live = running();
+    for view in 0..2000 {
+        let state = if view == 1999 { wire::StageState::Failed } else { wire::StageState::Finished };
+        live.stage(StageEvent { view, state: state.into(), ..StageEvent::default() });
+        live.view(report(view));
+    }
+    (2000..4000).for_each(|view| live.stage(StageEvent { view, ..StageEvent::default() }));
+    let told = |live: &LiveModel| {
+        let (mut cursor, _) = live.welcome("", 0, &[]);
+        let mut told = Vec::new();
+        while let Some(bytes) = live.next(&mut cursor) {
+            if let Some(Body::Stage(event)) = wire::decode_server(&bytes).expect("valid").body {
+                told.push(event.view);
+            }
+        }
+        told
+    };
+    assert_eq!(told(&live), (3488..4000).collect::<Vec<_>>());
+    let live = running();
+    live.stage(StageEvent { view: 0, state: wire::StageState::Failed.into(), ..StageEvent::default() });
+    live.stage(StageEvent { view: 1, ..StageEvent::default() });
+    live.view(report(0));
+    live.view(report(1));
+    assert_eq!(told(&live), [0]);
+}

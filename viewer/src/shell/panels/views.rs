@@ -3,8 +3,8 @@
 use super::picture::Picture;
 use crate::state::views::{ViewEntry, ViewOverlay};
 use crate::state::{Event, units};
-use crate::ui::Ui;
 use crate::ui::icons::{CAMERA, Icon, WARNING};
+use crate::ui::{Command, Ui};
 use leptos::prelude::*;
 use semascan_protocol::Phase;
 
@@ -14,6 +14,10 @@ pub(super) fn ViewStrip(ui: Ui) -> impl IntoView {
     let views = ui.part(|s| s.views.iter().cloned().collect::<Vec<_>>());
     let count = ui.part(|s| s.views.iter().len());
     let selected = ui.part(|s| s.views.selected().map(|v| v.index));
+    let earlier = ui.part(|s| s.views.earlier());
+    let cut = ui.part(|s| s.views.is_cut() && s.views.earlier().is_none());
+    // The last of the strip: only a new one is brought into sight, not the earlier ones that were asked for.
+    let last = ui.part(|s| s.views.iter().next_back().map(|v| v.index));
     let pending = ui.part(|s| {
         let missing = s.progress.views_expected.saturating_sub(s.progress.views_done);
         // Views that are still to come get a place each, as far as the strip shows them anyway.
@@ -30,7 +34,7 @@ pub(super) fn ViewStrip(ui: Ui) -> impl IntoView {
         });
     };
     Effect::new(move |_| {
-        if count.get() > 0 && selected.get_untracked().is_none() {
+        if last.get().is_some() && selected.get_untracked().is_none() {
             reveal_soon("li:nth-last-child(1 of .view) button".into());
         }
     });
@@ -45,6 +49,18 @@ pub(super) fn ViewStrip(ui: Ui) -> impl IntoView {
             <p class="strip-empty"><Icon path=CAMERA/> "Captured views appear here."</p>
         </Show>
         <ol class="strip" node_ref=list>
+            {move || earlier.get().map(|before| view! {
+                <li class="view-earlier">
+                    <button
+                        class="button" type="button" data-testid="earlier-views"
+                        title=format!("Show views before view {}", before + 1)
+                        on:click=move |_| ui.ask(Command::EarlierViews(before))
+                    >"Earlier"</button>
+                </li>
+            })}
+            {move || cut.get().then(|| view! {
+                <li class="view-earlier" data-testid="views-cut">"Earlier views are in the inspection's record."</li>
+            })}
             <For
                 each=move || views.get()
                 key=|v| (v.index, v.accepted, v.thumbnail_jpeg.len(), v.overlay_png.len())

@@ -1,0 +1,363 @@
+//! What many and hostile clients cost an agent, measured from outside: `attack AGENT [--half-open ADDRESS ...]`.
+//!
+//! The agent inspects a simulated part while thousands of idle connections, mute downloads, large Hellos and 200 viewers come
+//! one after the other. Its memory must stay within a bound, and a viewer that came first must have the final model soon after
+//! the end. With `--half-open`, viewers come from these addresses, which then vanish: to be run in a network namespace of its
+//! own, where `ip address` may be changed. One JSON object goes to stdout; the exit code says whether every bound held.
+
+use anyhow::{Context, Result, bail, ensure};
+use futures_util::SinkExt;
+use prost::Message as _;
+use semascan_protocol::server_message::Body;
+use semascan_protocol::{ChunkId, ClientMessage, HeldChunk, Hello, Phase, SUBPROTOCOL, client_message};
+use semascan_tests::client::{Client, Holdings, Socket, next_body, open_socket};
+use semascan_tests::process::{peak_resident_bytes, resident_bytes, sockets};
+use serde_json::{Map, Value, json};
+use std::collections::BTreeMap;
+use std::io::{BufRead, BufReader};
+use std::net::SocketAddr;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, ExitCode, Stdio};
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, OnceLock};
+use std::time::{Duration, Instant};
+use tokio::io::AsyncWriteExt;
+use tokio::net::{TcpSocket, TcpStream};
+use tokio_tungstenite::tungstenite::Message;
+use tokio_tungstenite::tungstenite::client::IntoClientRequest;
+use tokio_tungstenite::tungstenite::http::HeaderValue;
+
+const SOURCE: &str = "virtual:starter-motor?seed=7&views=24&size=320x240&errors=none";
+/// Seconds between two views: the inspection lasts as long as the attack.
+const PACE: &str = "1.5";
+const MEGABYTE: u64 = 1 << 20;
+
+const IDLE: usize = 10_000;
+const DOWNLOADS: usize = 300;
+const DOWNLOAD_BYTES: usize = 4 << 20;
+const HELLOS: usize = 40;
+const HELLO_CHUNKS: usize = 200_000;
+const VIEWERS: usize = 200;
+const HALF_OPEN: usize = 1000;
+
+/// Most memory that the agent may have resident at any time.
+const MOST_MEGABYTES: u64 = 400;
+/// Time after the end in which a fast viewer must hold the final model.
+const FINAL_WITHIN: Duration = Duration::from_secs(2);
+/// Time in which vanished viewers must be noticed.
+const NOTICED_WITHIN: Duration = Duration::from_secs(60);
+/// The whole may last so long.
+const LONGEST: Duration = Duration::from_secs(300);
+
+fn main() -> ExitCode {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    match run(&arguments) {
+        Ok(true) => ExitCode::SUCCESS,
+        Ok(false) => ExitCode::FAILURE,
+        Err(error) => {
+            eprintln!("{error:#}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn run(arguments: &[String]) -> Result<bool> {
+    let (agent, addresses) = match arguments {
+        [agent] => (agent, &[][..]),
+        [agent, flag, addresses @ ..] if flag == "--half-open" => (agent, addresses),
+        _ => bail!("attack AGENT [--half-open ADDRESS ...]"),
+    };
+    let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(2).enable_all().build()?;
+    runtime.block_on(async {
+        let attack = attack(Path::new(agent), addresses);
+        tokio::time::timeout(LONGEST, attack).await.context("the attack lasts too long")?
+    })
+}
+
+/// Attacks an agent that it starts; whether every bound held.
+async fn attack(program: &Path, addresses: &[String]) -> Result<bool> {
+    let files = tempfile::tempdir()?;
+    std::fs::write(files.path().join("large.wasm"), vec![7; DOWNLOAD_BYTES])?;
+    let agent = Agent::start(program, files.path())?;
+    let address = agent.address;
+    let mut report = Report { figures: Map::new(), agent: &agent, bounds: Vec::new() };
+    report.put("start");
+
+    // On a thread of its own: what the others compute does not hold it up.
+    let fast = std::thread::spawn(move || {
+        let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
+        let mut holdings = Holdings::default();
+        let followed: Result<u64> = runtime.block_on(async {
+            let mut client = Client::connect(address, &mut holdings).await?;
+            client.finish(&mut holdings).await?;
+            Ok(client.progress.model_hash)
+        });
+        let at = Instant::now();
+        ensure!(followed? == holdings.hash(), "the fast viewer has another model than the agent");
+        let revisions = holdings.chunks.iter().map(|(id, chunk)| (*id, chunk.revision)).collect();
+        Ok((revisions, at))
+    });
+
+    let most = file_limit()?.saturating_sub(500).min(IDLE);
+    if most < IDLE {
+        eprintln!("the limit of open files allows {most} of {IDLE} idle connections");
+    }
+    let mut idle = Vec::with_capacity(most);
+    for _ in 0..most {
+        // What the agent does not take any more waits in the kernel or is refused: both are answers.
+        if let Ok(Ok(stream)) = tokio::time::timeout(Duration::from_secs(1), TcpStream::connect(address)).await {
+            idle.push(stream);
+        }
+    }
+    tokio::time::sleep(Duration::from_secs(2)).await;
+    report.figures.insert("idle_connections".into(), idle.len().into());
+    report.put("idle");
+    drop(idle);
+
+    let mut mute = Vec::new();
+    for _ in 0..DOWNLOADS {
+        let mut stream = TcpStream::connect(address).await?;
+        let request = format!("GET /large.wasm HTTP/1.1\r\nHost: {address}\r\n\r\n");
+        if stream.write_all(request.as_bytes()).await.is_ok() {
+            mute.push(stream);
+        }
+    }
+    tokio::time::sleep(Duration::from_secs(2)).await;
+    report.figures.insert("mute_downloads".into(), mute.len().into());
+    report.put("mute");
+    drop(mute);
+
+    let message = large_hello();
+    let mut large = Vec::new();
+    for _ in 0..HELLOS {
+        let Ok(mut socket) = open_socket(address, SUBPROTOCOL, None).await else { continue };
+        // An agent that refuses it closes while it is being sent.
+        let _ =
+            tokio::time::timeout(Duration::from_secs(2), socket.send(Message::Binary(message.clone().into()))).await;
+        large.push(socket);
+    }
+    tokio::time::sleep(Duration::from_secs(2)).await;
+    report.figures.insert("large_hellos".into(), large.len().into());
+    report.figures.insert("hello_bytes".into(), message.len().into());
+    report.put("hellos");
+    drop(large);
+
+    let processor_before = agent.processor_seconds()?;
+    let mut viewers = Vec::new();
+    for _ in 0..VIEWERS {
+        let socket = open_socket(address, SUBPROTOCOL, None).await.context("a viewer cannot connect")?;
+        viewers.push(tokio::spawn(follow(socket)));
+    }
+    let mut followed = Vec::new();
+    for viewer in viewers {
+        followed.push(viewer.await??);
+    }
+    let fast = tokio::task::spawn_blocking(|| fast.join()).await?;
+    let (held, at): (Revisions, Instant) =
+        fast.map_err(|_| anyhow::anyhow!("the fast viewer panicked"))?.context("the fast viewer")?;
+    let right = followed.iter().filter(|(revisions, _)| *revisions == held).count();
+    report.figures.insert("viewers_with_the_final_model".into(), right.into());
+    let processor = agent.processor_seconds()? - processor_before;
+    report.figures.insert("processor_seconds_with_the_inspection".into(), processor.into());
+    report.put("viewers");
+    report.bound("every viewer has the final model", right == VIEWERS && !held.is_empty());
+    // The agent says it after it has judged the model: the first viewer that was told may have learnt it sooner.
+    let told = followed.iter().map(|(_, at)| *at).min();
+    let ended = told.into_iter().chain([agent.ended().await?]).min().context("no end")?;
+    let late = at.saturating_duration_since(ended);
+    report.figures.insert("fast_viewer_seconds_after_the_end".into(), late.as_secs_f64().into());
+    report.bound("the fast viewer has the final model within 2 s of the end", late <= FINAL_WITHIN);
+
+    if addresses.is_empty() {
+        eprintln!("SKIPPED: half-open peers, without a network namespace");
+    } else {
+        half_open(&mut report, addresses).await?;
+    }
+    let peak = peak_resident_bytes(agent.process.id())? / MEGABYTE;
+    report.figures.insert("peak_megabytes".into(), peak.into());
+    report.bound("at most 400 MB", peak <= MOST_MEGABYTES);
+    report.figures.insert("log_bytes".into(), agent.log_bytes.load(Ordering::Relaxed).into());
+    let held = report.bounds.iter().all(|(_, held)| *held);
+    for (what, held) in &report.bounds {
+        eprintln!("{} {what}", if *held { "held  " } else { "BROKEN" });
+    }
+    serde_json::to_writer_pretty(std::io::stdout().lock(), &Value::Object(report.figures))?;
+    Ok(held)
+}
+
+/// Revisions of the chunks that a viewer holds.
+type Revisions = BTreeMap<[i32; 3], u32>;
+
+/// Follows the stream to its end, and says when that came, without decoding the chunks: 200 decoders would be measured instead of the agent.
+async fn follow(mut socket: Socket) -> Result<(Revisions, Instant)> {
+    let hello = ClientMessage { body: Some(client_message::Body::Hello(Hello::default())) };
+    socket.send(Message::Binary(hello.encode_to_vec().into())).await?;
+    let mut revisions = Revisions::new();
+    loop {
+        match next_body(&mut socket).await?.0 {
+            Body::Clear(_) => revisions.clear(),
+            Body::Chunk(chunk) => {
+                revisions.insert(chunk.id.context("a chunk without id")?.to_array(), chunk.revision);
+            }
+            Body::Gone(gone) => {
+                revisions.remove(&gone.id.context("a tombstone without id")?.to_array());
+            }
+            Body::Progress(progress) if matches!(progress.phase(), Phase::Finished | Phase::Failed) => {
+                return Ok((revisions, Instant::now()));
+            }
+            Body::Refused(refused) => bail!("refused: {}", refused.reason),
+            // What says nothing of the model.
+            _ => {}
+        }
+    }
+}
+
+/// Viewers from `addresses`, which vanish without a word.
+async fn half_open(report: &mut Report<'_>, addresses: &[String]) -> Result<()> {
+    let agent = report.agent;
+    let before = sockets(agent.process.id())?;
+    let mut vanished = Vec::new();
+    for i in 0..HALF_OPEN {
+        let from = &addresses[i % addresses.len()];
+        if let Ok(socket) = viewer_from(from, agent.address).await {
+            vanished.push(socket);
+        }
+    }
+    tokio::time::sleep(Duration::from_secs(1)).await;
+    let held = sockets(agent.process.id())?.saturating_sub(before);
+    for address in addresses {
+        let removed = Command::new("ip").args(["address", "del", &format!("{address}/32"), "dev", "lo"]).status()?;
+        ensure!(removed.success(), "the address {address} cannot be taken away");
+    }
+    let begun = Instant::now();
+    while sockets(agent.process.id())? > before + 2 && begun.elapsed() < NOTICED_WITHIN + Duration::from_secs(10) {
+        tokio::time::sleep(Duration::from_millis(500)).await;
+    }
+    let noticed = begun.elapsed();
+    report.figures.insert("half_open_peers".into(), vanished.len().into());
+    report.figures.insert("half_open_held".into(), held.into());
+    report.figures.insert("half_open_noticed_after_seconds".into(), noticed.as_secs_f64().into());
+    report.put("half_open");
+    report.bound("vanished viewers are noticed within 60 s", noticed <= NOTICED_WITHIN && held > 0);
+    Ok(())
+}
+
+/// A viewer that connects from address `from`.
+async fn viewer_from(from: &str, to: SocketAddr) -> Result<tokio_tungstenite::WebSocketStream<TcpStream>> {
+    let socket = TcpSocket::new_v4()?;
+    socket.bind(format!("{from}:0").parse()?)?;
+    let stream = tokio::time::timeout(Duration::from_secs(5), socket.connect(to)).await??;
+    let mut request = format!("ws://{to}/ws").into_client_request()?;
+    request.headers_mut().insert("sec-websocket-protocol", HeaderValue::from_static(SUBPROTOCOL));
+    let (mut socket, _) = tokio_tungstenite::client_async(request, stream).await?;
+    let hello = Hello { client: "half-open".into(), ..Hello::default() };
+    let hello = ClientMessage { body: Some(client_message::Body::Hello(hello)) };
+    socket.send(Message::Binary(hello.encode_to_vec().into())).await?;
+    Ok(socket)
+}
+
+/// A Hello of some 4 MB.
+fn large_hello() -> Vec<u8> {
+    let held = |i: usize| HeldChunk { id: Some(ChunkId { x: i as i32, y: i32::MIN, z: i32::MAX }), revision: 1 };
+    let hello = Hello { client: "large".into(), held: (0..HELLO_CHUNKS).map(held).collect(), ..Hello::default() };
+    ClientMessage { body: Some(client_message::Body::Hello(hello)) }.encode_to_vec()
+}
+
+/// Files that this process may have open.
+fn file_limit() -> Result<usize> {
+    let limits = std::fs::read_to_string("/proc/self/limits").context("/proc/self/limits")?;
+    let line = limits.lines().find_map(|line| line.strip_prefix("Max open files")).context("no limit of open files")?;
+    line.split_whitespace().next().and_then(|n| n.parse().ok()).context("a limit that is no number")
+}
+
+/// An agent that runs until this is dropped.
+struct Agent {
+    process: Child,
+    address: SocketAddr,
+    log_bytes: Arc<AtomicU64>,
+    ended: Arc<OnceLock<Instant>>,
+}
+
+impl Agent {
+    fn start(program: &Path, files: &Path) -> Result<Self> {
+        let mut command = Command::new(program);
+        command.args(["demo", "--no-open", "--port", "0", "--source", SOURCE, "--pace", PACE, "--web-dir"]).arg(files);
+        let process = command.stderr(Stdio::piped()).stdin(Stdio::null()).spawn();
+        let mut process = process.with_context(|| PathBuf::from(program).display().to_string())?;
+        let mut log = BufReader::new(process.stderr.take().context("no stderr")?);
+        let mut line = Vec::new();
+        let address = loop {
+            line.clear();
+            ensure!(log.read_until(b'\n', &mut line)? > 0, "the agent ended before it listened");
+            let text = String::from_utf8_lossy(&line);
+            if let Some((_, rest)) = text.split_once("listening on http://") {
+                // Nothing, a line end or a colour follows.
+                let end = rest.find(|c: char| !(c.is_ascii_digit() || c == '.' || c == ':')).unwrap_or(rest.len());
+                break rest[..end].parse().with_context(|| text.clone().into_owned())?;
+            }
+        };
+        let (log_bytes, ended) = (Arc::new(AtomicU64::new(0)), Arc::new(OnceLock::new()));
+        let (bytes, end) = (Arc::clone(&log_bytes), Arc::clone(&ended));
+        std::thread::spawn(move || {
+            let mut line = Vec::new();
+            while log.read_until(b'\n', &mut line).is_ok_and(|n| n > 0) {
+                bytes.fetch_add(line.len() as u64, Ordering::Relaxed);
+                if String::from_utf8_lossy(&line).contains(" finished: ") {
+                    let _ = end.set(Instant::now());
+                }
+                line.clear();
+            }
+        });
+        Ok(Self { process, address, log_bytes, ended })
+    }
+
+    /// When the agent said that the inspection is finished.
+    async fn ended(&self) -> Result<Instant> {
+        for _ in 0..600 {
+            if let Some(at) = self.ended.get() {
+                return Ok(*at);
+            }
+            tokio::time::sleep(Duration::from_millis(100)).await;
+        }
+        bail!("the agent did not say that the inspection is finished")
+    }
+
+    /// Processor time that it took so far, at Linux's 100 ticks a second.
+    fn processor_seconds(&self) -> Result<f64> {
+        let path = format!("/proc/{}/stat", self.process.id());
+        let stat = std::fs::read_to_string(&path).with_context(|| path.clone())?;
+        let fields: Vec<&str> = stat.rsplit(')').next().unwrap_or_default().split_whitespace().collect();
+        let ticks = |i: usize| fields.get(i).and_then(|f| f.parse::<f64>().ok()).with_context(|| path.clone());
+        Ok((ticks(11)? + ticks(12)?) / 100.0)
+    }
+}
+
+impl Drop for Agent {
+    fn drop(&mut self) {
+        // It has ended already where this fails.
+        let _ = self.process.kill();
+        let _ = self.process.wait();
+    }
+}
+
+/// What was measured.
+struct Report<'a> {
+    figures: Map<String, Value>,
+    agent: &'a Agent,
+    bounds: Vec<(&'static str, bool)>,
+}
+
+impl Report<'_> {
+    /// The agent's memory at the end of `phase`.
+    fn put(&mut self, phase: &str) {
+        let id = self.agent.process.id();
+        let megabytes = |bytes: Result<u64>| bytes.map_or(Value::Null, |b| (b / MEGABYTE).into());
+        let memory = json!({ "now": megabytes(resident_bytes(id)), "peak": megabytes(peak_resident_bytes(id)) });
+        eprintln!("{phase:<10} memory in MB: {memory}");
+        self.figures.insert(format!("{phase}_megabytes"), memory);
+    }
+
+    fn bound(&mut self, what: &'static str, held: bool) {
+        self.bounds.push((what, held));
+    }
+}
