@@ -10,12 +10,14 @@ mod evaluate;
 mod export;
 mod inspect;
 mod models;
+mod numbers;
 #[cfg(feature = "demo")]
 mod photometric;
 mod report;
 mod run;
 mod schema;
 mod serve;
+mod signals;
 mod source;
 mod spec_args;
 #[cfg(feature = "demo")]
@@ -25,16 +27,24 @@ mod synth_turntable;
 #[cfg(feature = "demo")]
 mod tables;
 
+use anyhow::Context;
 use clap::{Parser, Subcommand};
 use semascan_inspection::SetupFailure;
 use semascan_inspection::source::SourceError;
 use semascan_perception::segment::network::SelectError;
 use semascan_server::EmbeddedFiles;
-use semascan_store::StoreError;
+use semascan_store::{ExportError, StoreError};
+use signals::Signals;
+
+/// What scripts rely on.
+const EXIT_CODES: &str = "\
+Exit codes: 0 done; 1 the work failed, or too few views could be used; 2 the call was wrong; 130 (SIGINT) and 143 (SIGTERM) the
+work was cut off: an inspection keeps what it has, within 5 s, and its record says `stopped`; a second signal ends it at once.
+A server whose work was done ends with 0.";
 
 /// Semantic 3D inspection of used parts.
 #[derive(Debug, Parser)]
-#[command(name = "semascan", version, about)]
+#[command(name = "semascan", version, about, after_help = EXIT_CODES)]
 pub(crate) struct Cli {
     #[command(subcommand)]
     command: Command,
@@ -75,6 +85,8 @@ pub(crate) enum Failure {
     Work(anyhow::Error),
     /// The call was wrong: exit code 2.
     Call(anyhow::Error),
+    /// The work was cut off by a signal, of which this is the exit code.
+    Stopped(u8, anyhow::Error),
 }
 
 impl Failure {
@@ -82,6 +94,21 @@ impl Failure {
         match self {
             Self::Work(e) => (1, e),
             Self::Call(e) => (2, e),
+            Self::Stopped(code, e) => (code, e),
+        }
+    }
+
+    /// Why, in words.
+    pub(crate) fn reason(&self) -> String {
+        let (Self::Work(error) | Self::Call(error) | Self::Stopped(_, error)) = self;
+        format_error(error)
+    }
+
+    /// Work that ended early: by a signal, or because somebody stopped it otherwise.
+    pub(crate) fn stopped(signals: &Signals, error: anyhow::Error) -> Self {
+        match signals.exit_code() {
+            Some(code) => Self::Stopped(code, error),
+            None => Self::Work(error),
         }
     }
 }
@@ -100,7 +127,19 @@ impl<E: Into<anyhow::Error>> From<E> for Failure {
         let error = error.into();
         let is_call = error.chain().any(|cause| {
             matches!(cause.downcast_ref(), Some(SourceError::Uri { .. }))
-                || matches!(cause.downcast_ref(), Some(StoreError::NotEmpty { .. }))
+                || matches!(
+                    cause.downcast_ref(),
+                    Some(StoreError::NotEmpty { .. } | StoreError::Foreign { .. } | StoreError::NoFolder { .. })
+                )
+                || matches!(
+                    cause.downcast_ref(),
+                    Some(
+                        ExportError::OwnSource { .. }
+                            | ExportError::OfInspection { .. }
+                            | ExportError::OtherInspection { .. }
+                            | ExportError::Store(StoreError::NoFolder { .. })
+                    )
+                )
                 || matches!(cause.downcast_ref(), Some(SelectError::Unknown { .. } | SelectError::None { .. }))
                 || matches!(
                     cause.downcast_ref(),
@@ -118,11 +157,12 @@ impl<E: Into<anyhow::Error>> From<E> for Failure {
 impl Cli {
     /// Runs the command; `viewer` holds the viewer's files.
     pub(crate) fn run(self, viewer: EmbeddedFiles) -> Result<(), Failure> {
+        let signals = Signals::handle().context("signals cannot be handled")?;
         match self.command {
             #[cfg(feature = "demo")]
-            Command::Demo(args) => args.run(viewer),
-            Command::Serve(args) => args.run(viewer),
-            Command::Inspect(args) => args.run(),
+            Command::Demo(args) => args.run(viewer, &signals),
+            Command::Serve(args) => args.run(viewer, &signals),
+            Command::Inspect(args) => args.run(&signals),
             #[cfg(feature = "demo")]
             Command::Evaluate(args) => args.run(),
             Command::Export(args) => args.run(),
@@ -140,7 +180,6 @@ impl Cli {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use anyhow::Context;
 
     #[test]
     fn a_cause_is_said_once() {

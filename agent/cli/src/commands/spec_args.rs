@@ -1,5 +1,6 @@
 //! Arguments of every command that inspects, to an [`InspectionSpec`].
 
+use super::numbers;
 use clap::{Args, ValueEnum};
 use semascan_inspection::spec::{
     BackgroundMethod, CameraMask, DepthRange, InspectionSpec, LabelSource, LengthUnit, MaskRefinement,
@@ -21,7 +22,7 @@ pub(crate) struct SpecArgs {
     #[arg(long, value_enum)]
     unit: Option<UnitArg>,
     /// Millimetres of a depth of 1 in a recording [default: what the recording says]
-    #[arg(long, value_name = "MM")]
+    #[arg(long, value_name = "MM", value_parser = numbers::length::<f64>)]
     depth_scale: Option<f64>,
     /// Whether it is a recording of a turntable before a fixed camera: `none`, `estimate`, or what is known, `step=DEG`
     /// (degrees between two views) and `axis=X,Y,Z,NX,NY,NZ` (camera frame, metres) with a comma between [default: auto: a
@@ -38,14 +39,18 @@ pub(crate) struct SpecArgs {
     #[arg(long, value_enum)]
     roi: Option<RoiArg>,
     /// Smallest share of the views that must become part of the model, 0 to 1; with fewer the exit code is 1 [default: 0.5]
-    #[arg(long, value_name = "SHARE")]
+    #[arg(long, value_name = "SHARE", value_parser = numbers::share::<f64>)]
     least_views: Option<f64>,
+    /// A view that is left out is a failure: the record says `failed`, and the exit code is 1. What there is of the model is
+    /// written all the same
+    #[arg(long)]
+    strict: bool,
     /// Models for `--labels network`: names, folders of models, or folders with models, separated by commas; by default
     /// the best of each task that is installed
     #[arg(long, value_name = "NAME|DIR", value_delimiter = ',')]
     models: Vec<String>,
     /// Largest standard uncertainty of a component label, 0 to 1 [default: 0.16]
-    #[arg(long, value_name = "T")]
+    #[arg(long, value_name = "T", value_parser = numbers::share::<f32>)]
     sigma: Option<f32>,
     /// What becomes of pixels beyond it [default: geometry]
     #[arg(long, value_enum)]
@@ -66,13 +71,13 @@ pub(crate) struct SpecArgs {
     #[arg(long, value_enum)]
     association: Option<AssociationArg>,
     /// Voxel edge in millimetres; by default twice the median pixel footprint, at least 0.5
-    #[arg(long, value_name = "MM")]
+    #[arg(long, value_name = "MM", value_parser = numbers::length::<f64>)]
     voxel: Option<f64>,
     /// Inspect only the views of a moving camera that show something new (keyframes)
     #[arg(long)]
     keyframes: bool,
     /// Least time between two captures in seconds [default: 0]
-    #[arg(long, value_name = "SECONDS")]
+    #[arg(long, value_name = "SECONDS", value_parser = numbers::pause)]
     pace: Option<f64>,
 }
 
@@ -191,6 +196,7 @@ impl SpecArgs {
         spec.region.bounds = self.bounds.map(|Corners(corners)| corners).or(spec.region.bounds);
         spec.region.labelled |= self.roi == Some(RoiArg::Labelled);
         spec.least_views = self.least_views.or(spec.least_views);
+        spec.strict |= self.strict;
         if !self.models.is_empty() {
             spec.network.models = self.models;
         }
