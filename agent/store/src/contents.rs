@@ -39,6 +39,19 @@ impl Contents {
     /// # Errors
     /// [`StoreError`] naming what cannot be read, or that the folder is none.
     pub(crate) fn of(folder: &Path) -> Result<Self, StoreError> {
+        Self::told_apart(folder, &|path, name| is_ours(path, name))
+    }
+
+    /// Looks at a temporary folder of ours, in which half files that do not say anything yet are ours by their names.
+    ///
+    /// # Errors
+    /// As [`Contents::of`].
+    pub(crate) fn of_temporary(folder: &Path) -> Result<Self, StoreError> {
+        let by_name = |name: &str| name == RECORD || MODEL_FILES.contains(&name) || is_view_cloud(name);
+        Self::told_apart(folder, &|path, name| (by_name(name) && is_file(path)) || is_ours(path, name))
+    }
+
+    fn told_apart(folder: &Path, is_ours: &dyn Fn(&Path, &str) -> bool) -> Result<Self, StoreError> {
         let mut contents = Self::default();
         let entries = match fs::read_dir(folder) {
             Ok(entries) => entries,
@@ -54,7 +67,7 @@ impl Contents {
             if name.starts_with('.') {
                 contents.hidden.push(name.into());
             } else if name == VIEWS && is_folder(&path) {
-                contents.add_views(&path)?;
+                contents.add_views(&path, is_ours)?;
             } else if is_ours(&path, &name) {
                 contents.ours.push(name.into());
             } else {
@@ -64,7 +77,7 @@ impl Contents {
         Ok(contents)
     }
 
-    fn add_views(&mut self, folder: &Path) -> Result<(), StoreError> {
+    fn add_views(&mut self, folder: &Path, is_ours: &dyn Fn(&Path, &str) -> bool) -> Result<(), StoreError> {
         for entry in fs::read_dir(folder).map_err(StoreError::io(folder))? {
             let path = entry.map_err(StoreError::io(folder))?.path();
             let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
@@ -81,14 +94,13 @@ impl Contents {
     }
 }
 
-/// Removes what is ours from `folder`, the record first, and the folder `views` if it is then empty.
+/// Removes `files` from `folder`, the record first, and the folder `views` if it is then empty.
 ///
 /// # Errors
 /// [`StoreError`] naming the file.
-pub(crate) fn remove_ours(folder: &Path) -> Result<(), StoreError> {
-    let mut ours = Contents::of(folder)?.ours;
-    ours.sort_by_key(|path| path != Path::new(RECORD));
-    for path in ours.iter().map(|name| folder.join(name)) {
+pub(crate) fn remove(folder: &Path, mut files: Vec<PathBuf>) -> Result<(), StoreError> {
+    files.sort_by_key(|path| path != Path::new(RECORD));
+    for path in files.iter().map(|name| folder.join(name)) {
         fs::remove_file(&path).map_err(StoreError::io(&path))?;
     }
     // Fails where somebody else's file lies in it, and then it stays.
@@ -107,8 +119,13 @@ fn is_folder(path: &Path) -> bool {
     fs::symlink_metadata(path).is_ok_and(|m| m.is_dir())
 }
 
+/// A file itself and no link to one.
+fn is_file(path: &Path) -> bool {
+    fs::symlink_metadata(path).is_ok_and(|m| m.is_file())
+}
+
 fn is_ours(path: &Path, name: &str) -> bool {
-    if !fs::symlink_metadata(path).is_ok_and(|m| m.is_file()) {
+    if !is_file(path) {
         return false;
     }
     // Half files that earlier versions left when they were killed.
@@ -167,7 +184,9 @@ mod tests {
         assert_eq!(sorted(&contents.ours), "cloud.ply mesh-gear.stl truth.ply.part views/000001.ply");
         assert_eq!(sorted(&contents.foreign), "inspection.json mesh-mine.stl mesh.ply notes.txt views/notes.txt");
         assert_eq!(sorted(&contents.hidden), ".keep");
-        remove_ours(root.path()).expect("removed");
+        let temporary = Contents::of_temporary(root.path()).expect("readable");
+        assert_eq!(sorted(&temporary.foreign), "mesh-mine.stl notes.txt views/notes.txt", "half files are ours there");
+        remove(root.path(), contents.ours).expect("removed");
         let left = Contents::of(root.path()).expect("readable");
         assert!(left.ours.is_empty() && left.foreign.len() == 5 && left.hidden.len() == 1, "{left:?}");
     }

@@ -86,6 +86,17 @@ pub fn check_set(folder: &Path, record: &InspectionRecord) -> Result<(), SetErro
     Ok(())
 }
 
+/// Checks the files of `folder` against the record in it, if one that can be read is there.
+///
+/// # Errors
+/// [`SetError`] naming the file.
+pub fn check_folder(folder: &Path) -> Result<(), SetError> {
+    match std::fs::read_to_string(folder.join(RECORD)).map(|text| InspectionRecord::from_json(&text)) {
+        Ok(Ok(record)) => check_set(folder, &record),
+        _ => Ok(()),
+    }
+}
+
 /// Checks one file against the record that lies in its folder, if one does: a file by itself belongs to nothing.
 ///
 /// # Errors

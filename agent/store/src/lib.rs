@@ -15,6 +15,8 @@ mod error;
 mod export_folder;
 mod generation;
 mod inspection_set;
+#[cfg(test)]
+mod kills;
 mod lock;
 mod result_folder;
 mod saved;
@@ -22,7 +24,7 @@ mod write;
 
 pub use error::StoreError;
 pub use export_folder::{ExportError, ExportFolder};
-pub use generation::{SetError, check_beside_record, check_set};
+pub use generation::{SetError, check_beside_record, check_folder, check_set};
 pub use lock::FolderLock;
 pub use result_folder::{Kept, ResultFolder};
 pub use saved::{SavedError, SavedInspection, read_inspection};

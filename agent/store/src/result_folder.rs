@@ -11,7 +11,7 @@
 //! until the new one is whole: an inspection that fails does not take it away.
 
 use crate::StoreError;
-use crate::contents::{Contents, RECORD, VIEWS, remove_ours};
+use crate::contents::{Contents, RECORD, VIEWS, remove};
 use crate::inspection_set;
 use crate::lock::{FolderLock, beside};
 use crate::write::{remove_temporary_files, sync_folder, temporaries, write_new};
@@ -20,6 +20,7 @@ use semascan_model::record::{FilesRecord, InspectionRecord};
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 
 /// The folder of an inspection that runs. Its lock is held until this is dropped.
@@ -30,6 +31,8 @@ pub struct ResultFolder {
     in_place: bool,
     /// Whether the folder holds the model of an earlier inspection.
     earlier: Mutex<bool>,
+    /// Whether the folder was made for this inspection and holds nothing yet.
+    made_empty: AtomicBool,
     _lock: FolderLock,
 }
 
@@ -43,16 +46,27 @@ pub enum Kept {
 }
 
 impl ResultFolder {
-    /// Begins the folder, which is made if need be: afterwards it holds `record`, or still the model of an earlier
-    /// inspection where `overwrite` allows that it is replaced later. Everything that would keep the result from being
-    /// written is noticed here: a folder that is none, that cannot be written, that holds files of others, that another
-    /// process writes into.
+    /// Opens the folder, which is made if need be, and begins it: afterwards it holds `record`, or still the model of an earlier
+    /// inspection where `overwrite` allows that it is replaced later.
     ///
     /// # Errors
     /// [`StoreError`] naming the folder or file.
     pub fn begin(folder: &Path, record: &InspectionRecord, overwrite: bool) -> Result<Self, StoreError> {
+        let begun = Self::open(folder, overwrite)?;
+        begun.publish_record(record)?;
+        Ok(begun)
+    }
+
+    /// Opens the folder, which is made if need be, and removed again if nothing is published. Everything that would keep a
+    /// result from being written is noticed here: a folder that is none, that cannot be written, that holds files of others,
+    /// or an inspection while `overwrite` is not given, or that another process writes into.
+    ///
+    /// # Errors
+    /// [`StoreError`] naming the folder or file.
+    pub fn open(folder: &Path, overwrite: bool) -> Result<Self, StoreError> {
         // Looked at before anything is made or locked: a call that is refused leaves no trace.
         refuse_contents(folder, overwrite)?;
+        let made = !folder.exists();
         fs::create_dir_all(folder).map_err(StoreError::io(folder))?;
         let given = folder;
         let folder = folder.canonicalize().map_err(StoreError::io(folder))?;
@@ -62,20 +76,16 @@ impl ResultFolder {
         remove_leftovers(&folder)?;
         let is_working_directory = std::env::current_dir().is_ok_and(|current| current == folder);
         let can_stage_beside = beside(&folder, "lock").is_some_and(|lock| lock.exists());
-        let holds_model = holds_model(&folder);
-        let begun = Self {
+        let opened = Self {
             in_place: is_working_directory || !can_stage_beside,
-            earlier: Mutex::new(holds_model),
+            earlier: Mutex::new(holds_model(&folder)),
+            made_empty: AtomicBool::new(made),
             folder,
             _lock: lock,
         };
-        if holds_model {
-            // Nothing is put there yet, but that it can be is tried now.
-            drop(begun.stage()?);
-        } else {
-            begun.publish_record(record)?;
-        }
-        Ok(begun)
+        // That files can be put there is tried now.
+        drop(opened.stage()?);
+        Ok(opened)
     }
 
     /// The folder, absolute.
@@ -107,9 +117,21 @@ impl ResultFolder {
     /// # Errors
     /// [`StoreError`] naming the file; what stood there before then stays.
     pub fn publish(&self, inspected: &Inspected, view_clouds: bool) -> Result<InspectionRecord, StoreError> {
+        self.publish_files(&inspected.record, |folder, target, generation| {
+            inspection_set::write(folder, target, generation, inspected, view_clouds)
+        })
+    }
+
+    /// Puts `record` into the folder and beside it the files that `write` makes. It gets the folder to write into, the one
+    /// that errors speak of, and the generation, and returns the names of the files.
+    pub(crate) fn publish_files(
+        &self,
+        record: &InspectionRecord,
+        write: impl FnOnce(&Path, &Path, &str) -> Result<Vec<String>, StoreError>,
+    ) -> Result<InspectionRecord, StoreError> {
         let staged = self.stage()?;
-        let names = inspection_set::write(&staged.folder, &self.folder, &staged.generation, inspected, view_clouds)?;
-        let record = staged.finish(&inspected.record, &self.folder, names)?;
+        let names = write(&staged.folder, &self.folder, &staged.generation)?;
+        let record = staged.finish(record, &self.folder, names)?;
         let mut earlier = self.earlier.lock().unwrap_or_else(PoisonError::into_inner);
         self.switch(staged)?;
         // From now on it is this inspection's own model that a mere record must not replace.
@@ -131,6 +153,7 @@ impl ResultFolder {
 
     /// Puts a finished set under the name.
     fn switch(&self, staged: Staged) -> Result<(), StoreError> {
+        self.made_empty.store(false, Ordering::Relaxed);
         // Somebody may have removed it meanwhile.
         fs::create_dir_all(&self.folder).map_err(StoreError::io(&self.folder))?;
         if !self.in_place && exchange(&staged.folder, &self.folder) {
@@ -139,6 +162,15 @@ impl ResultFolder {
             return Ok(());
         }
         replace_files(&staged, &self.folder)
+    }
+}
+
+impl Drop for ResultFolder {
+    fn drop(&mut self) {
+        if self.made_empty.load(Ordering::Relaxed) {
+            // Fails where somebody else put something there, and then it stays.
+            let _ = fs::remove_dir(&self.folder);
+        }
     }
 }
 
@@ -167,8 +199,8 @@ impl Staged {
 
 impl Drop for Staged {
     fn drop(&mut self) {
-        // After an exchange it holds the earlier set, of which nothing but others' files is kept.
-        let _ = remove_ours(&self.folder);
+        let files = Contents::of_temporary(&self.folder).unwrap_or_default().ours;
+        let _ = remove(&self.folder, files);
         let _ = fs::remove_dir(&self.folder);
     }
 }
@@ -215,8 +247,8 @@ fn remove_leftovers(folder: &Path) -> Result<(), StoreError> {
 
 /// Empties and removes a folder that stood under the name before; what others put into it is carried into `folder`.
 fn retire(old: &Path, folder: &Path) {
-    let _ = remove_ours(old);
-    let others = Contents::of(old).unwrap_or_default();
+    let others = Contents::of_temporary(old).unwrap_or_default();
+    let _ = remove(old, others.ours);
     for name in others.foreign.iter().chain(&others.hidden) {
         let (from, to) = (old.join(name), folder.join(name));
         if let Some(parent) = to.parent() {
@@ -265,7 +297,7 @@ fn replace_files(staged: &Staged, folder: &Path) -> Result<(), StoreError> {
         }
     }
     sync_folder(&inside.folder)?;
-    remove_ours(folder)?;
+    remove(folder, Contents::of(folder)?.ours)?;
     sync_folder(folder)?;
     let (record, model): (Vec<_>, Vec<_>) = new.iter().partition(|name| name.as_path() == Path::new(RECORD));
     for name in model {

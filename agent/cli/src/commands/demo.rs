@@ -37,7 +37,7 @@ impl DemoArgs {
         spec.source.uri = Some(self.source);
         spec.source.voxel_mm = self.voxel;
         spec.source.pace_s = self.pace;
-        let job = Job::Inspect { inspection: Box::new(run::prepare(spec)?), output: None };
+        let job = Job::Inspect { inspection: Box::new(run::prepare(spec)?), target: None };
         serve(&self.reach, &CellConfig::default(), viewer, !self.no_open, Some(job), signals)
     }
 }

@@ -9,7 +9,7 @@ use semascan_formats::{ExportFilter, components, file_part, obj, stl};
 use semascan_geometry::measure::model_figures;
 use semascan_geometry::mesh::{MeshError, MeshOptions, decimate, fill_holes, mesh_cloud, simplify_points, smooth};
 use semascan_model::{ModelFigures, SemanticCloud, SemanticMesh};
-use semascan_store::{ExportFolder, check_beside_record};
+use semascan_store::{ExportFolder, check_beside_record, check_folder};
 use std::path::{Path, PathBuf};
 
 /// What to write.
@@ -65,6 +65,9 @@ impl ExportArgs {
         let folder = file.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
         let out = ExportFolder::begin(self.out.as_deref().unwrap_or(folder), &file)?;
         self.check_places(&out)?;
+        if self.source.is_dir() {
+            check_folder(&self.source)?;
+        }
         let model = read(&file)?;
         let mut formats = self.format.clone();
         formats.sort_unstable();

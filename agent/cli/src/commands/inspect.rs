@@ -5,7 +5,7 @@ use super::spec_args::SpecArgs;
 use super::{Failure, config, numbers, report, run, serve};
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
-use run::{OutputOptions, Running};
+use run::{Running, Target};
 use semascan_inspection::event::{EventKind, StageStatus};
 use std::io::Write;
 use std::path::PathBuf;
@@ -44,11 +44,11 @@ impl InspectArgs {
         let config = config::read(self.config.as_deref()).map_err(Failure::Call)?;
         let mut spec = self.inspection.apply(config.inspection);
         spec.source.uri = Some(self.source.clone());
+        // Whether the result can be written is known before anything is opened.
+        let target = Target::open(&self.out, self.overwrite, self.view_clouds)?;
         let inspection = run::prepare(spec)?;
         let bar = progress_bar(inspection.info().view_count);
-        let output =
-            OutputOptions { folder: self.out.clone(), overwrite: self.overwrite, view_clouds: self.view_clouds };
-        let mut running = run::start(inspection, Some(&output), signals)?;
+        let mut running = run::start(inspection, Some(target), signals)?;
         follow(&mut running, &bar);
         let inspected = run::finish_and_end(running, signals);
         bar.finish_and_clear();

@@ -127,17 +127,13 @@ impl<E: Into<anyhow::Error>> From<E> for Failure {
         let error = error.into();
         let is_call = error.chain().any(|cause| {
             matches!(cause.downcast_ref(), Some(SourceError::Uri { .. }))
-                || matches!(
-                    cause.downcast_ref(),
-                    Some(StoreError::NotEmpty { .. } | StoreError::Foreign { .. } | StoreError::NoFolder { .. })
-                )
+                || matches!(cause.downcast_ref(), Some(StoreError::NotEmpty { .. } | StoreError::Foreign { .. }))
                 || matches!(
                     cause.downcast_ref(),
                     Some(
                         ExportError::OwnSource { .. }
                             | ExportError::OfInspection { .. }
                             | ExportError::OtherInspection { .. }
-                            | ExportError::Store(StoreError::NoFolder { .. })
                     )
                 )
                 || matches!(cause.downcast_ref(), Some(SelectError::Unknown { .. } | SelectError::None { .. }))

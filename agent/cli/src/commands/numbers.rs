@@ -20,6 +20,11 @@ pub(crate) fn share<T: Number>(text: &str) -> Result<T, String> {
     within(text, 0.0..=1.0)
 }
 
+/// The threshold of a standard uncertainty, 0 to 1.
+pub(crate) fn threshold(text: &str) -> Result<f32, String> {
+    share(text).map_err(|reason| format!("as a threshold of a standard uncertainty {reason}"))
+}
+
 /// A length above 0, millimetres.
 pub(crate) fn length<T: Number>(text: &str) -> Result<T, String> {
     positive(text, LONGEST)

@@ -29,15 +29,22 @@ pub(crate) fn prepare(spec: InspectionSpec) -> Result<Inspection, Failure> {
     Ok(Inspection::new(spec, source)?)
 }
 
-/// Where an inspection is written to.
-#[derive(Clone, Debug)]
-pub(crate) struct OutputOptions {
-    /// The folder.
-    pub(crate) folder: PathBuf,
-    /// Whether the model of an earlier inspection may be replaced.
-    pub(crate) overwrite: bool,
-    /// Whether each view is written as a cloud of its own too.
-    pub(crate) view_clouds: bool,
+/// Where an inspection will be written to, opened and locked.
+pub(crate) struct Target {
+    given: PathBuf,
+    folder: ResultFolder,
+    view_clouds: bool,
+}
+
+impl Target {
+    /// Opens `folder` for an inspection, `overwrite` if it may replace the model of an earlier one; each view is written as a
+    /// cloud of its own too if `view_clouds` asks for that.
+    ///
+    /// # Errors
+    /// [`Failure`] if the folder cannot be used.
+    pub(crate) fn open(folder: &Path, overwrite: bool, view_clouds: bool) -> Result<Self, Failure> {
+        Ok(Self { given: folder.to_owned(), folder: ResultFolder::open(folder, overwrite)?, view_clouds })
+    }
 }
 
 /// An inspection that runs.
@@ -51,19 +58,16 @@ pub(crate) struct Running {
 ///
 /// # Errors
 /// [`Failure`] if the folder cannot be used.
-pub(crate) fn start(
-    inspection: Inspection,
-    output: Option<&OutputOptions>,
-    signals: &Signals,
-) -> Result<Running, Failure> {
+pub(crate) fn start(inspection: Inspection, target: Option<Target>, signals: &Signals) -> Result<Running, Failure> {
     signals.begin(|| {
-        let output = output.map(|options| Output::begin(options, &inspection)).transpose()?.map(Arc::new);
+        let output = target.map(|target| Output::begin(target, &inspection)).transpose()?.map(Arc::new);
         let events = inspection.subscribe();
         let handle = inspection.start();
         let stop = handle.stop_switch();
-        let late = output.clone();
+        // The folder's lock goes with the inspection, not with who waits for signals.
+        let late = output.as_ref().map(Arc::downgrade);
         let too_late = Box::new(move || {
-            if let Some(output) = late {
+            if let Some(output) = late.and_then(|output| output.upgrade()) {
                 output.note(&InspectionRecord { outcome: Outcome::Stopped, ..output.begun.clone() });
             }
             tracing::error!("stopped before there was a result: what was in work took too long");
@@ -82,10 +86,11 @@ pub(crate) struct Output {
 }
 
 impl Output {
-    fn begin(options: &OutputOptions, inspection: &Inspection) -> Result<Self, Failure> {
+    fn begin(target: Target, inspection: &Inspection) -> Result<Self, Failure> {
         let begun = inspection.record();
-        let folder = ResultFolder::begin(&options.folder, &begun, options.overwrite)?;
-        Ok(Self { given: options.folder.clone(), folder, view_clouds: options.view_clouds, begun })
+        let Target { given, folder, view_clouds } = target;
+        folder.publish_record(&begun)?;
+        Ok(Self { given, folder, view_clouds, begun })
     }
 
     /// The folder, as the caller named it.

@@ -1,7 +1,7 @@
 //! `semascan serve`: the live stream and the viewer.
 
 use super::config::{self, CellConfig};
-use super::run::{self, OutputOptions, Running};
+use super::run::{self, Running, Target};
 use super::signals::{Signals, Work};
 use super::spec_args::SpecArgs;
 use super::{Failure, numbers};
@@ -76,10 +76,10 @@ impl ServeArgs {
         spec.source.uri = self.source.or(spec.source.uri);
         let job = match spec.source.uri {
             Some(_) => {
+                let open = |folder: PathBuf| Target::open(&folder, self.overwrite, false);
+                let target = self.out.map(open).transpose()?.map(Box::new);
                 let inspection = run::prepare(spec)?;
-                let options = |folder| OutputOptions { folder, overwrite: self.overwrite, view_clouds: false };
-                let output = self.out.map(options);
-                Some(Job::Inspect { inspection: Box::new(inspection), output })
+                Some(Job::Inspect { inspection: Box::new(inspection), target })
             }
             None => None,
         };
@@ -90,7 +90,7 @@ impl ServeArgs {
 /// What is served.
 pub(crate) enum Job {
     /// An inspection that is run, and where it is written to.
-    Inspect { inspection: Box<Inspection>, output: Option<OutputOptions> },
+    Inspect { inspection: Box<Inspection>, target: Option<Box<Target>> },
     /// One that was.
     Saved(Box<SavedInspection>),
 }
@@ -131,8 +131,8 @@ pub(crate) fn serve(
             tracing::info!("open {url} in a browser ({error})");
         }
         let running = match job {
-            Some(Job::Inspect { inspection, output }) => {
-                let running = run::start(*inspection, output.as_ref(), signals)?;
+            Some(Job::Inspect { inspection, target }) => {
+                let running = run::start(*inspection, target.map(|target| *target), signals)?;
                 let (live, signals) = (Arc::clone(&live), signals.clone());
                 Some(std::thread::spawn(move || follow(running, &live, &signals)))
             }

@@ -50,7 +50,7 @@ pub(crate) struct SpecArgs {
     #[arg(long, value_name = "NAME|DIR", value_delimiter = ',')]
     models: Vec<String>,
     /// Largest standard uncertainty of a component label, 0 to 1 [default: 0.16]
-    #[arg(long, value_name = "T", value_parser = numbers::share::<f32>)]
+    #[arg(long, value_name = "T", value_parser = numbers::threshold)]
     sigma: Option<f32>,
     /// What becomes of pixels beyond it [default: geometry]
     #[arg(long, value_enum)]
