@@ -179,7 +179,7 @@ fn two_hundred_kills_leave_no_mixed_half_or_falsely_finished_set() {
     drop(ResultFolder::begin(&used, &begun, true).expect("a folder"));
     let left: Vec<_> = fs::read_dir(root.path()).expect("reads").map(|e| e.expect("readable").file_name()).collect();
     assert_eq!(left.len() as u64, KILLS / 2 + 1, "leftovers: {left:?}");
-    println!(
+    eprintln!(
         "{KILLS} kills in {:.0} s: {models} whole models, {running} records of a running inspection, {nothing} empty",
         begin.elapsed().as_secs_f64()
     );
@@ -202,7 +202,7 @@ fn a_folder_whose_files_are_replaced_one_by_one_shows_that_it_is_not_whole() {
             Err(error) => panic!("kill {kill}: {error}"),
         }
     }
-    println!("{KILLS_IN_PLACE} kills in place: {whole} whole models, {none} folders without a record");
+    eprintln!("{KILLS_IN_PLACE} kills in place: {whole} whole models, {none} folders without a record");
     assert!(whole > 0);
 }
 
@@ -230,6 +230,6 @@ fn a_reader_sees_a_whole_set_at_every_moment_and_a_second_writer_is_refused() {
     }
     child.kill().expect("killed");
     child.wait().expect("gone");
-    println!("{reads} reads of {} generations, {refused} writers refused", generations.len());
+    eprintln!("{reads} reads of {} generations, {refused} writers refused", generations.len());
     assert!(reads > 10 && generations.len() > 3 && refused > 0);
 }

@@ -21,10 +21,13 @@ pub(crate) struct DemoArgs {
     #[arg(long)]
     no_open: bool,
     /// Least time between two captures in seconds
-    #[arg(long, value_name = "SECONDS", default_value_t = 1.5, value_parser = numbers::pause)]
+    #[arg(
+        long, value_name = "SECONDS", default_value_t = 1.5,
+        value_parser = numbers::pause, allow_negative_numbers = true
+    )]
     pace: f64,
     /// Voxel edge in millimetres
-    #[arg(long, value_name = "MM", value_parser = numbers::length::<f64>)]
+    #[arg(long, value_name = "MM", value_parser = numbers::length::<f64>, allow_negative_numbers = true)]
     voxel: Option<f64>,
     #[command(flatten)]
     reach: ReachArgs,

@@ -42,10 +42,16 @@ pub(crate) struct EvaluateArgs {
     #[arg(long)]
     align: bool,
     /// Distance of precision, recall and F-score in millimetres
-    #[arg(long, value_name = "MM", default_value_t = 1.0, value_parser = numbers::length::<f64>)]
+    #[arg(
+        long, value_name = "MM", default_value_t = 1.0,
+        value_parser = numbers::length::<f64>, allow_negative_numbers = true
+    )]
     tau: f64,
     /// Points that a mesh is sampled with
-    #[arg(long, value_name = "N", default_value_t = 200_000, value_parser = numbers::samples())]
+    #[arg(
+        long, value_name = "N", default_value_t = 200_000,
+        value_parser = numbers::samples(), allow_negative_numbers = true
+    )]
     samples: usize,
     /// Seed of samples and alignments
     #[arg(long, value_name = "S", default_value_t = 1)]
@@ -54,10 +60,10 @@ pub(crate) struct EvaluateArgs {
     #[arg(long, value_enum, conflicts_with_all = ["scale_a", "scale_b"])]
     unit: Option<UnitArg>,
     /// What one unit of A's coordinates is in metres (0.001 for a file in millimetres)
-    #[arg(long, value_name = "METRES", value_parser = numbers::scale)]
+    #[arg(long, value_name = "METRES", value_parser = numbers::scale, allow_negative_numbers = true)]
     scale_a: Option<f64>,
     /// What one unit of B's coordinates is in metres
-    #[arg(long, value_name = "METRES", value_parser = numbers::scale)]
+    #[arg(long, value_name = "METRES", value_parser = numbers::scale, allow_negative_numbers = true)]
     scale_b: Option<f64>,
 }
 

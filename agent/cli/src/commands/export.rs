@@ -39,22 +39,28 @@ pub(crate) struct ExportArgs {
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Contract points (for `cloud`) or edges, least quadric error first, until at most N points or triangles are left
-    #[arg(long, value_name = "N", value_parser = numbers::count())]
+    #[arg(long, value_name = "N", value_parser = numbers::count(), allow_negative_numbers = true)]
     simplify: Option<usize>,
     /// Rounds of smoothing that keep the mesh's size, outlines and rims
     #[arg(long, value_name = "ROUNDS", default_value_t = 0, value_parser = clap::value_parser!(u32).range(0..=1000))]
     smooth: u32,
     /// Close holes whose rim is at most MM millimetres around; nothing is closed unasked
-    #[arg(long, value_name = "MM", default_value_t = 0.0, value_parser = numbers::length_or_zero::<f32>)]
+    #[arg(
+        long, value_name = "MM", default_value_t = 0.0,
+        value_parser = numbers::length_or_zero::<f32>, allow_negative_numbers = true
+    )]
     fill_holes: f32,
     /// Edge of the mesher's grid cells in voxels
-    #[arg(long, value_name = "VOXELS", default_value_t = 1.0, value_parser = numbers::pitch)]
+    #[arg(
+        long, value_name = "VOXELS", default_value_t = 1.0,
+        value_parser = numbers::pitch, allow_negative_numbers = true
+    )]
     pitch: f32,
     /// Voxel edge of the cloud in millimetres, where its file does not note it
-    #[arg(long, value_name = "MM", value_parser = numbers::length::<f32>)]
+    #[arg(long, value_name = "MM", value_parser = numbers::length::<f32>, allow_negative_numbers = true)]
     voxel: Option<f32>,
     /// Threads to compute with; the result does not depend on it
-    #[arg(long, value_name = "N", value_parser = numbers::threads())]
+    #[arg(long, value_name = "N", value_parser = numbers::threads(), allow_negative_numbers = true)]
     threads: Option<usize>,
 }
 

@@ -31,7 +31,7 @@ pub(crate) struct InspectArgs {
     #[arg(long)]
     view_clouds: bool,
     /// Threads to compute with; the result does not depend on it
-    #[arg(long, value_name = "N", value_parser = numbers::threads())]
+    #[arg(long, value_name = "N", value_parser = numbers::threads(), allow_negative_numbers = true)]
     threads: Option<usize>,
     /// Print the record as one JSON object on stdout
     #[arg(long)]

@@ -35,7 +35,7 @@ pub(crate) struct ReachArgs {
     #[arg(long, value_name = "DIR")]
     web_dir: Option<PathBuf>,
     /// Threads to compute with
-    #[arg(long, value_name = "N", value_parser = numbers::threads())]
+    #[arg(long, value_name = "N", value_parser = numbers::threads(), allow_negative_numbers = true)]
     pub(crate) threads: Option<usize>,
 }
 

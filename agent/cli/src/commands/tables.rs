@@ -50,7 +50,7 @@ pub(crate) struct TablesArgs {
     #[arg(long, value_name = "DIR")]
     models: Option<PathBuf>,
     /// P0: threshold of sigma, 0 to 1 [default: chosen on validation motors]
-    #[arg(long, value_name = "T", value_parser = numbers::threshold)]
+    #[arg(long, value_name = "T", value_parser = numbers::threshold, allow_negative_numbers = true)]
     sigma: Option<f32>,
     /// Few and small pictures, to see that all works; the figures say nothing
     #[arg(long)]

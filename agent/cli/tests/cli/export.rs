@@ -124,7 +124,7 @@ fn forty_exports_at_once_onto_one_name_are_right_or_refused() {
             code => panic!("{code:?}: {}", stderr(&output)),
         }
     }
-    println!("{done} of 40 exports wrote, the others were refused");
+    eprintln!("{done} of 40 exports wrote, the others were refused");
     assert!(done > 0);
     let written = files.map(|file| std::fs::read(Path::new(&out).join(file)).expect("written"));
     assert!(motors.contains(&written), "the files are not those of one export");

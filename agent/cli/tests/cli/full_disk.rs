@@ -58,7 +58,7 @@ fn a_server_keeps_the_model_and_saves_it_when_there_is_room_again() {
     assert!(room.is_ok_and(|status| status.success()), "prlimit is there");
     let begin = Instant::now();
     assert!(lines.any(|line| line.contains("written to")), "it was never saved");
-    println!("saved {:.1} s after there was room", begin.elapsed().as_secs_f64());
+    eprintln!("saved {:.1} s after there was room", begin.elapsed().as_secs_f64());
     assert_eq!(record(&out).outcome, Outcome::Finished);
     assert!(out.join("cloud.ply").is_file());
     assert!(Command::new("kill").arg(child.id().to_string()).status().expect("kill is there").success());

@@ -82,7 +82,7 @@ fn a_signal_at_any_instant_ends_an_inspection_as_its_record_says() {
         }
     }
     let [before, stopped, finished] = seen;
-    println!("{INSTANTS} signals: {before} before the folder, {stopped} stopped, {finished} finished");
+    eprintln!("{INSTANTS} signals: {before} before the folder, {stopped} stopped, {finished} finished");
     assert!(stopped >= 3, "{seen:?}");
 }
 
@@ -137,7 +137,7 @@ fn process_1_of_a_container_obeys_too() {
     let source = "virtual:starter-motor?seed=3&views=200&size=64x48&cell=4";
     let unshare = ["--pid", "--fork", "--kill-child", env!("CARGO_BIN_EXE_semascan")];
     if !Command::new("unshare").args(["--pid", "--fork", "true"]).status().is_ok_and(|status| status.success()) {
-        println!("SKIPPED: this user may make no process namespaces");
+        eprintln!("SKIPPED: this user may make no process namespaces");
         return;
     }
     let child = Command::new("unshare")
