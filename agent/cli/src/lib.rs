@@ -1,6 +1,6 @@
 //! The command line of the edge agent: see `semascan --help`.
 //!
-//! Exit codes: 0 done, 1 the work failed, 2 the call was wrong. People's text goes to stderr, `--json` to stdout.
+//! Exit codes: 0 done, 1 the work failed, 2 the call was wrong, 130 and 143 it was cut off by SIGINT or SIGTERM. People's text goes to stderr, `--json` to stdout.
 //!
 //! The viewer's files come with the binary, so that tests and benches do not wait for the viewer.
 

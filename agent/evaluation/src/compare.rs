@@ -88,7 +88,7 @@ pub fn evaluate_aligned(
     seed: u64,
 ) -> Vec<Result<AlignedEvaluation, AlignError>> {
     let mut fine = None;
-    (seed..seed + ALIGNMENTS).map(|seed| aligned(a, b, tau, seed, &mut fine)).collect()
+    (0..ALIGNMENTS).map(|k| seed.wrapping_add(k)).map(|seed| aligned(a, b, tau, seed, &mut fine)).collect()
 }
 
 fn aligned(

@@ -3,7 +3,7 @@
 use crate::bus::{EventBus, Events};
 use crate::compose::{Composition, SetupFailure, compose};
 use crate::event::{EventKind, SharedModel};
-use crate::pipeline::{self, PipelineConfig, Region, Stages};
+use crate::pipeline::{self, Modelled, PipelineConfig, Region, Stages};
 use crate::record::{Recorded, Recorder, pose_record};
 use crate::source::{Source, SourceInfo};
 use crate::spec::InspectionSpec;
@@ -134,6 +134,7 @@ impl Inspection {
         };
         let region = Region::new(&spec.region, config.voxel)?;
         let least_share = spec.least_share()?;
+        spec.check_thresholds()?;
         let parts = compose(&spec, source)?;
         let id = InspectionId::from(uuid::Uuid::now_v7());
         Ok(Self { id, spec, config, region, least_share, parts, events: EventBus::new(id) })
@@ -158,6 +159,7 @@ impl Inspection {
             began: Timestamp::now(),
             ended: None,
             outcome: Outcome::Running,
+            files: None,
             software: SoftwareRecord { name: "semascan".into(), version: env!("CARGO_PKG_VERSION").into() },
             part: source.info().part.clone(),
             source: source.info().uri.clone(),
@@ -211,7 +213,11 @@ impl Inspection {
             turntable: info.turntable,
         });
         let stages = Stages { segmenter: segmenter.as_mut(), region: &mut region, registrar: registrar.as_mut() };
-        let model = pipeline::run(source.as_mut(), stages, &config, &events, &stop.0);
+        let modelled = pipeline::run(source.as_mut(), stages, &config, &events, &stop.0);
+        let (model, views, used) = match modelled {
+            Ok(Modelled { model, views, used }) => (Ok(model), views, used),
+            Err(error) => (Err(error), 0, 0),
+        };
         // The mesh belongs to the inspection: its figures are measured on it.
         let measured = model.as_ref().ok().and_then(Option::as_ref).map(|model| {
             let (cloud, voxel) = {
@@ -220,11 +226,17 @@ impl Inspection {
             };
             (measure(&cloud, voxel), cloud, voxel)
         });
+        // Views without a single point in the map are no model.
+        let measured = measured.filter(|(_, cloud, _)| !cloud.is_empty());
         let outcome = match (&model, &measured) {
             (Err(error), _) => Outcome::Failed { reason: error.to_string() },
             (_, Some((Err(error), ..))) => Outcome::Failed { reason: format!("no mesh: {error}") },
             _ if stop.is_set() => Outcome::Stopped,
             (_, None) => Outcome::Failed { reason: "no view could be used".into() },
+            _ if spec.strict && used < views => {
+                let reason = format!("{} of {views} views were left out, and none may be (--strict)", views - used);
+                Outcome::Failed { reason }
+            }
             (_, Some(_)) => Outcome::Finished,
         };
         if let Some((Ok(Measured { figures, .. }), ..)) = &measured {
@@ -255,7 +267,13 @@ impl Inspection {
             (Some((Ok(measured), cloud, voxel)), Some(model)) => (measured, cloud, voxel, model),
             (Some((Err(source), ..)), _) => return Err(InspectionError::Mesh { source, record: Box::new(record) }),
             _ if stop.is_set() => return Err(InspectionError::Stopped { record: Box::new(record) }),
-            _ => return Err(InspectionError::NoView { reasons: recorded.rejections(), record: Box::new(record) }),
+            _ => {
+                let mut reasons = recorded.rejections();
+                if reasons.is_empty() {
+                    reasons.push(if views == 0 { "none came" } else { "none has a point in the map" }.to_owned());
+                }
+                return Err(InspectionError::NoView { reasons, record: Box::new(record) });
+            }
         };
         let (components, defects) = summarize(&measured.figures, &info.taxonomy, spec.labels);
         let points = cloud.len() as u64;

@@ -130,6 +130,7 @@ mod tests {
             began: Default::default(),
             ended: None,
             outcome,
+            files: None,
             software: SoftwareRecord { name: "semascan".into(), version: "1".into() },
             part: "motor".into(),
             source: "scene".into(),

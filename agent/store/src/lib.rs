@@ -1,7 +1,31 @@
 //! Inspections on disk.
+//!
+//! | file | what |
+//! |---|---|
+//! | `result_folder.rs` | the folder of an inspection: a whole set of files under its name at every moment |
+//! | `inspection_set.rs` | the files of a set |
+//! | `generation.rs` | whether files belong together |
+//! | `contents.rs` | which files of a folder are ours |
+//! | `export_folder.rs` | the folder that exports are written into |
+//! | `write.rs`, `lock.rs` | files that are whole or not there; one writer at a time |
+//! | `saved.rs` | an inspection read back |
 
-mod folder;
+mod contents;
+mod error;
+mod export_folder;
+mod generation;
+mod inspection_set;
+#[cfg(test)]
+mod kills;
+mod lock;
+mod result_folder;
 mod saved;
+mod write;
 
-pub use folder::{StoreError, begin_folder, write as write_file, write_inspection, write_record, write_view_clouds};
+pub use error::StoreError;
+pub use export_folder::{ExportError, ExportFolder};
+pub use generation::{SetError, check_beside_record, check_folder, check_set};
+pub use lock::FolderLock;
+pub use result_folder::{Kept, ResultFolder};
 pub use saved::{SavedError, SavedInspection, read_inspection};
+pub use write::write_file;

@@ -1,5 +1,6 @@
 //! An inspection that was written before, read back.
 
+use crate::generation::{SetError, check_set};
 use semascan_formats::ReadError;
 use semascan_formats::ply;
 use semascan_model::record::{InspectionRecord, RecordError};
@@ -7,6 +8,12 @@ use semascan_model::{SemanticCloud, Taxonomy};
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
+use std::thread;
+use std::time::Duration;
+
+/// How often a folder is looked at again whose files change while it is read, and how long after.
+const LOOKS: u32 = 5;
+const BETWEEN_LOOKS: Duration = Duration::from_millis(50);
 
 /// An inspection that was written before.
 #[derive(Clone, Debug)]
@@ -38,6 +45,15 @@ pub enum SavedError {
         /// Why.
         source: RecordError,
     },
+    /// There is no record: the folder holds no inspection, or one whose writing was cut off.
+    #[error("{}: holds no inspection.json, and so no whole inspection", folder.display())]
+    NoRecord {
+        /// The folder.
+        folder: PathBuf,
+    },
+    /// The files do not belong together.
+    #[error(transparent)]
+    Set(#[from] SetError),
     /// The cloud is none.
     #[error(transparent)]
     Cloud(#[from] ReadError),
@@ -46,11 +62,29 @@ pub enum SavedError {
 /// Reads the inspection in `folder`. One that did not come to a model has a record alone.
 ///
 /// # Errors
-/// [`SavedError`] naming the file.
+/// [`SavedError`] naming the file, also where the files are of several inspections.
 pub fn read_inspection(folder: &Path) -> Result<SavedInspection, SavedError> {
+    for _ in 1..LOOKS {
+        match read_once(folder) {
+            // Replaced while it was read: the next look sees the new set whole.
+            Err(SavedError::Set(_) | SavedError::Io { .. }) if folder.is_dir() => thread::sleep(BETWEEN_LOOKS),
+            result => return result,
+        }
+    }
+    read_once(folder)
+}
+
+fn read_once(folder: &Path) -> Result<SavedInspection, SavedError> {
     let path = folder.join("inspection.json");
-    let text = fs::read_to_string(&path).map_err(|source| SavedError::Io { path: path.clone(), source })?;
+    let text = match fs::read_to_string(&path) {
+        Ok(text) => text,
+        Err(error) if error.kind() == io::ErrorKind::NotFound && folder.is_dir() => {
+            return Err(SavedError::NoRecord { folder: folder.to_owned() });
+        }
+        Err(source) => return Err(SavedError::Io { path, source }),
+    };
     let record = InspectionRecord::from_json(&text).map_err(|source| SavedError::Record { path, source })?;
+    check_set(folder, &record)?;
     let path = folder.join("cloud.ply");
     let bytes = match fs::read(&path) {
         Ok(bytes) => bytes,
@@ -61,5 +95,11 @@ pub fn read_inspection(folder: &Path) -> Result<SavedInspection, SavedError> {
         Err(source) => return Err(SavedError::Io { path, source }),
     };
     let model = ply::read(&path.display().to_string(), &bytes)?;
+    // The bytes that were read are those of the set, whatever happened to the folder since it was checked.
+    let expected = record.files.as_ref().map(|files| files.generation.clone());
+    let found = model.comment("generation").map(str::to_owned);
+    if found != expected {
+        return Err(SetError::Mixed { path, found, expected }.into());
+    }
     Ok(SavedInspection { record, cloud: model.mesh.vertices, taxonomy: model.taxonomy })
 }

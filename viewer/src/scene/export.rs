@@ -88,7 +88,7 @@ pub fn export_points(whole: &SemanticCloud, state: &AppState, format: PointForma
         }
         PointFormat::Glb => {
             let figures = figures(state, whole);
-            let options = GlbOptions { part: inspection.part.clone(), figures };
+            let options = GlbOptions { part: inspection.part.clone(), figures, generation: None };
             gltf::write_points(&mut bytes, &cloud, &taxonomy, &options)?;
         }
     }
@@ -135,7 +135,8 @@ pub fn export_mesh(mesh: &SemanticMesh, state: &AppState, format: MeshFormat) ->
         }
         MeshFormat::Glb => {
             let figures = state.measured.as_ref().or(state.features.mesh.figures.as_ref());
-            let options = GlbOptions { part: inspection.part.clone(), figures: figures.cloned().unwrap_or_default() };
+            let figures = figures.cloned().unwrap_or_default();
+            let options = GlbOptions { part: inspection.part.clone(), figures, generation: None };
             gltf::write_mesh(&mut bytes, &mesh, &taxonomy, &options)?;
             vec![ExportFile { name: format!("{stem}.glb"), bytes, count, left_out }]
         }

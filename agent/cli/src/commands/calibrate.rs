@@ -15,6 +15,7 @@ use semascan_perception::segment::network::{
     Task, disagreement, engine, extended, numbers_of, search_path,
 };
 use semascan_perception::view::{DepthImage, Intrinsics, PoseEvidence, View};
+use semascan_store::write_file;
 use serde_json::json;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -86,7 +87,7 @@ impl CalibrateArgs {
             let text = with_domain(&text, &domain)?;
             // What is written can be read.
             Manifest::parse(&text).map_err(|(field, reason)| anyhow!("{}: {field}: {reason}", path.display()))?;
-            std::fs::write(&path, text).with_context(|| path.display().to_string())?;
+            write_file(&path, |out| Ok(out.write_all(text.as_bytes())?))?;
             writeln!(out, "written to {}", path.display())?;
         }
         if self.json {

@@ -2,7 +2,8 @@
 
 use super::config::CellConfig;
 use super::serve::{Job, ReachArgs, serve, use_threads};
-use super::{Failure, run};
+use super::signals::Signals;
+use super::{Failure, numbers, run};
 use clap::Args;
 use semascan_inspection::spec::InspectionSpec;
 use semascan_server::EmbeddedFiles;
@@ -20,23 +21,26 @@ pub(crate) struct DemoArgs {
     #[arg(long)]
     no_open: bool,
     /// Least time between two captures in seconds
-    #[arg(long, value_name = "SECONDS", default_value_t = 1.5)]
+    #[arg(
+        long, value_name = "SECONDS", default_value_t = 1.5,
+        value_parser = numbers::pause, allow_negative_numbers = true
+    )]
     pace: f64,
     /// Voxel edge in millimetres
-    #[arg(long, value_name = "MM")]
+    #[arg(long, value_name = "MM", value_parser = numbers::length::<f64>, allow_negative_numbers = true)]
     voxel: Option<f64>,
     #[command(flatten)]
     reach: ReachArgs,
 }
 
 impl DemoArgs {
-    pub(crate) fn run(self, viewer: EmbeddedFiles) -> Result<(), Failure> {
+    pub(crate) fn run(self, viewer: EmbeddedFiles, signals: &Signals) -> Result<(), Failure> {
         use_threads(self.reach.threads)?;
         let mut spec = InspectionSpec::default();
         spec.source.uri = Some(self.source);
         spec.source.voxel_mm = self.voxel;
         spec.source.pace_s = self.pace;
-        let job = Job::Inspect { inspection: Box::new(run::prepare(spec)?), output: None };
-        serve(&self.reach, &CellConfig::default(), viewer, !self.no_open, Some(job))
+        let job = Job::Inspect { inspection: Box::new(run::prepare(spec)?), target: None };
+        serve(&self.reach, &CellConfig::default(), viewer, !self.no_open, Some(job), signals)
     }
 }

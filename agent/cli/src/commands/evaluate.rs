@@ -1,9 +1,8 @@
 //! `semascan evaluate A B`: metrics of a model against a reference, each with its convention. With `--photometric`: the poses
 //! of inspection A against the pictures of source B.
 
-use super::Failure;
-use super::photometric;
 use super::spec_args::UnitArg;
+use super::{Failure, numbers, photometric};
 use anyhow::{Context, anyhow};
 use clap::Args;
 use nalgebra::Isometry3;
@@ -13,6 +12,7 @@ use semascan_evaluation::{
 use semascan_geometry::measure::{CONVENTIONS, ClassScore, SEMANTIC_CONVENTIONS};
 use semascan_inspection::record::pose_record;
 use semascan_inspection::spec::LengthUnit;
+use semascan_store::check_beside_record;
 use serde_json::{Value, json};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -42,10 +42,16 @@ pub(crate) struct EvaluateArgs {
     #[arg(long)]
     align: bool,
     /// Distance of precision, recall and F-score in millimetres
-    #[arg(long, value_name = "MM", default_value_t = 1.0)]
+    #[arg(
+        long, value_name = "MM", default_value_t = 1.0,
+        value_parser = numbers::length::<f64>, allow_negative_numbers = true
+    )]
     tau: f64,
     /// Points that a mesh is sampled with
-    #[arg(long, value_name = "N", default_value_t = 200_000)]
+    #[arg(
+        long, value_name = "N", default_value_t = 200_000,
+        value_parser = numbers::samples(), allow_negative_numbers = true
+    )]
     samples: usize,
     /// Seed of samples and alignments
     #[arg(long, value_name = "S", default_value_t = 1)]
@@ -54,10 +60,10 @@ pub(crate) struct EvaluateArgs {
     #[arg(long, value_enum, conflicts_with_all = ["scale_a", "scale_b"])]
     unit: Option<UnitArg>,
     /// What one unit of A's coordinates is in metres (0.001 for a file in millimetres)
-    #[arg(long, value_name = "METRES")]
+    #[arg(long, value_name = "METRES", value_parser = numbers::scale, allow_negative_numbers = true)]
     scale_a: Option<f64>,
     /// What one unit of B's coordinates is in metres
-    #[arg(long, value_name = "METRES")]
+    #[arg(long, value_name = "METRES", value_parser = numbers::scale, allow_negative_numbers = true)]
     scale_b: Option<f64>,
 }
 
@@ -67,16 +73,6 @@ impl EvaluateArgs {
             return photometric::judge(&self.a, &self.poses, &self.b, self.unit.map(LengthUnit::from), self.json);
         }
         let wrong = |e: anyhow::Error| Err(Failure::Call(e));
-        for (name, value) in [("--tau", Some(self.tau)), ("--scale-a", self.scale_a), ("--scale-b", self.scale_b)] {
-            if let Some(value) = value
-                && !(value.is_finite() && value > 0.0)
-            {
-                return wrong(anyhow!("{name} {value}: not a positive number"));
-            }
-        }
-        if self.samples == 0 {
-            return wrong(anyhow!("--samples 0: nothing would be measured"));
-        }
         for path in [&self.a, &self.b] {
             if !path.is_file() {
                 return wrong(anyhow!("{}: no such file", path.display()));
@@ -85,6 +81,9 @@ impl EvaluateArgs {
             if !FORMATS.contains(&extension.as_str()) {
                 return wrong(anyhow!("{}: is none of {}", path.display(), FORMATS.join(", ")));
             }
+        }
+        for path in [&self.a, &self.b] {
+            check_beside_record(path)?;
         }
         let unit = self.unit.map(|unit| LengthUnit::from(unit).in_metres());
         let (model, reference) = ((self.a.as_path(), unit.or(self.scale_a)), (self.b.as_path(), unit.or(self.scale_b)));

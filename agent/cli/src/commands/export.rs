@@ -1,6 +1,6 @@
 //! `semascan export DIR --format FORMAT`: the model of an inspection folder in other formats.
 
-use super::{Failure, serve};
+use super::{Failure, numbers, serve};
 use anyhow::{Context, anyhow};
 use clap::{Args, ValueEnum};
 use semascan_formats::gltf::{self, GlbOptions};
@@ -9,7 +9,7 @@ use semascan_formats::{ExportFilter, components, file_part, obj, stl};
 use semascan_geometry::measure::model_figures;
 use semascan_geometry::mesh::{MeshError, MeshOptions, decimate, fill_holes, mesh_cloud, simplify_points, smooth};
 use semascan_model::{ModelFigures, SemanticCloud, SemanticMesh};
-use semascan_store::write_file;
+use semascan_store::{ExportFolder, check_beside_record, check_folder};
 use std::path::{Path, PathBuf};
 
 /// What to write.
@@ -39,31 +39,42 @@ pub(crate) struct ExportArgs {
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Contract points (for `cloud`) or edges, least quadric error first, until at most N points or triangles are left
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = numbers::count(), allow_negative_numbers = true)]
     simplify: Option<usize>,
     /// Rounds of smoothing that keep the mesh's size, outlines and rims
-    #[arg(long, value_name = "ROUNDS", default_value_t = 0)]
+    #[arg(long, value_name = "ROUNDS", default_value_t = 0, value_parser = clap::value_parser!(u32).range(0..=1000))]
     smooth: u32,
     /// Close holes whose rim is at most MM millimetres around; nothing is closed unasked
-    #[arg(long, value_name = "MM", default_value_t = 0.0)]
+    #[arg(
+        long, value_name = "MM", default_value_t = 0.0,
+        value_parser = numbers::length_or_zero::<f32>, allow_negative_numbers = true
+    )]
     fill_holes: f32,
     /// Edge of the mesher's grid cells in voxels
-    #[arg(long, value_name = "VOXELS", default_value_t = 1.0)]
+    #[arg(
+        long, value_name = "VOXELS", default_value_t = 1.0,
+        value_parser = numbers::pitch, allow_negative_numbers = true
+    )]
     pitch: f32,
     /// Voxel edge of the cloud in millimetres, where its file does not note it
-    #[arg(long, value_name = "MM")]
+    #[arg(long, value_name = "MM", value_parser = numbers::length::<f32>, allow_negative_numbers = true)]
     voxel: Option<f32>,
     /// Threads to compute with; the result does not depend on it
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = numbers::threads(), allow_negative_numbers = true)]
     threads: Option<usize>,
 }
 
 impl ExportArgs {
     pub(crate) fn run(self) -> Result<(), Failure> {
         serve::use_threads(self.threads)?;
-        let (model, folder) = self.read()?;
-        let out = self.out.clone().unwrap_or(folder);
-        std::fs::create_dir_all(&out).with_context(|| format!("{}", out.display()))?;
+        let file = if self.source.is_dir() { self.source.join("cloud.ply") } else { self.source.clone() };
+        let folder = file.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        let out = ExportFolder::begin(self.out.as_deref().unwrap_or(folder), &file)?;
+        self.check_places(&out)?;
+        if self.source.is_dir() {
+            check_folder(&self.source)?;
+        }
+        let model = read(&file)?;
         let mut formats = self.format.clone();
         formats.sort_unstable();
         formats.dedup();
@@ -79,17 +90,16 @@ impl ExportArgs {
         Ok(())
     }
 
-    /// The model and the folder it lies in.
-    fn read(&self) -> Result<(PlyModel, PathBuf), Failure> {
-        let is_folder = self.source.is_dir();
-        let file = if is_folder { self.source.join("cloud.ply") } else { self.source.clone() };
-        let folder = file.parent().unwrap_or(Path::new(".")).to_owned();
-        let bytes = std::fs::read(&file).with_context(|| format!("{}", file.display()))?;
-        let model = ply::read(&file.display().to_string(), &bytes)?;
-        for warning in &model.warnings {
-            tracing::warn!("{}: {warning}", file.display());
+    /// What cannot be written is said before anything is computed.
+    fn check_places(&self, out: &ExportFolder) -> Result<(), Failure> {
+        for format in &self.format {
+            match format {
+                Format::Cloud => drop(out.place("cloud.ply")?),
+                Format::Ply => drop(out.place("mesh.ply")?),
+                Format::Obj | Format::Stl | Format::Glb => {}
+            }
         }
-        Ok((model, folder))
+        Ok(())
     }
 
     fn voxel(&self, model: &PlyModel) -> Result<f32, Failure> {
@@ -97,21 +107,16 @@ impl ExportArgs {
         noted.ok_or_else(|| Failure::Call(anyhow!("the cloud does not note its voxel edge: name it with --voxel MM")))
     }
 
-    fn write_cloud(&self, out: &Path, model: &PlyModel) -> Result<(), Failure> {
+    fn write_cloud(&self, out: &ExportFolder, model: &PlyModel) -> Result<(), Failure> {
         let keep = |c: &SemanticCloud| ExportFilter::of_the_part().apply(c);
         let cloud = match self.simplify {
             // What is no part of the model would only cost others their points.
             Some(n) => simplify_points(&keep(&model.mesh.vertices), self.voxel(model)?, n, &()).map_err(call)?,
             None => model.mesh.vertices.clone(),
         };
-        let path = out.join("cloud.ply");
-        if path.exists() && path.canonicalize().ok() == self.source.join("cloud.ply").canonicalize().ok() {
-            return Err(Failure::Call(anyhow!(
-                "{}: would overwrite its source; name a folder with --out",
-                path.display()
-            )));
-        }
-        write_file(&path, |file| ply::write_cloud_at(file, &cloud, model.shift, &model.taxonomy, &model.comments))?;
+        let path = out.write("cloud.ply", |file| {
+            ply::write_cloud_at(file, &cloud, model.shift, &model.taxonomy, &model.comments)
+        })?;
         log_written(&path, cloud.len(), "points");
         let (all, filter) = (model.mesh.vertices.len(), ExportFilter::of_the_part());
         let left_out = filter.left_out(&model.mesh.vertices);
@@ -157,10 +162,29 @@ impl ExportArgs {
         }
         smooth(&mut mesh, self.smooth);
         if let Some(triangles) = self.simplify {
+            let before = mesh.triangles.len();
             mesh = decimate(&mesh, triangles, &()).map_err(call)?;
+            if mesh.triangles.len() > triangles {
+                tracing::warn!(
+                    "of {before} triangles {} are left and not {triangles}: to contract more edges would close openings, \
+                     fold the surface or join parts",
+                    mesh.triangles.len()
+                );
+            }
         }
         Ok(Surface { mesh, figures })
     }
+}
+
+/// Reads the model in `file`.
+fn read(file: &Path) -> Result<PlyModel, Failure> {
+    check_beside_record(file)?;
+    let bytes = std::fs::read(file).with_context(|| format!("{}", file.display()))?;
+    let model = ply::read(&file.display().to_string(), &bytes)?;
+    for warning in &model.warnings {
+        tracing::warn!("{}: {warning}", file.display());
+    }
+    Ok(model)
 }
 
 /// A mesh to write, and the figures of the model that it shows.
@@ -170,14 +194,13 @@ struct Surface {
 }
 
 fn write_mesh(
-    out: &Path,
+    out: &ExportFolder,
     format: Format,
     mesh: &SemanticMesh,
     figures: &ModelFigures,
     model: &PlyModel,
 ) -> Result<(), Failure> {
     let taxonomy = &model.taxonomy;
-    let file = |name: &str| out.join(name);
     if matches!(format, Format::Stl | Format::Glb) && model.shift != [0.0; 3] {
         let [x, y, z] = model.shift;
         tracing::warn!("{format:?} holds single precision only: its origin lies at {x} {y} {z} of the source");
@@ -185,28 +208,31 @@ fn write_mesh(
     match format {
         Format::Cloud => {}
         Format::Ply => {
-            let path = file("mesh.ply");
-            write_file(&path, |file| ply::write_semantic_mesh_at(file, mesh, model.shift, taxonomy, &model.comments))?;
+            let path = out.write("mesh.ply", |file| {
+                ply::write_semantic_mesh_at(file, mesh, model.shift, taxonomy, &model.comments)
+            })?;
             log_written(&path, mesh.triangles.len(), "triangles");
         }
         Format::Obj => {
-            let path = file("mesh.obj");
-            write_file(&path, |file| obj::write_mesh_at(file, mesh, model.shift, taxonomy, "mesh.mtl"))?;
-            write_file(&file("mesh.mtl"), |file| obj::write_materials(file, mesh, taxonomy))?;
+            // What the geometry names is there before it is.
+            out.write("mesh.mtl", |file| obj::write_materials(file, mesh, taxonomy))?;
+            let path =
+                out.write("mesh.obj", |file| obj::write_mesh_at(file, mesh, model.shift, taxonomy, "mesh.mtl"))?;
             log_written(&path, mesh.triangles.len(), "triangles");
         }
         Format::Stl => {
             for component in components(mesh, taxonomy)? {
-                let path = file(&format!("mesh-{}.stl", file_part(&component.name)));
-                write_file(&path, |file| stl::write_mesh(file, mesh, Some(component.label), &component.name))?;
+                let name = format!("mesh-{}.stl", file_part(&component.name));
+                let path =
+                    out.write(&name, |file| stl::write_mesh(file, mesh, Some(component.label), &component.name))?;
                 log_written(&path, component.triangles.len(), "triangles");
             }
         }
         Format::Glb => {
-            let path = file("mesh.glb");
+            let generation = model.comment("generation").map(str::to_owned);
             let part = model.comment("part").unwrap_or("part").to_owned();
-            let options = GlbOptions { part, figures: figures.clone() };
-            write_file(&path, |file| gltf::write_mesh(file, mesh, taxonomy, &options))?;
+            let options = GlbOptions { part, figures: figures.clone(), generation };
+            let path = out.write("mesh.glb", |file| gltf::write_mesh(file, mesh, taxonomy, &options))?;
             log_written(&path, mesh.triangles.len(), "triangles");
         }
     }

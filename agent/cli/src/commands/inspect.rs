@@ -1,11 +1,11 @@
 //! `semascan inspect S --out DIR`: one inspection without a browser.
 
+use super::signals::Signals;
 use super::spec_args::SpecArgs;
-use super::{Failure, config, report, run, serve};
+use super::{Failure, config, numbers, report, run, serve};
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
-use run::Output;
-use semascan_inspection::bus::Events;
+use run::{Running, Target};
 use semascan_inspection::event::{EventKind, StageStatus};
 use std::io::Write;
 use std::path::PathBuf;
@@ -18,7 +18,8 @@ pub(crate) struct InspectArgs {
     /// Folder to write the inspection into
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
-    /// Write into the folder even if it holds something: the results of an earlier inspection are replaced
+    /// Replace the earlier inspection that the folder holds, when the new one is whole: until then, and where the new one
+    /// fails, the earlier one stays. A folder with other files is refused
     #[arg(long)]
     overwrite: bool,
     /// Configuration of the cell
@@ -30,7 +31,7 @@ pub(crate) struct InspectArgs {
     #[arg(long)]
     view_clouds: bool,
     /// Threads to compute with; the result does not depend on it
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = numbers::threads(), allow_negative_numbers = true)]
     threads: Option<usize>,
     /// Print the record as one JSON object on stdout
     #[arg(long)]
@@ -38,31 +39,27 @@ pub(crate) struct InspectArgs {
 }
 
 impl InspectArgs {
-    pub(crate) fn run(self) -> Result<(), Failure> {
+    pub(crate) fn run(self, signals: &Signals) -> Result<(), Failure> {
         serve::use_threads(self.threads)?;
         let config = config::read(self.config.as_deref()).map_err(Failure::Call)?;
         let mut spec = self.inspection.apply(config.inspection);
         spec.source.uri = Some(self.source.clone());
+        // Whether the result can be written is known before anything is opened.
+        let target = Target::open(&self.out, self.overwrite, self.view_clouds)?;
         let inspection = run::prepare(spec)?;
         let bar = progress_bar(inspection.info().view_count);
-        let output = Output::begin(&self.out, &inspection, self.overwrite)?;
-        let events = inspection.subscribe();
-        let handle = inspection.start();
-        run::stop_when_interrupted(handle.stop_switch());
-        follow(events, &bar);
-        let inspected = run::finish(handle, Some(&output));
+        let mut running = run::start(inspection, Some(target), signals)?;
+        follow(&mut running, &bar);
+        let inspected = run::finish_and_end(running, signals);
         bar.finish_and_clear();
         let inspected = inspected?;
-        if self.view_clouds {
-            run::write_views(&self.out.join("views"), &inspected)?;
-        }
         report::print(&inspected.record, &self.out)?;
         if self.json {
             let mut out = std::io::stdout().lock();
             serde_json::to_writer(&mut out, &inspected.record)?;
             writeln!(out)?;
         }
-        run::verdict(&inspected.record)
+        run::verdict(&inspected.record, signals)
     }
 }
 
@@ -76,8 +73,8 @@ fn progress_bar(views: Option<u32>) -> ProgressBar {
 }
 
 /// Moves the bar with the inspection until its end.
-fn follow(events: Events, bar: &ProgressBar) {
-    for event in events {
+fn follow(running: &mut Running, bar: &ProgressBar) {
+    for event in &mut running.events {
         match &event.kind {
             EventKind::Stage { view, stage, status: StageStatus::Started } => {
                 bar.set_message(format!("view {view}: {}", stage.name()));

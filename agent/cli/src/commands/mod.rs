@@ -11,12 +11,14 @@ mod export;
 mod inspect;
 mod limit_args;
 mod models;
+mod numbers;
 #[cfg(feature = "demo")]
 mod photometric;
 mod report;
 mod run;
 mod schema;
 mod serve;
+mod signals;
 mod source;
 mod spec_args;
 #[cfg(feature = "demo")]
@@ -26,16 +28,24 @@ mod synth_turntable;
 #[cfg(feature = "demo")]
 mod tables;
 
+use anyhow::Context;
 use clap::{Parser, Subcommand};
 use semascan_inspection::SetupFailure;
 use semascan_inspection::source::SourceError;
 use semascan_perception::segment::network::SelectError;
 use semascan_server::EmbeddedFiles;
-use semascan_store::StoreError;
+use semascan_store::{ExportError, StoreError};
+use signals::Signals;
+
+/// What scripts rely on.
+const EXIT_CODES: &str = "\
+Exit codes: 0 done; 1 the work failed, or too few views could be used; 2 the call was wrong; 130 (SIGINT) and 143 (SIGTERM) the
+work was cut off: an inspection keeps what it has, within 5 s, and its record says `stopped`; a second signal ends it at once.
+A server whose work was done ends with 0.";
 
 /// Semantic 3D inspection of used parts.
 #[derive(Debug, Parser)]
-#[command(name = "semascan", version, about)]
+#[command(name = "semascan", version, about, after_help = EXIT_CODES)]
 pub(crate) struct Cli {
     #[command(subcommand)]
     command: Command,
@@ -47,7 +57,7 @@ enum Command {
     #[cfg(feature = "demo")]
     Demo(demo::DemoArgs),
     /// Serve the viewer and the live stream, and inspect a source if one is given
-    Serve(serve::ServeArgs),
+    Serve(Box<serve::ServeArgs>),
     /// Inspect a source without a browser and write the model
     Inspect(inspect::InspectArgs),
     /// Measure a model against a reference, clouds or meshes; or the poses of an inspection against its pictures
@@ -76,6 +86,8 @@ pub(crate) enum Failure {
     Work(anyhow::Error),
     /// The call was wrong: exit code 2.
     Call(anyhow::Error),
+    /// The work was cut off by a signal, of which this is the exit code.
+    Stopped(u8, anyhow::Error),
 }
 
 impl Failure {
@@ -83,6 +95,21 @@ impl Failure {
         match self {
             Self::Work(e) => (1, e),
             Self::Call(e) => (2, e),
+            Self::Stopped(code, e) => (code, e),
+        }
+    }
+
+    /// Why, in words.
+    pub(crate) fn reason(&self) -> String {
+        let (Self::Work(error) | Self::Call(error) | Self::Stopped(_, error)) = self;
+        format_error(error)
+    }
+
+    /// Work that ended early: by a signal, or because somebody stopped it otherwise.
+    pub(crate) fn stopped(signals: &Signals, error: anyhow::Error) -> Self {
+        match signals.exit_code() {
+            Some(code) => Self::Stopped(code, error),
+            None => Self::Work(error),
         }
     }
 }
@@ -101,7 +128,15 @@ impl<E: Into<anyhow::Error>> From<E> for Failure {
         let error = error.into();
         let is_call = error.chain().any(|cause| {
             matches!(cause.downcast_ref(), Some(SourceError::Uri { .. }))
-                || matches!(cause.downcast_ref(), Some(StoreError::NotEmpty { .. }))
+                || matches!(cause.downcast_ref(), Some(StoreError::NotEmpty { .. } | StoreError::Foreign { .. }))
+                || matches!(
+                    cause.downcast_ref(),
+                    Some(
+                        ExportError::OwnSource { .. }
+                            | ExportError::OfInspection { .. }
+                            | ExportError::OtherInspection { .. }
+                    )
+                )
                 || matches!(cause.downcast_ref(), Some(SelectError::Unknown { .. } | SelectError::None { .. }))
                 || matches!(
                     cause.downcast_ref(),
@@ -119,11 +154,12 @@ impl<E: Into<anyhow::Error>> From<E> for Failure {
 impl Cli {
     /// Runs the command; `viewer` holds the viewer's files.
     pub(crate) fn run(self, viewer: EmbeddedFiles) -> Result<(), Failure> {
+        let signals = Signals::handle().context("signals cannot be handled")?;
         match self.command {
             #[cfg(feature = "demo")]
-            Command::Demo(args) => args.run(viewer),
-            Command::Serve(args) => args.run(viewer),
-            Command::Inspect(args) => args.run(),
+            Command::Demo(args) => args.run(viewer, &signals),
+            Command::Serve(args) => args.run(viewer, &signals),
+            Command::Inspect(args) => args.run(&signals),
             #[cfg(feature = "demo")]
             Command::Evaluate(args) => args.run(),
             Command::Export(args) => args.run(),
@@ -141,7 +177,6 @@ impl Cli {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use anyhow::Context;
 
     #[test]
     fn a_cause_is_said_once() {

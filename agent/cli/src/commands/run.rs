@@ -1,14 +1,25 @@
 //! What every command that inspects has in common: a source opened, an inspection begun, its result judged and written. The
-//! folder that it is written into says from the beginning on how the inspection stands.
+//! folder that it is written into says from the beginning on how the inspection stands, unless it holds an earlier model,
+//! which stays until the new one is whole.
 
 use super::Failure;
+use super::signals::{Signals, Work};
 use super::source::open;
-use anyhow::{Context, anyhow};
+use anyhow::anyhow;
+use semascan_inspection::bus::Events;
 use semascan_inspection::spec::InspectionSpec;
 use semascan_inspection::{Inspected, Inspection, InspectionHandle, StopSwitch};
 use semascan_model::record::{InspectionRecord, Outcome, RunRecord};
-use semascan_store::{begin_folder, write_inspection, write_record, write_view_clouds};
+use semascan_store::{Kept, ResultFolder, StoreError};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::Duration;
+
+/// How long after a failed save the next one is tried: twice as long each time, up to a limit.
+const FIRST_PAUSE: Duration = Duration::from_secs(1);
+const LONGEST_PAUSE: Duration = Duration::from_secs(30);
+/// Failed saves before a command without a server gives up.
+const TRIES: u32 = 3;
 
 /// An inspection of the source that `spec` names, ready to begin.
 pub(crate) fn prepare(spec: InspectionSpec) -> Result<Inspection, Failure> {
@@ -18,61 +29,185 @@ pub(crate) fn prepare(spec: InspectionSpec) -> Result<Inspection, Failure> {
     Ok(Inspection::new(spec, source)?)
 }
 
+/// Where an inspection will be written to, opened and locked.
+pub(crate) struct Target {
+    given: PathBuf,
+    folder: ResultFolder,
+    view_clouds: bool,
+}
+
+impl Target {
+    /// Opens `folder` for an inspection, `overwrite` if it may replace the model of an earlier one; each view is written as a
+    /// cloud of its own too if `view_clouds` asks for that.
+    ///
+    /// # Errors
+    /// [`Failure`] if the folder cannot be used.
+    pub(crate) fn open(folder: &Path, overwrite: bool, view_clouds: bool) -> Result<Self, Failure> {
+        Ok(Self { given: folder.to_owned(), folder: ResultFolder::open(folder, overwrite)?, view_clouds })
+    }
+}
+
+/// An inspection that runs.
+pub(crate) struct Running {
+    pub(crate) events: Events,
+    pub(crate) handle: InspectionHandle,
+    pub(crate) output: Option<Arc<Output>>,
+}
+
+/// Begins the folder and the inspection. From now on a signal stops it, and what it has until then is written.
+///
+/// # Errors
+/// [`Failure`] if the folder cannot be used.
+pub(crate) fn start(inspection: Inspection, target: Option<Target>, signals: &Signals) -> Result<Running, Failure> {
+    signals.begin(|| {
+        let output = target.map(|target| Output::begin(target, &inspection)).transpose()?.map(Arc::new);
+        let events = inspection.subscribe();
+        let handle = inspection.start();
+        let stop = handle.stop_switch();
+        // The folder's lock goes with the inspection, not with who waits for signals.
+        let late = output.as_ref().map(Arc::downgrade);
+        let too_late = Box::new(move || {
+            if let Some(output) = late.and_then(|output| output.upgrade()) {
+                output.note(&InspectionRecord { outcome: Outcome::Stopped, ..output.begun.clone() });
+            }
+            tracing::error!("stopped before there was a result: what was in work took too long");
+        });
+        Ok((Running { events, handle, output }, Work { stop, too_late }))
+    })
+}
+
 /// The folder that an inspection is written into.
+#[derive(Debug)]
 pub(crate) struct Output {
-    folder: PathBuf,
-    begun: Box<InspectionRecord>,
+    given: PathBuf,
+    folder: ResultFolder,
+    view_clouds: bool,
+    begun: InspectionRecord,
 }
 
 impl Output {
-    /// Begins the folder: it holds a record that says that the inspection runs.
+    fn begin(target: Target, inspection: &Inspection) -> Result<Self, Failure> {
+        let begun = inspection.record();
+        let Target { given, folder, view_clouds } = target;
+        folder.publish_record(&begun)?;
+        Ok(Self { given, folder, view_clouds, begun })
+    }
+
+    /// The folder, as the caller named it.
+    pub(crate) fn path(&self) -> &Path {
+        &self.given
+    }
+
+    /// Writes the inspection. A save that fails is tried again, `tries` times or, where that is absent, until it succeeds or
+    /// `stop` is set; then once more for the last time. `failed` is told of each failure.
     ///
     /// # Errors
-    /// [`Failure`] if the folder holds something already and is not to be overwritten, or cannot be written.
-    pub(crate) fn begin(folder: &Path, inspection: &Inspection, overwrite: bool) -> Result<Self, Failure> {
-        let begun = Box::new(inspection.record());
-        begin_folder(folder, &begun, overwrite)?;
-        Ok(Self { folder: folder.to_owned(), begun })
-    }
-
-    fn write(&self, inspected: &Inspected) -> Result<(), Failure> {
-        let written = write_inspection(&self.folder, inspected);
-        if let Err(error) = &written {
-            let outcome = Outcome::Failed { reason: error.to_string() };
-            self.note(&InspectionRecord { outcome, ..inspected.record.clone() });
+    /// [`Failure::Work`] with the reason of the last failure.
+    pub(crate) fn save(
+        &self,
+        inspected: &mut Inspected,
+        tries: Option<u32>,
+        stop: &StopSwitch,
+        failed: &dyn Fn(&str),
+    ) -> Result<(), Failure> {
+        let mut pause = FIRST_PAUSE;
+        for number in 1.. {
+            let error = match self.folder.publish(inspected, self.view_clouds) {
+                Ok(record) => {
+                    inspected.record = record;
+                    return Ok(());
+                }
+                Err(error) => error,
+            };
+            if stop.is_set() || tries.is_some_and(|tries| number >= tries) {
+                return Err(self.give_up(inspected, &error));
+            }
+            failed(&format!(
+                "the inspection could not be saved: {error}; its model is kept in memory, the next try is in {} s",
+                pause.as_secs()
+            ));
+            sleep_unless_stopped(pause, stop);
+            pause = (2 * pause).min(LONGEST_PAUSE);
         }
-        Ok(written.context("the inspection could not be written")?)
+        Ok(())
     }
 
-    /// Writes what there is to say of an inspection without a model.
+    fn give_up(&self, inspected: &Inspected, error: &StoreError) -> Failure {
+        let reason = format!("the inspection could not be saved: {error}");
+        let outcome = Outcome::Failed { reason: reason.clone() };
+        // Its model is nowhere: the record must not name points that nobody has.
+        let record = InspectionRecord { outcome, points: 0, ..inspected.record.clone() };
+        self.note(&record);
+        Failure::Work(anyhow!("{reason}"))
+    }
+
+    /// Writes what there is to say of an inspection without a model, and says so if that is not possible.
     fn note(&self, record: &InspectionRecord) {
-        if let Err(error) = write_record(&self.folder, record) {
-            tracing::error!("the record could not be written: {error}");
+        match self.folder.publish_record(record) {
+            Ok(Kept::Record) => {}
+            Ok(Kept::EarlierModel) => {
+                tracing::warn!("{} still holds the earlier inspection, unchanged", self.given.display());
+            }
+            Err(error) => tracing::error!("the record could not be written: {error}"),
         }
     }
 }
 
-/// Waits for the end, judges the model where its source knows the truth, and writes all into `output`.
-pub(crate) fn finish(handle: InspectionHandle, output: Option<&Output>) -> Result<Inspected, Failure> {
+fn sleep_unless_stopped(pause: Duration, stop: &StopSwitch) {
+    const STEP: Duration = Duration::from_millis(50);
+    let mut waited = Duration::ZERO;
+    while waited < pause && !stop.is_set() {
+        std::thread::sleep(STEP);
+        waited += STEP;
+    }
+}
+
+/// Waits for the end of an inspection, judges the model where its source knows the truth, and writes all into `output`, as
+/// [`Output::save`] says.
+///
+/// # Errors
+/// [`Failure`] if there is no model or it cannot be written.
+pub(crate) fn finish(
+    handle: InspectionHandle,
+    output: Option<&Output>,
+    tries: Option<u32>,
+    failed: &dyn Fn(&str),
+    signals: &Signals,
+) -> Result<Inspected, Failure> {
+    let stop = handle.stop_switch();
     let mut inspected = match handle.wait() {
         Ok(inspected) => inspected,
         Err(error) => {
             let failure = anyhow!("{error}");
+            let record = error.into_record();
+            let stopped = record.as_ref().is_some_and(|record| record.outcome == Outcome::Stopped);
             if let Some(output) = output {
                 let lost = || InspectionRecord {
                     outcome: Outcome::Failed { reason: failure.to_string() },
-                    ..(*output.begun).clone()
+                    ..output.begun.clone()
                 };
-                output.note(&error.into_record().unwrap_or_else(lost));
+                output.note(&record.unwrap_or_else(lost));
             }
-            return Err(Failure::Work(failure));
+            return Err(if stopped { Failure::stopped(signals, failure) } else { Failure::Work(failure) });
         }
     };
-    judge(&mut inspected);
+    // Who stops an inspection does not wait for figures.
+    if !stop.is_set() {
+        judge(&mut inspected);
+    }
     if let Some(output) = output {
-        output.write(&inspected)?;
+        output.save(&mut inspected, tries, &stop, failed)?;
     }
     Ok(inspected)
+}
+
+/// [`finish`] of a command that ends then.
+///
+/// # Errors
+/// As [`finish`].
+pub(crate) fn finish_and_end(running: Running, signals: &Signals) -> Result<Inspected, Failure> {
+    let Running { handle, output, .. } = running;
+    finish(handle, output.as_deref(), Some(TRIES), &|reason| tracing::warn!("{reason}"), signals)
 }
 
 #[cfg(feature = "demo")]
@@ -87,11 +222,14 @@ fn judge(_: &mut Inspected) {}
 /// Whether the inspection did what it was asked to: every view was taken its way, and enough of them were used.
 ///
 /// # Errors
-/// [`Failure::Work`] that says what is missing.
-pub(crate) fn verdict(record: &InspectionRecord) -> Result<(), Failure> {
+/// [`Failure`] that says what is missing.
+pub(crate) fn verdict(record: &InspectionRecord, signals: &Signals) -> Result<(), Failure> {
     let views = record.views.len();
     match (&record.outcome, &record.run) {
-        (Outcome::Stopped, _) => Err(Failure::Work(anyhow!("stopped after {views} views; the model is that of these"))),
+        (Outcome::Stopped, _) => {
+            Err(Failure::stopped(signals, anyhow!("stopped after {views} views; the model is that of these")))
+        }
+        (Outcome::Failed { reason }, _) => Err(Failure::Work(anyhow!("{reason}"))),
         (_, Some(RunRecord { used, share, least_share, sufficient: false, .. })) => Err(Failure::Work(anyhow!(
             "{used} of {views} views became part of the model, {:.0} %, and {:.0} % are asked for (--least-views)",
             100.0 * share,
@@ -99,49 +237,4 @@ pub(crate) fn verdict(record: &InspectionRecord) -> Result<(), Failure> {
         ))),
         _ => Ok(()),
     }
-}
-
-/// Writes each view that became part of the model as a semantic cloud of its own into `folder`.
-pub(crate) fn write_views(folder: &Path, inspected: &Inspected) -> Result<(), Failure> {
-    let taxonomy = &inspected.source.info().taxonomy;
-    write_view_clouds(folder, inspected.model.read().kept_views(), taxonomy)
-        .context("the clouds of the views could not be written")?;
-    Ok(())
-}
-
-/// Ends the inspection early when the process is interrupted, so that what was inspected is written; interrupted again,
-/// the process ends at once.
-pub(crate) fn stop_when_interrupted(stop: StopSwitch) {
-    std::thread::spawn(move || {
-        let Ok(runtime) = tokio::runtime::Builder::new_current_thread().enable_all().build() else { return };
-        runtime.block_on(async {
-            interrupted().await;
-            tracing::warn!("stopping after the view in work; once more to end at once");
-            stop.set();
-            interrupted().await;
-            std::process::exit(1);
-        });
-    });
-}
-
-/// Completes when the process is asked to end.
-pub(crate) async fn interrupted() {
-    let interrupt = async {
-        if tokio::signal::ctrl_c().await.is_err() {
-            // Without signals the process can still be killed.
-            std::future::pending::<()>().await;
-        }
-    };
-    #[cfg(unix)]
-    {
-        use tokio::signal::unix::{SignalKind, signal};
-        if let Ok(mut terminate) = signal(SignalKind::terminate()) {
-            tokio::select! {
-                () = interrupt => {}
-                _ = terminate.recv() => {}
-            }
-            return;
-        }
-    }
-    interrupt.await;
 }

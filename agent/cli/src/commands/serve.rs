@@ -2,13 +2,13 @@
 
 use super::config::{self, CellConfig};
 use super::limit_args::LimitArgs;
-use super::run::{self, Output};
+use super::run::{self, Running, Target};
+use super::signals::{Signals, Work};
 use super::spec_args::SpecArgs;
-use super::{Failure, format_error};
+use super::{Failure, numbers};
 use anyhow::{Context, anyhow};
 use clap::Args;
-use semascan_inspection::bus::Events;
-use semascan_inspection::{Inspection, InspectionHandle};
+use semascan_inspection::{Inspection, StopSwitch};
 use semascan_model::record::Outcome;
 use semascan_server::{
     AccessRule, EmbeddedFiles, LiveModel, LiveStream, ServeError, Server, ServerConfig, WebFiles, publish_saved,
@@ -42,7 +42,7 @@ pub(crate) struct ReachArgs {
     #[arg(long, value_name = "DIR")]
     web_dir: Option<PathBuf>,
     /// Threads to compute with
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = numbers::threads(), allow_negative_numbers = true)]
     pub(crate) threads: Option<usize>,
     #[command(flatten)]
     limits: LimitArgs,
@@ -63,7 +63,8 @@ pub(crate) struct ServeArgs {
     /// Folder to write the finished inspection into
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Write into the folder even if it holds something: the results of an earlier inspection are replaced
+    /// Replace the earlier inspection that the folder holds, when the new one is whole: until then, and where the new one
+    /// fails, the earlier one stays. A folder with other files is refused
     #[arg(long)]
     overwrite: bool,
     #[command(flatten)]
@@ -73,43 +74,44 @@ pub(crate) struct ServeArgs {
 }
 
 impl ServeArgs {
-    pub(crate) fn run(self, viewer: EmbeddedFiles) -> Result<(), Failure> {
+    pub(crate) fn run(self, viewer: EmbeddedFiles, signals: &Signals) -> Result<(), Failure> {
         use_threads(self.reach.threads)?;
         let config = config::read(self.config.as_deref()).map_err(Failure::Call)?;
         if let Some(folder) = self.saved {
             let saved = read_inspection(&folder)?;
-            return serve(&self.reach, &config, viewer, false, Some(Job::Saved(Box::new(saved))));
+            return serve(&self.reach, &config, viewer, false, Some(Job::Saved(Box::new(saved))), signals);
         }
         let mut spec = self.inspection.apply(config.inspection.clone());
         spec.source.uri = self.source.or(spec.source.uri);
         let job = match spec.source.uri {
             Some(_) => {
+                let open = |folder: PathBuf| Target::open(&folder, self.overwrite, false);
+                let target = self.out.map(open).transpose()?.map(Box::new);
                 let inspection = run::prepare(spec)?;
-                let begin = |out: &PathBuf| Output::begin(out, &inspection, self.overwrite);
-                let output = self.out.as_ref().map(begin).transpose()?;
-                Some(Job::Inspect { inspection: Box::new(inspection), output })
+                Some(Job::Inspect { inspection: Box::new(inspection), target })
             }
             None => None,
         };
-        serve(&self.reach, &config, viewer, false, job)
+        serve(&self.reach, &config, viewer, false, job, signals)
     }
 }
 
 /// What is served.
 pub(crate) enum Job {
     /// An inspection that is run, and where it is written to.
-    Inspect { inspection: Box<Inspection>, output: Option<Output> },
+    Inspect { inspection: Box<Inspection>, target: Option<Box<Target>> },
     /// One that was.
     Saved(Box<SavedInspection>),
 }
 
-/// Serves until it is interrupted; a running inspection is then stopped and written.
+/// Serves until a signal ends it; a running inspection is then stopped and written.
 pub(crate) fn serve(
     reach: &ReachArgs,
     config: &CellConfig,
     viewer: EmbeddedFiles,
     open_browser: bool,
     job: Option<Job>,
+    signals: &Signals,
 ) -> Result<(), Failure> {
     let loopback = SocketAddr::from((Ipv4Addr::LOCALHOST, DEFAULT_PORT));
     let mut address = config.serve.listen.unwrap_or(loopback);
@@ -146,22 +148,25 @@ pub(crate) fn serve(
             tracing::info!("open {url} in a browser ({error})");
         }
         let running = match job {
-            Some(Job::Inspect { inspection, output }) => {
-                let events = inspection.subscribe();
-                let handle = inspection.start();
-                let (live, stop) = (Arc::clone(&live), handle.stop_switch());
-                Some((std::thread::spawn(move || follow(events, handle, output.as_ref(), &live)), stop))
+            Some(Job::Inspect { inspection, target }) => {
+                let running = run::start(*inspection, target.map(|target| *target), signals)?;
+                let (live, signals) = (Arc::clone(&live), signals.clone());
+                Some(std::thread::spawn(move || follow(running, &live, &signals)))
             }
             Some(Job::Saved(saved)) => {
                 show(&saved, &live)?;
+                idle(signals)?;
                 None
             }
-            None => None,
+            None => {
+                idle(signals)?;
+                None
+            }
         };
-        server.run(run::interrupted()).await;
-        // The view in work is finished first, so that the record on disk is whole.
-        let Some((follower, stop)) = running else { return Ok(()) };
-        stop.set();
+        let asked = signals.clone();
+        server.run(async move { asked.asked_to_end().await }).await;
+        // What the inspection has by now is written first.
+        let Some(follower) = running else { return Ok(()) };
         match follower.join() {
             Ok(result) => result,
             Err(_) => Err(Failure::Work(anyhow!("the inspection ended unexpectedly"))),
@@ -186,11 +191,21 @@ fn show(saved: &SavedInspection, live: &LiveModel) -> Result<(), Failure> {
     Ok(())
 }
 
+/// Registers a server that has nothing to lose: a signal ends it in order.
+fn idle(signals: &Signals) -> Result<(), Failure> {
+    signals.begin(|| Ok(((), Work { stop: StopSwitch::default(), too_late: Box::new(|| ()) })))
+}
+
 /// Publishes an inspection to `live` until its end, and writes it; a failure is published too and does not end the server,
-/// but is the command's when that ends.
-fn follow(events: Events, handle: InspectionHandle, output: Option<&Output>, live: &LiveModel) -> Result<(), Failure> {
+/// but is the command's when that ends. A save that fails is tried again as long as the server runs.
+fn follow(running: Running, live: &LiveModel, signals: &Signals) -> Result<(), Failure> {
+    let Running { events, handle, output } = running;
     LiveStream::new(live).follow(events);
-    match run::finish(handle, output) {
+    let not_saved = |reason: &str| {
+        tracing::error!("{reason}");
+        live.say(reason);
+    };
+    match run::finish(handle, output.as_deref(), None, &not_saved, signals) {
         Ok(inspected) => {
             let totals = live.totals();
             tracing::info!(
@@ -201,19 +216,21 @@ fn follow(events: Events, handle: InspectionHandle, output: Option<&Output>, liv
                 totals.bytes / 1000,
                 totals.snapshot_bytes / 1000
             );
-            let verdict = run::verdict(&inspected.record);
-            if let Err(Failure::Work(reason)) = &verdict {
+            if let Some(output) = &output {
+                tracing::info!("written to {}", output.path().display());
+            }
+            let verdict = run::verdict(&inspected.record, signals);
+            if let Err(Failure::Work(reason) | Failure::Stopped(_, reason)) = &verdict {
                 tracing::warn!("{reason}");
                 live.say(&reason.to_string());
             }
             verdict
         }
         Err(failure) => {
-            let (_, error) = failure.into_parts();
-            let text = format_error(&error);
+            let text = failure.reason();
             tracing::error!("inspection failed: {text}");
             live.fail(&text);
-            Err(Failure::Work(error))
+            Err(failure)
         }
     }
 }
@@ -222,7 +239,6 @@ fn follow(events: Events, handle: InspectionHandle, output: Option<&Output>, liv
 pub(crate) fn use_threads(threads: Option<usize>) -> Result<(), Failure> {
     match threads {
         None => Ok(()),
-        Some(0) => Err(Failure::Call(anyhow!("--threads 0: at least one is needed"))),
         Some(n) => Ok(rayon::ThreadPoolBuilder::new().num_threads(n).build_global()?),
     }
 }

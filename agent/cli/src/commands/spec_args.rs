@@ -1,5 +1,6 @@
 //! Arguments of every command that inspects, to an [`InspectionSpec`].
 
+use super::numbers;
 use clap::{Args, ValueEnum};
 use semascan_inspection::spec::{
     BackgroundMethod, CameraMask, DepthRange, InspectionSpec, LabelSource, LengthUnit, MaskRefinement,
@@ -21,7 +22,7 @@ pub(crate) struct SpecArgs {
     #[arg(long, value_enum)]
     unit: Option<UnitArg>,
     /// Millimetres of a depth of 1 in a recording [default: what the recording says]
-    #[arg(long, value_name = "MM")]
+    #[arg(long, value_name = "MM", value_parser = numbers::length::<f64>, allow_negative_numbers = true)]
     depth_scale: Option<f64>,
     /// Whether it is a recording of a turntable before a fixed camera: `none`, `estimate`, or what is known, `step=DEG`
     /// (degrees between two views) and `axis=X,Y,Z,NX,NY,NZ` (camera frame, metres) with a comma between [default: auto: a
@@ -29,7 +30,7 @@ pub(crate) struct SpecArgs {
     #[arg(long, value_name = "WHAT", allow_hyphen_values = true)]
     turntable: Option<TurntableSpec>,
     /// Inspect only these depths along the optical axis, in metres: 0.2..1.5, ..1.5 or 0.2..
-    #[arg(long, value_name = "MIN..MAX")]
+    #[arg(long, value_name = "MIN..MAX", allow_hyphen_values = true)]
     depth: Option<DepthRange>,
     /// Inspect only this box in the table frame, in metres
     #[arg(long = "box", value_name = "X0,Y0,Z0,X1,Y1,Z1", value_parser = corners, allow_hyphen_values = true)]
@@ -38,14 +39,18 @@ pub(crate) struct SpecArgs {
     #[arg(long, value_enum)]
     roi: Option<RoiArg>,
     /// Smallest share of the views that must become part of the model, 0 to 1; with fewer the exit code is 1 [default: 0.5]
-    #[arg(long, value_name = "SHARE")]
+    #[arg(long, value_name = "SHARE", value_parser = numbers::share::<f64>, allow_negative_numbers = true)]
     least_views: Option<f64>,
+    /// A view that is left out is a failure: the record says `failed`, and the exit code is 1. What there is of the model is
+    /// written all the same
+    #[arg(long)]
+    strict: bool,
     /// Models for `--labels network`: names, folders of models, or folders with models, separated by commas; by default
     /// the best of each task that is installed
     #[arg(long, value_name = "NAME|DIR", value_delimiter = ',')]
     models: Vec<String>,
     /// Largest standard uncertainty of a component label, 0 to 1 [default: 0.16]
-    #[arg(long, value_name = "T")]
+    #[arg(long, value_name = "T", value_parser = numbers::threshold, allow_negative_numbers = true)]
     sigma: Option<f32>,
     /// What becomes of pixels beyond it [default: geometry]
     #[arg(long, value_enum)]
@@ -66,13 +71,13 @@ pub(crate) struct SpecArgs {
     #[arg(long, value_enum)]
     association: Option<AssociationArg>,
     /// Voxel edge in millimetres; by default twice the median pixel footprint, at least 0.5
-    #[arg(long, value_name = "MM")]
+    #[arg(long, value_name = "MM", value_parser = numbers::length::<f64>, allow_negative_numbers = true)]
     voxel: Option<f64>,
     /// Inspect only the views of a moving camera that show something new (keyframes)
     #[arg(long)]
     keyframes: bool,
     /// Least time between two captures in seconds [default: 0]
-    #[arg(long, value_name = "SECONDS")]
+    #[arg(long, value_name = "SECONDS", value_parser = numbers::pause, allow_negative_numbers = true)]
     pace: Option<f64>,
 }
 
@@ -191,6 +196,7 @@ impl SpecArgs {
         spec.region.bounds = self.bounds.map(|Corners(corners)| corners).or(spec.region.bounds);
         spec.region.labelled |= self.roi == Some(RoiArg::Labelled);
         spec.least_views = self.least_views.or(spec.least_views);
+        spec.strict |= self.strict;
         if !self.models.is_empty() {
             spec.network.models = self.models;
         }
@@ -313,10 +319,27 @@ mod tests {
         assert!(changed.region.labelled);
         let turning = apply("--turntable axis=0,0.1,0.6,0,-0.7,-0.7,step=-15", InspectionSpec::default());
         assert_eq!(turning.turntable.to_string(), "axis=0,0.1,0.6,0,-0.7,-0.7,step=-15");
-        let wrong = ["--box 1,2,3", "--depth 2..1", "--depth 1", "--unit feet", "--turntable yes"];
+        let wrong = [
+            "--box 1,2,3",
+            "--depth 2..1",
+            "--depth 1",
+            "--depth -1..1",
+            "--unit feet",
+            "--turntable yes",
+            "--sigma nan",
+            "--sigma 2",
+            "--sigma -1",
+            "--least-views inf",
+            "--voxel 0",
+            "--pace -1",
+            "--depth-scale nan",
+        ];
         for line in wrong {
             let words = std::iter::once("semascan").chain(line.split_whitespace());
-            assert!(Command::try_parse_from(words).is_err(), "{line}");
+            let Err(error) = Command::try_parse_from(words) else { panic!("{line}") };
+            // The message names the argument.
+            let name = line.split_whitespace().next().expect("a name");
+            assert!(error.to_string().contains(&format!("'{name} <")), "{line}: {error}");
         }
     }
 }

@@ -2,7 +2,7 @@
 //! `--turntable` recordings of a turntable (`synth_turntable`).
 
 use super::synth_turntable::{self, TurntableArgs};
-use super::{Failure, serve};
+use super::{Failure, numbers, serve};
 use anyhow::anyhow;
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
@@ -44,7 +44,7 @@ pub(crate) struct SynthArgs {
     #[command(flatten)]
     turntable: TurntableArgs,
     /// Threads to compute with; the result does not depend on it
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = numbers::threads(), allow_negative_numbers = true)]
     threads: Option<usize>,
     /// Print a summary as one JSON object on stdout
     #[arg(long)]

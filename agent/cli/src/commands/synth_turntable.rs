@@ -103,7 +103,7 @@ pub(crate) fn write(
     let mut written = Vec::new();
     for part in parts {
         let folder = out.join(format!("{part:06}"));
-        let recording = TurntableRecording::new(seed + u64::from(part), options);
+        let recording = TurntableRecording::new(seed.wrapping_add(part.into()), options);
         write_recording(&folder, &recording, options)?;
         tracing::info!("{} views written to {}", options.views, folder.display());
         written.push(folder);

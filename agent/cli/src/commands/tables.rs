@@ -1,12 +1,13 @@
 //! `semascan tables P0|P1|P2`: reruns a paper's tables on the virtual cell. P0 is [Remanufacturing paper], P1
 //! [Eye-in-hand 2020], P2 [Wang 2023].
 
-use super::Failure;
+use super::{Failure, numbers};
 use crate::stderr::Stderr;
 use anyhow::{Context, anyhow};
 use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
 use semascan_evaluation::tables::{NetworkSetting, p0, p1, p2};
+use semascan_store::write_file;
 use serde::Serialize;
 use std::io::Write;
 use std::path::PathBuf;
@@ -50,7 +51,7 @@ pub(crate) struct TablesArgs {
     #[arg(long, value_name = "DIR")]
     models: Option<PathBuf>,
     /// P0: threshold of sigma, 0 to 1 [default: chosen on validation motors]
-    #[arg(long, value_name = "T", value_parser = sigma)]
+    #[arg(long, value_name = "T", value_parser = numbers::threshold, allow_negative_numbers = true)]
     sigma: Option<f32>,
     /// Few and small pictures, to see that all works; the figures say nothing
     #[arg(long)]
@@ -185,18 +186,13 @@ impl TablesArgs {
     fn write(&self, report: &impl Serialize) -> Result<(), Failure> {
         let text = serde_json::to_string_pretty(report)?;
         if let Some(file) = &self.out {
-            std::fs::write(file, &text).with_context(|| format!("{} could not be written", file.display()))?;
+            write_file(file, |out| Ok(out.write_all(text.as_bytes())?)).context("the report could not be written")?;
         }
         if self.json {
             writeln!(std::io::stdout().lock(), "{text}")?;
         }
         Ok(())
     }
-}
-
-fn sigma(text: &str) -> Result<f32, String> {
-    let value: Option<f32> = text.parse().ok();
-    value.filter(|v| *v > 0.0 && *v <= 1.0).ok_or_else(|| "not above 0 and at most 1".into())
 }
 
 /// Runs `work` with a progress bar that gets how many steps are done, and of how many.

@@ -74,8 +74,59 @@ fn export_writes_every_format_and_the_same_mesh_as_inspect() {
     assert!(faces(&out) > 2000 && faces(&small) <= 2000, "{} and {}", faces(&out), faces(&small));
     assert!(String::from_utf8_lossy(&bytes(&small, "cloud.ply")).contains("element vertex 2000\n"));
 
+    // As few triangles as openings and parts leave, which is said.
+    let output = semascan(&["export", &motor, "--format", "ply", "--simplify", "1", "--out", &path("few")]);
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    let left = faces(&path("few"));
+    assert!(left > 1 && stderr(&output).contains(&format!("{left} are left and not 1")), "{}", stderr(&output));
+
     // The source is not overwritten, and what is wrong with a call is said.
     assert_eq!(semascan(&["export", &motor, "--format", "cloud"]).status.code(), Some(2));
+    let own = semascan(&["export", &format!("{out}/mesh.ply"), "--format", "ply"]);
+    assert_eq!(own.status.code(), Some(2), "{}", stderr(&own));
+    assert!(stderr(&own).contains("would overwrite its source"), "{}", stderr(&own));
+    let set = semascan(&["export", &motor, "--format", "ply"]);
+    assert_eq!(set.status.code(), Some(2), "{}", stderr(&set));
+    assert!(stderr(&set).contains("is a file of the inspection"), "{}", stderr(&set));
     assert_eq!(semascan(&["export", &motor, "--format", "ply", "--pitch", "99"]).status.code(), Some(2));
     assert_eq!(semascan(&["export", &path("nowhere"), "--format", "ply"]).status.code(), Some(1));
+}
+
+#[test]
+fn forty_exports_at_once_onto_one_name_are_right_or_refused() {
+    let dir = tempfile::tempdir().expect("temporary folder");
+    let path = |name: &str| dir.path().join(name).to_str().expect("UTF-8").to_owned();
+    let other = MOTOR.replace("seed=3", "seed=4");
+    let files = ["mesh.ply", "mesh.obj", "mesh.mtl", "mesh.glb"];
+    let format = ["--format", "ply,obj,glb", "--out"];
+    let motors = [("one", MOTOR), ("two", other.as_str())].map(|(name, motor)| {
+        assert_eq!(semascan(&["inspect", motor, "--out", &path(name)]).status.code(), Some(0));
+        let alone = path(&format!("alone-{name}"));
+        assert_eq!(semascan(&[&["export", &path(name)], &format[..], &[&alone]].concat()).status.code(), Some(0));
+        files.map(|file| std::fs::read(Path::new(&alone).join(file)).expect("written"))
+    });
+    let out = path("out");
+    let children: Vec<_> = (0..40)
+        .map(|i| {
+            std::process::Command::new(env!("CARGO_BIN_EXE_semascan"))
+                .args([&["export", &path(["one", "two"][i % 2])], &format[..], &[&out]].concat())
+                .stderr(std::process::Stdio::piped())
+                .spawn()
+                .expect("starts")
+        })
+        .collect();
+    let mut done = 0;
+    for child in children {
+        let output = child.wait_with_output().expect("ends");
+        match output.status.code() {
+            Some(0) => done += 1,
+            Some(1) => assert!(stderr(&output).contains("another process writes"), "{}", stderr(&output)),
+            code => panic!("{code:?}: {}", stderr(&output)),
+        }
+    }
+    eprintln!("{done} of 40 exports wrote, the others were refused");
+    assert!(done > 0);
+    let written = files.map(|file| std::fs::read(Path::new(&out).join(file)).expect("written"));
+    assert!(motors.contains(&written), "the files are not those of one export");
+    assert_eq!(std::fs::read_dir(&out).expect("reads").count(), files.len(), "no temporary file");
 }

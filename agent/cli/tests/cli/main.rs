@@ -2,9 +2,11 @@
 
 mod evaluate;
 mod export;
+mod full_disk;
 mod inspect;
 mod log;
 mod outcome;
+mod signals;
 mod synth;
 mod tables;
 
@@ -14,6 +16,15 @@ const MOTOR: &str = "virtual:starter-motor?seed=3&views=3&size=160x120&cell=2.5"
 
 fn semascan(args: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_semascan")).args(args).output().expect("the binary starts")
+}
+
+/// The bytes of a PLY file without the line that is another one in every run.
+fn without_generation(mut bytes: Vec<u8>) -> Vec<u8> {
+    let key = b"comment generation ";
+    let at = bytes.windows(key.len()).position(|w| w == key).expect("a generation");
+    let end = at + bytes[at..].iter().position(|b| *b == b'\n').expect("a line");
+    bytes.drain(at..=end);
+    bytes
 }
 
 fn stderr(output: &Output) -> String {

@@ -47,7 +47,7 @@ fn an_interrupted_inspection_is_written_and_says_that_it_was_stopped() {
     std::thread::sleep(Duration::from_millis(1500));
     let sent = Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("kill is there");
     assert!(sent.success());
-    assert_eq!(child.wait().expect("ends").code(), Some(1));
+    assert_eq!(child.wait().expect("ends").code(), Some(130));
     let record = record(dir.path()).expect("a record");
     assert_eq!(record.outcome, Outcome::Stopped);
     assert!(!record.views.is_empty() && record.views.len() < 200, "{} views", record.views.len());
@@ -123,12 +123,109 @@ fn a_folder_that_holds_something_is_refused_until_it_may_be_replaced() {
     assert_eq!(refused.status.code(), Some(2), "{}", stderr(&refused));
     assert!(stderr(&refused).contains("--overwrite") && stderr(&refused).contains(out), "{}", stderr(&refused));
     assert_eq!(record(dir.path()).expect("a record").id, before.id, "nothing was touched");
-    std::fs::write(dir.path().join("notes.txt"), "mine").expect("written");
+    let notes = dir.path().join("notes.txt");
+    std::fs::write(&notes, "mine").expect("written");
+    let foreign = semascan(&["inspect", MOTOR, "--out", out, "--overwrite"]);
+    assert_eq!(foreign.status.code(), Some(2), "{}", stderr(&foreign));
+    assert!(stderr(&foreign).contains("holds notes.txt"), "{}", stderr(&foreign));
+    assert_eq!(record(dir.path()).expect("a record").id, before.id, "nothing was touched");
+    assert_eq!(std::fs::read_to_string(&notes).expect("there"), "mine");
+    std::fs::remove_file(&notes).expect("removed");
+    let exported = semascan(&["export", out, "--format", "obj,stl,glb"]);
+    assert_eq!(exported.status.code(), Some(0), "{}", stderr(&exported));
+
+    // An inspection that comes to nothing does not take the earlier one away.
+    let failed = semascan(&["inspect", MOTOR, "--out", out, "--overwrite", "--voxel", "1e-9"]);
+    assert_eq!(failed.status.code(), Some(1), "{}", stderr(&failed));
+    assert!(stderr(&failed).contains("still holds the earlier inspection"), "{}", stderr(&failed));
+    assert_eq!(record(dir.path()).expect("a record").id, before.id);
+
     let again = semascan(&["inspect", MOTOR, "--out", out, "--overwrite", "--labels", "none"]);
     assert_eq!(again.status.code(), Some(0), "{}", stderr(&again));
     assert_ne!(record(dir.path()).expect("a record").id, before.id);
-    assert!(dir.path().join("notes.txt").is_file(), "what is not ours stays");
-    assert!(!dir.path().join("views/000000.ply").exists(), "the clouds were of the earlier inspection");
+    assert!(!dir.path().join("views").exists(), "the clouds were of the earlier inspection");
+    let names = || std::fs::read_dir(dir.path()).expect("reads").map(|e| e.expect("readable").file_name());
+    let mut names: Vec<_> = names().map(|name| name.to_string_lossy().into_owned()).collect();
+    names.sort();
+    assert_eq!(names.join(" "), "cloud.ply inspection.json mesh.ply scene.glb truth.ply", "nothing else stays");
+}
+
+#[test]
+fn files_of_two_inspections_are_never_taken_for_one() {
+    let dir = tempfile::tempdir().expect("temporary folder");
+    let path = |name: &str| dir.path().join(name).to_str().expect("UTF-8").to_owned();
+    for name in ["one", "two"] {
+        assert_eq!(semascan(&["inspect", MOTOR, "--out", &path(name)]).status.code(), Some(0));
+    }
+    let scene = gltf::Gltf::open(dir.path().join("one/scene.glb")).expect("valid");
+    let extras: serde_json::Value =
+        serde_json::from_str(scene.document.as_json().asset.extras.as_ref().expect("extras").get()).expect("JSON");
+    let files = record(&dir.path().join("one")).expect("a record").files.expect("listed");
+    assert_eq!(extras["generation"].as_str(), Some(files.generation.as_str()));
+    for file in ["mesh.ply", "cloud.ply", "scene.glb", "truth.ply"] {
+        let mixed = path(&format!("mixed-{file}"));
+        std::fs::create_dir(&mixed).expect("made");
+        for name in ["inspection.json", "mesh.ply", "cloud.ply", "scene.glb", "truth.ply"] {
+            let from = if name == file { "two" } else { "one" };
+            std::fs::copy(dir.path().join(from).join(name), Path::new(&mixed).join(name)).expect("copied");
+        }
+        let model = format!("{mixed}/{file}");
+        let mut calls = vec![vec!["export", &mixed, "--format", "obj"], vec!["serve", &mixed, "--port", "0"]];
+        if file != "scene.glb" {
+            calls.push(vec!["evaluate", &model, &model]);
+        }
+        for call in calls {
+            let output = semascan(&call);
+            assert_eq!(output.status.code(), Some(1), "{call:?}: {}", stderr(&output));
+            let text = stderr(&output);
+            assert!(text.contains(file) && text.contains("mixed"), "{call:?}: {text}");
+        }
+    }
+    std::fs::remove_file(dir.path().join("one/scene.glb")).expect("removed");
+    let half = semascan(&["serve", &path("one"), "--port", "0"]);
+    assert_eq!(half.status.code(), Some(1), "{}", stderr(&half));
+    assert!(stderr(&half).contains("scene.glb") && stderr(&half).contains("missing"), "{}", stderr(&half));
+}
+
+#[test]
+fn a_left_out_view_fails_a_strict_inspection() {
+    let dir = tempfile::tempdir().expect("temporary folder");
+    let scene = synthetic_scene(dir.path());
+    let out = dir.path().join("out");
+    let inspect = || semascan(&["inspect", &scene, "--strict", "--overwrite", "--out", out.to_str().expect("UTF-8")]);
+    let whole = inspect();
+    assert_eq!(whole.status.code(), Some(0), "{}", stderr(&whole));
+    std::fs::remove_file(Path::new(&scene).join("depth/000001.png")).expect("removed");
+    let strict = inspect();
+    assert_eq!(strict.status.code(), Some(1), "{}", stderr(&strict));
+    assert!(stderr(&strict).contains("1 of 3 views") && stderr(&strict).contains("--strict"), "{}", stderr(&strict));
+    let record = record(&out).expect("a record");
+    assert!(matches!(&record.outcome, Outcome::Failed { reason } if reason.contains("1 of 3")), "{:?}", record.outcome);
+    assert!(out.join("mesh.ply").is_file(), "what there is of the model is kept");
+}
+
+#[test]
+fn views_without_a_point_in_the_model_are_a_failure() {
+    let dir = tempfile::tempdir().expect("temporary folder");
+    let scene = synthetic_scene(dir.path());
+    let file = Path::new(&scene).join("scene_camera.json");
+    let mut cameras: serde_json::Value = serde_json::from_slice(&std::fs::read(&file).expect("reads")).expect("JSON");
+    for camera in cameras.as_object_mut().expect("views").values_mut() {
+        for number in camera["cam_t_w2c"].as_array_mut().expect("a vector") {
+            *number = (number.as_f64().expect("a number") * 1e6).into();
+        }
+    }
+    std::fs::write(&file, cameras.to_string()).expect("written");
+    let out = dir.path().join("out");
+    let far = semascan(&["inspect", &scene, "--unit", "mm", "--out", out.to_str().expect("UTF-8")]);
+    assert_eq!(far.status.code(), Some(1), "{}", stderr(&far));
+    let record = record(&out).expect("a record");
+    assert!(
+        matches!(&record.outcome, Outcome::Failed { reason } if reason.contains("no view")),
+        "{:?}",
+        record.outcome
+    );
+    assert!(!out.join("cloud.ply").exists(), "there is no model");
 }
 
 #[test]

@@ -178,10 +178,21 @@ impl<'a> Fusion<'a> {
         Ok(result)
     }
 
-    /// Refines all poses, makes the map anew with them, and marks outliers; the final model. A refinement that fails is
-    /// published as a failed stage, and the model stays as it was.
-    pub(super) fn finish(self) -> Option<SharedModel> {
-        let model = self.model.clone()?;
+    /// Views that are in the model.
+    pub(super) fn used(&self) -> usize {
+        self.accepted.len()
+    }
+
+    /// Refines all poses, makes the map anew with them, and marks outliers; the final model, `None` if no view is in it. A
+    /// refinement that fails is published as a failed stage, and the model stays as it was. Who `stopped` the inspection does
+    /// not wait for a refinement, nor for a judgement of the poses.
+    pub(super) fn finish(self, stopped: bool) -> Option<SharedModel> {
+        let model = self.model.clone().filter(|_| !self.accepted.is_empty())?;
+        if stopped {
+            let touched = model.write().mark_outliers(&self.config.filter);
+            self.publish_model(&model, None, untouched(touched), true);
+            return Some(model);
+        }
         let last = self.accepted.last().map_or(0, |accepted| accepted.view);
         let mut poses: Vec<Isometry3<f64>> = self.accepted.iter().map(|a| a.table_from_camera).collect();
         // Chunks that a rebuild touched: those that vanish are published as well as those that come.
@@ -205,8 +216,7 @@ impl<'a> Fusion<'a> {
         touched.extend(rebuilt.unwrap_or_default());
         touched.sort_unstable();
         touched.dedup();
-        let touched = touched.into_iter().map(|id| TouchedChunk { id, made: 0, relabelled: 0 }).collect();
-        self.publish_model(&model, None, touched, true);
+        self.publish_model(&model, None, untouched(touched), true);
         // All views have a kinematic pose, or they are not compared by it.
         let priors: Option<Vec<Isometry3<f64>>> = self.accepted.iter().map(|a| a.prior).collect();
         let judged = match &priors {
@@ -225,6 +235,11 @@ impl<'a> Fusion<'a> {
         let model = Some(model.clone());
         self.events.publish(EventKind::ModelChanged { epoch, voxel, view, touched, complete, model });
     }
+}
+
+/// Chunks without voxels that are new or relabelled.
+fn untouched(chunks: Vec<[i32; 3]>) -> Vec<TouchedChunk> {
+    chunks.into_iter().map(|id| TouchedChunk { id, made: 0, relabelled: 0 }).collect()
 }
 
 /// What the judge of poses gets to see of a view.

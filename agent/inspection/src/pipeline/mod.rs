@@ -74,7 +74,18 @@ struct Surface {
     segmentation: Segmentation,
 }
 
-/// Takes the views of `source` their way until the last one, or until `stop` is set, the pixels outside the region left out; the model, if a view could be used.
+/// What came of the views.
+pub(crate) struct Modelled {
+    /// The model; none if no view could be used.
+    pub(crate) model: Option<SharedModel>,
+    /// Views that went all the way, one way or the other.
+    pub(crate) views: usize,
+    /// Views that are in the model.
+    pub(crate) used: usize,
+}
+
+/// Takes the views of `source` their way until the last one, the pixels outside the region left out. Once `stop` is set, the
+/// views in work are finished and no other is begun, and poses are not refined.
 ///
 /// # Errors
 /// [`FuseError`] if the map cannot be set up; failing views are published to `events` instead.
@@ -84,19 +95,25 @@ pub(crate) fn run(
     config: &PipelineConfig,
     events: &EventBus,
     stop: &AtomicBool,
-) -> Result<Option<SharedModel>, FuseError> {
+) -> Result<Modelled, FuseError> {
     let info = source.info().clone();
     let Stages { segmenter, region, registrar } = stages;
     let (captured, to_segment) = sync_channel(QUEUE);
     let (segmented, to_fuse) = sync_channel(QUEUE);
     std::thread::scope(|scope| {
         scope.spawn(move || acquire(source, config.pace, events, stop, &captured));
-        scope.spawn(move || segment(segmenter, region, events, &to_segment, &segmented));
+        scope.spawn(move || segment(segmenter, region, events, stop, &to_segment, &segmented));
         let mut fusion = Fusion::new(&info, config, events, registrar);
+        let mut views = 0;
         for view in to_fuse {
+            if stop.load(Ordering::Relaxed) {
+                break;
+            }
             fusion.add(view)?;
+            views += 1;
         }
-        Ok(fusion.finish())
+        let used = fusion.used();
+        Ok(Modelled { model: fusion.finish(stop.load(Ordering::Relaxed)), views, used })
     })
 }
 
@@ -146,10 +163,14 @@ fn segment(
     segmenter: &mut dyn Segmenter,
     region: &mut Region,
     events: &EventBus,
+    stop: &AtomicBool,
     captured: &Receiver<Captured>,
     segmented: &SyncSender<Segmented>,
 ) {
     for Captured { index, mut timings, view } in captured {
+        if stop.load(Ordering::Relaxed) {
+            return;
+        }
         let next = match view {
             Err(reason) => Segmented { index, timings, view: None, result: Err(reason) },
             Ok(view) => {

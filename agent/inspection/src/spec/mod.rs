@@ -34,6 +34,8 @@ pub struct InspectionSpec {
     /// Smallest share of the views that must become part of the model, 0 to 1; half of them if absent. An inspection with
     /// fewer is kept, but did not succeed.
     pub least_views: Option<f64>,
+    /// Whether a view that is left out makes the inspection a failure.
+    pub strict: bool,
     /// Where labels come from.
     pub labels: LabelSource,
     /// The networks, with `labels = "network"`.
@@ -217,6 +219,21 @@ impl InspectionSpec {
             return Ok(share);
         }
         Err(SpecError { field: "least_views".into(), reason: format!("{share} is no share: 0 to 1") })
+    }
+
+    /// Checks the largest standard uncertainties.
+    ///
+    /// # Errors
+    /// [`SpecError`] naming the field that is no number between 0 and 1.
+    pub fn check_thresholds(&self) -> Result<(), SpecError> {
+        let limits = [("threshold", self.network.threshold), ("defect_threshold", self.network.defect_threshold)];
+        for (field, value) in limits.into_iter().filter_map(|(field, value)| Some((field, value?))) {
+            if !(0.0..=1.0).contains(&value) {
+                let reason = format!("{value} is no standard uncertainty: 0 to 1");
+                return Err(SpecError { field: format!("network.{field}"), reason });
+            }
+        }
+        Ok(())
     }
 
     /// The millimetres of a recorded depth of 1, if they are said.

@@ -58,6 +58,7 @@ pub fn write_mesh_at(
 /// [`WriteError::Vertex`] if a triangle names a vertex that is not there, [`WriteError::Io`] if `out` fails.
 pub fn write_materials(out: impl Write, mesh: &SemanticMesh, taxonomy: &Taxonomy) -> Result<(), WriteError> {
     let mut out = BufWriter::new(out);
+    writeln!(out, "# semascan {}", env!("CARGO_PKG_VERSION"))?;
     for Component { name, color, .. } in components(mesh, taxonomy)? {
         let [r, g, b] = color.map(|c| f32::from(c) / 255.0);
         writeln!(out, "newmtl {}\nKd {r:.4} {g:.4} {b:.4}\nKa 0 0 0\nKs 0 0 0\nillum 1\n", word(&name))?;

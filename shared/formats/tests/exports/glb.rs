@@ -93,7 +93,7 @@ fn the_scene_stands_upright_and_names_its_components() {
     let housing = FeatureFigures { id: 2, component: 2, points: 2, area: Some(2e-6), confidence: 0.5, sigma: 0.25 };
     let figures = ModelFigures { components: vec![housing], ..ModelFigures::default() };
     let mut bytes = Vec::new();
-    let options = GlbOptions { part: "motor".into(), figures };
+    let options = GlbOptions { part: "motor".into(), figures, generation: None };
     write_points(&mut bytes, &cloud, &taxonomy(), &options).expect("a Vec takes everything");
     let gltf = gltf::Gltf::from_slice(&bytes).expect("a valid GLB");
     let root = gltf.default_scene().and_then(|s| s.nodes().next()).expect("a root");

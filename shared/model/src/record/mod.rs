@@ -5,6 +5,7 @@
 //! |---|---|
 //! | `mod.rs` | the record of an inspection |
 //! | `view.rs` | one view: pose, registration, timings |
+//! | `files.rs` | the files that belong to the record |
 //! | `run.rs` | how many views were used, what the region of interest left out |
 //! | `stage.rs` | the stages of a view, and how an inspection ends |
 //! | `networks.rs` | the networks, and what they said of a view |
@@ -12,6 +13,7 @@
 //! | `truth.rs` | the model against truth |
 //! | `reader.rs` | reading it back; version 1 is upgraded |
 
+mod files;
 mod networks;
 mod photometric;
 mod reader;
@@ -20,6 +22,7 @@ mod stage;
 mod truth;
 mod view;
 
+pub use files::FilesRecord;
 pub use networks::{
     Augmentation, DomainRecord, EngineDescription, Fusion, ModelReport, NetworkFile, NetworkReport, NetworksRecord,
     Provider, Region, Statistic, Task, Uncertain, UncertaintyFigures, ViewNetworksRecord, WeightsFile, WindowRecord,
@@ -59,6 +62,9 @@ pub struct InspectionRecord {
     pub ended: Option<Timestamp>,
     /// How it ended.
     pub outcome: Outcome,
+    /// The files that were written with the record; absent in records that did not keep it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub files: Option<FilesRecord>,
     /// What wrote the record.
     pub software: SoftwareRecord,
     /// The part, for people.

@@ -43,7 +43,7 @@ pub enum Outcome {
     Finished,
     /// Somebody stopped it; the model is that of the views until then.
     Stopped,
-    /// There is no model.
+    /// There is no model, or one that lacks views of which none was to be left out.
     Failed {
         /// Why.
         reason: String,

@@ -37,7 +37,7 @@ pub fn write_mesh(
             semantics.push(builder.node(name, vec![by_class], &figures)?);
         }
     }
-    builder.finish(out, &options.part, appearance, semantics)
+    builder.finish(out, options, appearance, semantics)
 }
 
 impl Builder {

@@ -35,6 +35,8 @@ pub struct GlbOptions {
     /// Figures of the model that the scene shows, for the nodes' extras and the property tables. The scene may hold less of
     /// it, or a simplified surface: the figures are the model's.
     pub figures: ModelFigures,
+    /// Identifier of the set of files that the scene belongs to, for `asset.extras.generation`.
+    pub generation: Option<String>,
 }
 
 /// Writes `cloud` as GLB. Points whose position is not finite are left out, because glTF cannot hold them; an empty
@@ -63,7 +65,7 @@ pub fn write_points(
             semantics.push(builder.node(&name, by_class, &figures)?);
         }
     }
-    builder.finish(out, &options.part, appearance, semantics)
+    builder.finish(out, options, appearance, semantics)
 }
 
 /// A scene description while it grows.
@@ -82,12 +84,12 @@ impl Builder {
     fn finish(
         mut self,
         out: impl Write,
-        part: &str,
+        options: &GlbOptions,
         appearance: Vec<Index<Node>>,
         semantics: Vec<Index<Node>>,
     ) -> Result<(), WriteError> {
-        let first = self.scene("appearance", part, appearance);
-        self.scene("semantics", part, semantics);
+        let first = self.scene("appearance", &options.part, appearance);
+        self.scene("semantics", &options.part, semantics);
         let Self { mut root, mut binary, features } = self;
         if !root.meshes.is_empty() {
             root.extensions_used.push("KHR_materials_unlit".into());
@@ -95,6 +97,10 @@ impl Builder {
         }
         root.scene = Some(first);
         root.asset.generator = Some(concat!("semascan ", env!("CARGO_PKG_VERSION")).into());
+        if let Some(generation) = &options.generation {
+            let extras = serde_json::json!({ "generation": generation });
+            root.asset.extras = Some(serde_json::value::to_raw_value(&extras)?);
+        }
         let binary = binary.finish(&mut root);
         container::write(out, &serde_json::to_vec(&root)?, &binary)
     }

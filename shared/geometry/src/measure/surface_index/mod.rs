@@ -2,15 +2,18 @@
 //!
 //! Distances are computed in f32 relative to the query, so that their error follows the distance and the size of the
 //! triangle, not where both lie. Triangles that are thin to nothing count as the segments they are; triangles that name
-//! a vertex that is not there, or one that is not finite, are left out.
+//! a vertex that is not there, or one that is not finite, are left out. Of many triangles in the same place one counts.
 
 use super::batch;
 use super::box_tree::{Bounds, BoxTree, Entry};
 use super::nearest_points::{spatial_order, usable};
 use glam::{DVec3, Vec3A};
+use std::collections::HashSet;
 
 /// Triangles in a leaf.
 const LEAF: usize = 4;
+/// Triangles with the same centre as another from which it is worth while to look for coincident ones.
+const COINCIDENT: usize = 1000;
 /// No triangle.
 const NONE: u32 = u32::MAX;
 
@@ -71,7 +74,20 @@ impl SurfaceIndex {
                 Some(Entry { centre: std::array::from_fn(|a| 0.5 * (b.low[a] + b.high[a])), item })
             })
             .collect();
-        let tree = BoxTree::new(&mut entries, |i| corners_of(&triangles[i as usize]).map_or(Bounds::EMPTY, bounds));
+        let box_of = |i: u32| corners_of(&triangles[i as usize]).map_or(Bounds::EMPTY, bounds);
+        let mut tree = BoxTree::new(&mut entries, box_of);
+        // Boxes of coincident triangles cannot be told apart, and a query would look into all of them: each is kept once.
+        // They lie side by side in the tree, where a few of them cost nothing.
+        if entries.windows(2).filter(|pair| pair[0].centre == pair[1].centre).count() > COINCIDENT {
+            entries.sort_unstable_by_key(|entry| entry.item);
+            let mut seen = HashSet::new();
+            entries.retain(|entry| {
+                let mut corners = triangles[entry.item as usize].map(|i| positions[i as usize].map(f32::to_bits));
+                corners.sort_unstable();
+                seen.insert(corners)
+            });
+            tree = BoxTree::new(&mut entries, box_of);
+        }
         let ids: Vec<_> = entries.iter().map(|e| (triangles[e.item as usize], e.item)).collect();
         let corners: Vec<_> = ids.iter().map(|(t, _)| t.map(|i| Vec3A::from_array(positions[i as usize]))).collect();
         Self { tree, thin: corners.iter().map(|c| is_thin(*c)).collect(), corners, ids }

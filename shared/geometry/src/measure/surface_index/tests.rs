@@ -83,3 +83,20 @@ proptest! {
         prop_assert!(found.point.iter().all(|c| c.is_finite()));
     }
 }
+
+#[test]
+fn many_triangles_in_one_place_count_once() {
+    // The same corners in every order, with vertices of their own, and one triangle elsewhere.
+    let corners = [[0.0, 0.0, 0.0], [0.1, 0.0, 0.0], [0.0, 0.1, 0.03]];
+    let mut positions: Vec<[f32; 3]> = (0..20_000).flat_map(|_| corners).collect();
+    let mut triangles: Vec<[u32; 3]> =
+        (0..20_000).map(|i| [3 * i + i % 3, 3 * i + (i + 1) % 3, 3 * i + (i + 2) % 3]).collect();
+    let last = positions.len() as u32;
+    positions.extend([[0.0, 0.0, 1.0], [0.1, 0.0, 1.0], [0.0, 0.1, 1.0]]);
+    triangles.push([last, last + 1, last + 2]);
+    let index = SurfaceIndex::new(&positions, &triangles);
+    assert_eq!(index.ids.len(), 2);
+    let near = |p| index.closest(p).map(|n| (n.triangle, n.distance)).expect("a surface");
+    assert_eq!(near([0.0, 0.0, -0.5]), (0, 0.5));
+    assert_eq!(near([0.0, 0.0, 1.25]), (20_000, 0.25));
+}

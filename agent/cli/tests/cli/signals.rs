@@ -1,0 +1,160 @@
+//! SIGINT and SIGTERM in every stage: exit code and record agree, and the end comes in time.
+#![cfg(unix)]
+
+use crate::{MOTOR, semascan, stderr};
+use semascan_model::record::{InspectionRecord, Outcome};
+use std::io::{BufRead, BufReader};
+use std::os::unix::process::ExitStatusExt;
+use std::path::Path;
+use std::process::{Child, Command, ExitStatus, Stdio};
+use std::time::{Duration, Instant};
+
+/// The drain, and what a loaded machine adds to it.
+const LONGEST_END: Duration = Duration::from_secs(7);
+
+fn outcome(folder: &Path) -> Option<Outcome> {
+    let text = std::fs::read_to_string(folder.join("inspection.json")).ok()?;
+    Some(InspectionRecord::from_json(&text).expect("a whole record").outcome)
+}
+
+fn signal(process: u32, name: &str) {
+    let sent = Command::new("kill").args([name, &process.to_string()]).status().expect("kill is there");
+    assert!(sent.success());
+}
+
+fn start(args: &[&str]) -> Child {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_semascan"));
+    command.args(args).stdout(Stdio::null()).stderr(Stdio::piped()).spawn().expect("starts")
+}
+
+fn ended(mut child: Child) -> ExitStatus {
+    let begin = Instant::now();
+    loop {
+        if let Some(status) = child.try_wait().expect("a child") {
+            return status;
+        }
+        if begin.elapsed() > LONGEST_END {
+            let _ = child.kill();
+            panic!("it did not end within {LONGEST_END:?}");
+        }
+        std::thread::sleep(Duration::from_millis(5));
+    }
+}
+
+/// 128 and the number of the signal, whether the program says so or, before it began, the system.
+fn code(status: ExitStatus) -> i32 {
+    status.code().or(status.signal().map(|number| 128 + number)).expect("one of both")
+}
+
+#[test]
+fn a_signal_at_any_instant_ends_an_inspection_as_its_record_says() {
+    let dir = tempfile::tempdir().expect("temporary folder");
+    // The pace gives the views their time however fast the machine is; opening, refining and writing come before and after.
+    let inspect = ["inspect", "virtual:starter-motor?seed=3&views=8&size=320x240&cell=2.5", "--pace", "0.3", "--out"];
+    let begin = Instant::now();
+    let whole = semascan(&[&inspect[..], &[dir.path().join("whole").to_str().expect("UTF-8")]].concat());
+    assert_eq!(whole.status.code(), Some(0), "{}", stderr(&whole));
+    let time = begin.elapsed();
+    const INSTANTS: u32 = 16;
+    let mut seen = [0; 3];
+    for i in 0..INSTANTS {
+        let out = dir.path().join(format!("out-{i}"));
+        let child = start(&[&inspect[..], &[out.to_str().expect("UTF-8")]].concat());
+        let (name, expected) = if i % 2 == 0 { ("-INT", 130) } else { ("-TERM", 143) };
+        std::thread::sleep(time * i / INSTANTS);
+        // A child that has ended and was not waited for can still be sent a signal.
+        signal(child.id(), name);
+        let code = code(ended(child));
+        match outcome(&out) {
+            None => {
+                assert_eq!(code, expected, "instant {i}: before there was a folder");
+                seen[0] += 1;
+            }
+            Some(Outcome::Stopped) => {
+                assert_eq!(code, expected, "instant {i}");
+                seen[1] += 1;
+            }
+            Some(Outcome::Finished) => {
+                assert_eq!(code, 0, "instant {i}: it was finished");
+                seen[2] += 1;
+            }
+            Some(other) => panic!("instant {i}: code {code} and {other:?}"),
+        }
+    }
+    let [before, stopped, finished] = seen;
+    eprintln!("{INSTANTS} signals: {before} before the folder, {stopped} stopped, {finished} finished");
+    assert!(stopped >= 3, "{seen:?}");
+}
+
+#[test]
+fn a_second_signal_ends_at_once_and_commands_without_a_record_too() {
+    let dir = tempfile::tempdir().expect("temporary folder");
+    let set = dir.path().join("set");
+    let args = ["synth", "--parts", "500", "--views", "20", "--seed", "1", "--out", set.to_str().expect("UTF-8")];
+    let child = start(&args);
+    while !set.exists() {
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    signal(child.id(), "-TERM");
+    let begin = Instant::now();
+    assert_eq!(ended(child).code(), Some(143));
+    assert!(begin.elapsed() < Duration::from_secs(2), "{:?}", begin.elapsed());
+}
+
+/// An agent, and the lines that it says.
+fn served(args: &[&str]) -> (Child, std::io::Lines<BufReader<std::process::ChildStderr>>) {
+    let mut child = start(&[args, &["--port", "0"]].concat());
+    let lines = BufReader::new(child.stderr.take().expect("a pipe")).lines();
+    (child, lines)
+}
+
+#[test]
+fn a_server_ends_with_0_if_nothing_was_cut_off_and_with_the_signal_otherwise() {
+    let dir = tempfile::tempdir().expect("temporary folder");
+    let path = |name: &str| dir.path().join(name).to_str().expect("UTF-8").to_owned();
+    for (name, source, word, expected, stated) in [
+        ("done", MOTOR, "written to", 0, Outcome::Finished),
+        ("cut", "virtual:starter-motor?seed=3&views=200&size=64x48&cell=4", "listening", 143, Outcome::Stopped),
+    ] {
+        let out = path(name);
+        let (child, mut lines) = served(&["serve", "--source", source, "--pace", "0.2", "--out", &out]);
+        assert!(lines.any(|line| line.is_ok_and(|line| line.contains(word))), "{name}: it never said {word}");
+        std::thread::sleep(Duration::from_millis(500));
+        signal(child.id(), "-TERM");
+        assert_eq!(ended(child).code(), Some(expected), "{name}");
+        assert_eq!(outcome(Path::new(&out)), Some(stated), "{name}");
+    }
+    let (child, mut lines) = served(&["serve", &path("done")]);
+    assert!(lines.any(|line| line.is_ok_and(|line| line.contains("points"))));
+    signal(child.id(), "-INT");
+    assert_eq!(ended(child).code(), Some(0));
+}
+
+#[test]
+fn process_1_of_a_container_obeys_too() {
+    let dir = tempfile::tempdir().expect("temporary folder");
+    let out = dir.path().join("out");
+    let source = "virtual:starter-motor?seed=3&views=200&size=64x48&cell=4";
+    let unshare = ["--pid", "--fork", "--kill-child", env!("CARGO_BIN_EXE_semascan")];
+    if !Command::new("unshare").args(["--pid", "--fork", "true"]).status().is_ok_and(|status| status.success()) {
+        eprintln!("SKIPPED: this user may make no process namespaces");
+        return;
+    }
+    let child = Command::new("unshare")
+        .args(unshare)
+        .args(["inspect", source, "--pace", "0.2", "--out", out.to_str().expect("UTF-8")])
+        .stderr(Stdio::null())
+        .spawn()
+        .expect("starts");
+    let begin = Instant::now();
+    while outcome(&out).is_none() {
+        assert!(begin.elapsed() < Duration::from_secs(60), "no record");
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    std::thread::sleep(Duration::from_millis(1500));
+    let children = format!("/proc/{0}/task/{0}/children", child.id());
+    let first: u32 = std::fs::read_to_string(children).expect("Linux").trim().parse().expect("one child");
+    signal(first, "-TERM");
+    assert_eq!(ended(child).code(), Some(143));
+    assert_eq!(outcome(&out), Some(Outcome::Stopped));
+}

@@ -1,0 +1,109 @@
+//! The files of an inspection: inspection.json, cloud.ply, mesh.ply, scene.glb, truth.ply where it is known, and the views'
+//! own clouds where they are asked for.
+
+use crate::StoreError;
+use crate::contents::VIEWS;
+use crate::write::{sync_folder, write_new};
+use semascan_formats::ExportFilter;
+use semascan_formats::gltf::{self, GlbOptions};
+use semascan_formats::ply::{self, LabelledMesh};
+use semascan_inspection::Inspected;
+use semascan_model::Taxonomy;
+use semascan_model::record::InspectionRecord;
+use semascan_perception::fuse::KeptViews;
+use std::fs;
+use std::io::Write;
+use std::path::Path;
+
+/// Writes everything but the record into `folder`, each file with its `generation`. Returns the names of the files. Errors
+/// speak of `target`, where the files will stand.
+pub(crate) fn write(
+    folder: &Path,
+    target: &Path,
+    generation: &str,
+    inspected: &Inspected,
+    view_clouds: bool,
+) -> Result<Vec<String>, StoreError> {
+    let Inspected { record, cloud, mesh, figures, source, model, .. } = inspected;
+    let (taxonomy, truth) = (&source.info().taxonomy, source.truth());
+    let comments = comments(record, generation);
+    let mut names: Vec<String> = ["cloud.ply", "mesh.ply", "scene.glb"].map(str::to_owned).into();
+    let place = |name: &str| (folder.join(name), target.join(name));
+    let (path, shown) = place("cloud.ply");
+    write_new(&path, &shown, |out| ply::write_cloud(out, cloud, taxonomy, &comments))?;
+    let (path, shown) = place("mesh.ply");
+    write_new(&path, &shown, |out| ply::write_semantic_mesh(out, mesh, taxonomy, &comments))?;
+    let (path, shown) = place("scene.glb");
+    write_new(&path, &shown, |out| {
+        let generation = Some(generation.to_owned());
+        let options = GlbOptions { part: record.part.clone(), figures: figures.clone(), generation };
+        if mesh.triangles.is_empty() {
+            // Without oriented points there is no mesh; what was marked as stray or as background stays in cloud.ply.
+            gltf::write_points(out, &ExportFilter::of_the_part().apply(cloud), taxonomy, &options)
+        } else {
+            gltf::write_mesh(out, mesh, taxonomy, &options)
+        }
+    })?;
+    if let Some(mesh) = truth {
+        let (path, shown) = place("truth.ply");
+        write_new(&path, &shown, |out| {
+            let labelled = LabelledMesh {
+                vertices: &mesh.vertices,
+                triangles: &mesh.triangles,
+                labels: &mesh.labels,
+                defects: &mesh.defects,
+            };
+            ply::write_mesh(out, &labelled, taxonomy, &comments)
+        })?;
+        names.push("truth.ply".into());
+    }
+    if view_clouds {
+        names.extend(write_view_clouds(folder, target, &comments, model.read().kept_views(), taxonomy)?);
+    }
+    Ok(names)
+}
+
+/// Writes a record to `path`; errors speak of `shown`, where it will stand.
+pub(crate) fn write_record(path: &Path, shown: &Path, record: &InspectionRecord) -> Result<(), StoreError> {
+    write_new(path, shown, |out| {
+        serde_json::to_writer_pretty(&mut *out, record)?;
+        Ok(writeln!(out)?)
+    })
+}
+
+/// Writes every kept view as a semantic cloud of its own (as [Wang 2023] makes of keyframes), `views/000000.ply` and so on
+/// by its place in the capture order.
+fn write_view_clouds(
+    folder: &Path,
+    target: &Path,
+    comments: &[(String, String)],
+    views: &KeptViews,
+    taxonomy: &Taxonomy,
+) -> Result<Vec<String>, StoreError> {
+    let parent = folder.join(VIEWS);
+    fs::create_dir_all(&parent).map_err(StoreError::io(&target.join(VIEWS)))?;
+    let mut names = Vec::new();
+    for i in 0..views.len() {
+        let view = views.restore(i)?;
+        let name = format!("{VIEWS}/{:06}.ply", view.index);
+        let comments = [comments, &[("view".to_owned(), view.index.to_string())]].concat();
+        write_new(&folder.join(&name), &target.join(&name), |out| {
+            ply::write_cloud(out, &view.semantic_cloud(), taxonomy, &comments)
+        })?;
+        names.push(name);
+    }
+    sync_folder(&parent)?;
+    Ok(names)
+}
+
+/// Comments of every PLY: but for the generation they do not depend on when or how fast it was made.
+fn comments(record: &InspectionRecord, generation: &str) -> Vec<(String, String)> {
+    let mut list = vec![
+        ("generator".to_owned(), format!("semascan {}", record.software.version)),
+        ("generation".to_owned(), generation.to_owned()),
+        ("part".to_owned(), record.part.clone()),
+        ("frame".to_owned(), "table, metres".to_owned()),
+    ];
+    list.extend(record.voxel.map(|v| ("voxel".to_owned(), v.to_string())));
+    list
+}
