@@ -32,6 +32,9 @@ const SMOOTH: f64 = 0.98;
 const STEEPEST: f64 = 0.5;
 /// This cosine for the chamfer of a right angle: sharpening turns no normal farther.
 const CHAMFER: f64 = std::f64::consts::FRAC_1_SQRT_2;
+/// Length of the mean of the unit normals around a vertex above which they may differ by noise: by 18 degrees (root mean
+/// square). Only below it are they sharpened.
+const ROUGH: f64 = 0.95;
 /// How many times a corner's deviation from the mean normal around it is added to it at a crease. Smaller values leave the
 /// edges of simulated motors too small, from 4 on they become too large.
 const SHARPENING: f64 = 2.0;
@@ -113,6 +116,10 @@ fn stretch(across: [f64; 3], normal: [f32; 3], (around, count): ([f64; 3], u32))
     // Without a normal, or with one that is not of this side, nothing is known.
     if blurred < STEEPEST {
         return 1.0;
+    }
+    // Noise tilts normals as well, but not so far.
+    if length(around) > ROUGH * f64::from(count) {
+        return 1.0 / blurred.max(CHAMFER);
     }
     let sharp = [0, 1, 2].map(|k| normal[k] + SHARPENING * (normal[k] - around[k] / f64::from(count.max(1))));
     1.0 / cosine(sharp).clamp(CHAMFER.min(blurred), blurred)

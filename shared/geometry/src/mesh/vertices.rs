@@ -16,9 +16,9 @@ const MARGIN: f32 = 0.02;
 const END: f32 = 0.01;
 /// The evidence for a vertex comes from this share of the kernel's radius: labels and colours are sharper than the shape.
 const EVIDENCE: f32 = 0.75;
-/// The evidence for a defect, and the normal, come from this many cells around the vertex: its own place. Cracks and scratches
+/// The evidence for a defect comes from this many cells around the vertex: its own place. Cracks and scratches
 /// are one or two voxels wide. Within a cell, a stripe of one voxel's width has as much weight as what lies beside it, and
-/// keeps its width; a wider kernel lets its surroundings outvote it. A crease stays as sharp as its points are.
+/// keeps its width; a wider kernel lets its surroundings outvote it.
 const OWN_PLACE: f32 = 1.0;
 
 /// The points of a tile by cell.
@@ -113,7 +113,7 @@ impl Vertex<'_> {
                     votes.add(whole, point.normal, point.weight * near * near);
                     let own = 1.0 - dot(offset, offset) / (OWN_PLACE * OWN_PLACE);
                     if own > 0.0 {
-                        votes.add_own(whole, point.normal, point.weight * own * own);
+                        votes.add_own(whole, point.weight * own * own);
                     }
                 }
             });
@@ -183,9 +183,8 @@ pub(super) struct Votes {
     components: Tally<(u16, u16)>,
     /// Evidence by defect class.
     defects: Tally<u16>,
-    /// Of the points at the vertex's own place: weight, normal, evidence by defect class.
+    /// Of the points at the vertex's own place: weight, evidence by defect class.
     own_weight: f32,
-    own_normal: [f32; 3],
     own_defects: Tally<u16>,
 }
 
@@ -213,9 +212,8 @@ impl Votes {
     }
 
     /// Adds a point at the vertex's own place.
-    fn add_own(&mut self, p: &SemanticPoint, normal: [f32; 3], weight: f32) {
+    fn add_own(&mut self, p: &SemanticPoint, weight: f32) {
         self.own_weight += weight;
-        self.own_normal.iter_mut().zip(normal).for_each(|(sum, n)| *sum += weight * n);
         self.own_defects.add(p.defect, weight * finite(p.defect_confidence));
     }
 
@@ -240,9 +238,7 @@ impl Votes {
         };
         SemanticPoint {
             position,
-            normal: unit(self.own_normal, 1e-3 * self.own_weight.max(f32::MIN_POSITIVE))
-                .or_else(|| unit(self.normal, 1e-3 * self.weight))
-                .unwrap_or(along),
+            normal: unit(self.normal, 1e-3 * self.weight).unwrap_or(along),
             color: self.color.map(|c| (c * share).round().clamp(0.0, 255.0) as u8),
             label,
             confidence: (confidence * share).min(1.0),
