@@ -11,8 +11,8 @@ use semascan_inspection::spec::InspectionSpec;
 use semascan_model::Taxonomy;
 use semascan_perception::segment::Segmenter;
 use semascan_perception::segment::network::{
-    Domain, EngineChoice, FILE_NAME, Manifest, NetworkConfig, NetworkModel, NetworkSegmenter, Provider, STATISTICS,
-    Task, disagreement, engine, extended, numbers_of, search_path,
+    Domain, EngineChoice, FALSE_ALARMS, FILE_NAME, Manifest, NetworkConfig, NetworkModel, NetworkSegmenter, Provider,
+    STATISTICS, Task, disagreement, engine, extended, numbers_of, search_path,
 };
 use semascan_perception::view::{DepthImage, Intrinsics, PoseEvidence, View};
 use semascan_store::write_file;
@@ -20,9 +20,6 @@ use serde_json::json;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-
-/// Views of each source that networks are asked about, evenly chosen: they take seconds a view.
-const ASKED: usize = 3;
 
 /// Extensions of pictures.
 const PICTURES: [&str; 6] = ["png", "jpg", "jpeg", "webp", "tif", "tiff"];
@@ -33,10 +30,14 @@ pub(crate) struct CalibrateArgs {
     /// Names of models, or folders of models, whose manifests get the calibration
     #[arg(required = true)]
     models: Vec<String>,
-    /// Sources whose views the labels can be believed for: at least two, and 63 views together
+    /// Sources whose views the labels can be believed for: at least two, and 99 views together. An ensemble is asked about
+    /// each, which takes seconds a view
     #[arg(long, value_name = "SOURCE", required = true, num_args = 1..)]
     views: Vec<String>,
-    /// Pictures from elsewhere, which are to be told apart: folders of pictures, or sources
+    /// Sources of further such views, which are kept back: how many of them are marked falsely
+    #[arg(long, value_name = "SOURCE", num_args = 1..)]
+    check: Vec<String>,
+    /// Pictures from elsewhere, which are to be told apart: folders of pictures, or sources. They do not set the threshold
     #[arg(long, value_name = "FOLDER", num_args = 1..)]
     outside: Vec<PathBuf>,
     /// Print one JSON object on stdout: the calibration and the score of every view
@@ -52,12 +53,14 @@ impl CalibrateArgs {
         let folders = self.models.iter().map(|name| folder(name)).collect::<Result<Vec<_>, _>>()?;
         let mut out = Stderr::default();
         let views = self.views.iter().map(|uri| of_source(uri, &mut out)).collect::<Result<Vec<_>, _>>()?;
+        let kept_back = self.check.iter().map(|uri| of_source(uri, &mut out)).collect::<Result<Vec<_>, _>>()?;
         let outside = self.outside.iter().map(|path| of_pictures(path, &mut out)).collect::<Result<Vec<_>, _>>()?;
         let photographs: Vec<_> = outside.iter().flat_map(|(_, numbers)| numbers.iter().copied()).collect();
         let domain = Domain::calibrated(&views, &photographs).map_err(|e| Failure::Work(e.into()))?;
 
         writeln!(out, "{:>8} {:>8} {:>8}  views: smallest, median and largest score", "min", "median", "max")?;
-        let sets = views.iter().map(|set| ("inside", set)).chain(outside.iter().map(|set| ("outside", set)));
+        let sets = [("inside", &views), ("kept back", &kept_back), ("outside", &outside)];
+        let sets = sets.into_iter().flat_map(|(kind, sets)| sets.iter().map(move |set| (kind, set)));
         let mut scores = Vec::new();
         for (kind, (source, numbers)) in sets {
             let mut of_set: Vec<f64> = numbers.iter().map(|n| domain.score(n)).collect();
@@ -67,19 +70,26 @@ impl CalibrateArgs {
             writeln!(out, "{low:>8} {middle:>8} {high:>8}  {kind} {source} ({})", of_set.len())?;
             scores.push(json!({ "source": source, "kind": kind, "scores": of_set, "statistics": numbers }));
         }
-        let marked = photographs.iter().filter(|n| domain.score(n) > domain.threshold).count();
+        let marked = |sets: &[Numbers]| {
+            let numbers = || sets.iter().flat_map(|(_, numbers)| numbers);
+            (numbers().filter(|n| domain.score(n) > domain.threshold).count(), numbers().count())
+        };
+        let ((of_kept, kept), (of_outside, elsewhere)) = (marked(&kept_back), marked(&outside));
         writeln!(
             out,
-            "threshold {:.2}; largest score inside {:.2} (each source judged by the others); outside {marked} of {} marked",
+            "threshold {:.3}, which {} % of the views inside may exceed; largest score inside {:.3} (each source judged by the \
+             others); kept back {of_kept} of {kept} marked, outside {of_outside} of {elsewhere}",
             domain.threshold,
+            100.0 * FALSE_ALARMS,
             domain.largest,
-            photographs.len()
         )?;
         for folder in &folders {
-            let inside = self.disagreements(folder, &views)?;
-            let domain = domain.clone().with_disagreement(&inside);
+            let mut domain = domain.clone();
+            if let Some(inside) = self.disagreements(folder)? {
+                domain = domain.with_disagreement(inside).map_err(|e| Failure::Work(e.into()))?;
+            }
             if let (Some(largest), Some(most)) = (domain.largest_disagreement, domain.disagreement_threshold) {
-                let asked = inside.len();
+                let asked = domain.asked.unwrap_or_default();
                 writeln!(out, "disagreement up to {largest:.4} on {asked} views inside, threshold {most:.4}")?;
             }
             let path = folder.join(FILE_NAME);
@@ -98,12 +108,11 @@ impl CalibrateArgs {
 }
 
 impl CalibrateArgs {
-    /// How far the ensemble in `folder` disagrees about some views of each source; none where it does not label components or
-    /// is no ensemble.
-    fn disagreements(&self, folder: &Path, views: &[Numbers]) -> Result<Vec<f64>, Failure> {
+    /// How far the ensemble in `folder` disagrees about each view; `None` where it does not label components or is no ensemble.
+    fn disagreements(&self, folder: &Path) -> Result<Option<Vec<f64>>, Failure> {
         let manifest = Manifest::read(folder)?;
         if !matches!(manifest.task, Task::Semantic | Task::TwoStream) || manifest.networks.len() < 2 {
-            return Ok(Vec::new());
+            return Ok(None);
         }
         let engine = engine::open(EngineChoice::default(), None, Provider::Cpu)?;
         let taxonomy = extended(&Taxonomy::from_names::<&str>(&[], &[]), &[&manifest]);
@@ -111,20 +120,17 @@ impl CalibrateArgs {
         let model = NetworkModel::load(folder, engine.as_ref(), rayon::current_num_threads())?;
         let mut segmenter = NetworkSegmenter::new(vec![model], engine.description(), &taxonomy, None, config)?;
         let mut found = Vec::new();
-        for (uri, numbers) in views {
+        for uri in &self.views {
             let mut source = open(uri, &InspectionSpec::default())?;
             segmenter.look_at(source.info().volume);
-            let step = numbers.len().div_ceil(ASKED).max(1);
-            for place in 0.. {
-                let Some(view) = source.next_view() else { break };
+            while let Some(view) = source.next_view() {
                 // Those that cannot be read were said already.
-                if let (Ok(view), true) = (view, place % step == 0) {
-                    let said = segmenter.segment(&view)?;
-                    found.extend(said.network.and_then(|detail| disagreement(&detail.components)));
-                }
+                let Ok(view) = view else { continue };
+                let said = segmenter.segment(&view)?;
+                found.extend(said.network.and_then(|detail| disagreement(&detail.components)));
             }
         }
-        Ok(found)
+        Ok(Some(found))
     }
 }
 
@@ -225,7 +231,7 @@ mod tests {
     fn a_calibration_replaces_the_one_before_and_nothing_else() {
         let numbers = |seed: usize| -> Vec<[f64; STATISTICS]> {
             let value = |v: usize, k: usize| (((v * 31 + k * 17 + seed * 7) * 2_654_435_761) % 1000) as f64;
-            (0..40).map(|v| std::array::from_fn(|k| value(v * (k + 1), k + v))).collect()
+            (0..60).map(|v| std::array::from_fn(|k| value(v * (k + 1), k + v))).collect()
         };
         let sets = [("a".to_owned(), numbers(1)), ("b".to_owned(), numbers(2))];
         let domain = Domain::calibrated(&sets, &[]).expect("enough views");

@@ -77,6 +77,9 @@ fn print(out: &mut impl Write, model: &Installed) -> std::io::Result<()> {
     if let Err(error) = files {
         writeln!(out, "  {error}")?;
     }
+    if manifest.domain.is_none() {
+        writeln!(out, "  not calibrated: nothing says which views its labels can be believed for")?;
+    }
     Ok(())
 }
 
@@ -90,6 +93,7 @@ pub(super) fn to_json(model: &Installed) -> Value {
                 "task": manifest.task, "architecture": manifest.architecture, "backbone": manifest.backbone,
                 "fusion": manifest.fusion, "licence": manifest.licence, "networks": manifest.networks,
                 "classes": manifest.classes, "metrics": manifest.metrics, "training": manifest.training,
+                "calibrated": manifest.domain.is_some(),
                 "valid": files.is_ok(), "error": files.err().map(|e| e.to_string()),
             })
         }

@@ -123,6 +123,14 @@ fn print_networks(out: &mut impl Write, record: &NetworksRecord, views: &[ViewRe
     let said = || views.iter().filter_map(|v| v.networks.as_ref());
     let judged: Vec<_> = said().filter_map(|s| s.domain).collect();
     let outside: Vec<_> = judged.iter().filter(|domain| domain.outside).collect();
+    let uncalibrated: Vec<&str> = network.models.iter().filter(|m| !m.calibrated).map(|m| m.name.as_str()).collect();
+    if !uncalibrated.is_empty() {
+        writeln!(
+            out,
+            "  domain: {} not calibrated: nothing says which views their labels can be believed for",
+            uncalibrated.join(", ")
+        )?;
+    }
     if judged.is_empty() && said().next().is_some() {
         writeln!(out, "  domain: not known whether the views are like those that the networks were trained for")?;
     } else if let Some(worst) = outside.iter().max_by(|a, b| a.score.total_cmp(&b.score)) {

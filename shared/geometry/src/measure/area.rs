@@ -8,7 +8,9 @@
 //!   and where a surface is smooth they are the normals of the faces.
 //! - **Too small at creases.** A mesh on a grid cuts corners. Where the normals around a face differ, it is the chord
 //!   between surfaces with the normals of its corners, and each third of it counts as the piece of such a surface whose
-//!   projection it is.
+//!   projection it is. The planes that normals are fitted by reach across a crease, and so does the mean over a voxel: both
+//!   blur it. Normals at creases are sharpened as a blurred picture is, by what they differ from the mean around them
+//!   (unsharp masking).
 //! - **Too small at the rim.** The outermost sample of a surface lies on average half a sample spacing inside its edge. The
 //!   voxels that hold such samples reach beyond them by half a voxel on average, and vertices of the rim lie half a voxel
 //!   inside these, so that half the sample spacing is missing. A map's voxels are twice as wide as a pixel's footprint: it
@@ -27,7 +29,15 @@ const STRIP: f64 = 0.25;
 /// by 11 degrees (root mean square) at most. Where they differ more there is a crease.
 const SMOOTH: f64 = 0.98;
 /// Cosine between the normal of a face and that of its corner down to which the corner is taken at its word.
-const STEEPEST: f64 = 0.7;
+const STEEPEST: f64 = 0.5;
+/// This cosine for the chamfer of a right angle: sharpening turns no normal farther.
+const CHAMFER: f64 = std::f64::consts::FRAC_1_SQRT_2;
+/// Length of the mean of the unit normals around a vertex above which they may differ by noise: by 18 degrees (root mean
+/// square). Only below it are they sharpened.
+const ROUGH: f64 = 0.95;
+/// How many times a corner's deviation from the mean normal around it is added to it at a crease. Smaller values leave the
+/// edges of simulated motors smaller still.
+const SHARPENING: f64 = 2.0;
 
 /// The area in square metres that each vertex of `mesh` stands for: a third of its faces, and half of the strip along its
 /// edges of the rim. `voxel` is the edge in metres of the voxels that the mesh was made of.
@@ -61,8 +71,8 @@ pub fn seen_vertex_areas(mesh: &SemanticMesh, voxel: f32) -> Vec<f64> {
         let double = if long > SMOOTH * f64::from(count) {
             (dot(across, normal) / long).max(0.0)
         } else {
-            length(across) * triangle.iter().map(|v| stretch(across, mesh.vertices.normals[*v as usize])).sum::<f64>()
-                / 3.0
+            let share = |v: &u32| stretch(across, mesh.vertices.normals[*v as usize], around[*v as usize]);
+            length(across) * triangle.iter().map(share).sum::<f64>() / 3.0
         };
         triangle.iter().for_each(|v| areas[*v as usize] += double / 6.0);
         for (from, to) in [(a, b), (b, c), (c, a)] {
@@ -97,13 +107,22 @@ pub fn seen_vertex_areas(mesh: &SemanticMesh, voxel: f32) -> Vec<f64> {
     areas
 }
 
-/// How much larger a surface with this `normal` is than its projection on a face that is perpendicular to `across`.
-fn stretch(across: [f64; 3], normal: [f32; 3]) -> f64 {
+/// How much larger a surface with this `normal` is than its projection on a face that is perpendicular to `across`. The
+/// normal is sharpened by the sum of the normals around it and their number.
+fn stretch(across: [f64; 3], normal: [f32; 3], (around, count): ([f64; 3], u32)) -> f64 {
     let normal = normal.map(f64::from);
-    let lengths = length(across) * length(normal);
-    let cosine = dot(across, normal) / lengths;
+    let cosine = |n: [f64; 3]| dot(across, n) / (length(across) * length(n)).max(f64::MIN_POSITIVE);
+    let blurred = cosine(normal);
     // Without a normal, or with one that is not of this side, nothing is known.
-    if lengths > 0.0 && cosine > STEEPEST { 1.0 / cosine } else { 1.0 }
+    if blurred < STEEPEST {
+        return 1.0;
+    }
+    // Noise tilts normals as well, but not so far.
+    if length(around) > ROUGH * f64::from(count) {
+        return 1.0 / blurred.max(CHAMFER);
+    }
+    let sharp = [0, 1, 2].map(|k| normal[k] + SHARPENING * (normal[k] - around[k] / f64::from(count.max(1))));
+    1.0 / cosine(sharp).clamp(CHAMFER.min(blurred), blurred)
 }
 
 fn sum([a, b, c]: [[f64; 3]; 3]) -> [f64; 3] {
@@ -197,7 +216,38 @@ mod tests {
         }
         let area: f64 = seen_vertex_areas(&mesh, VOXEL).iter().sum();
         let truth = 20.0 * (10.7 + 10.7) * 1e-6;
-        assert!(mesh.area() < 0.985 * truth && (area / truth - 1.0).abs() < 1e-3, "{area} for {truth}");
+        // The faces beside it are taken for slightly blurred.
+        assert!(mesh.area() < 0.985 * truth && (area / truth - 1.0).abs() < 3e-3, "{area} for {truth}");
+    }
+
+    #[test]
+    fn a_rounded_crease_with_blurred_normals_counts_for_more_than_its_faces() {
+        // A right angle, rounded with a radius of 0.7 voxels in three faces; normals follow the rounding.
+        let arc = |k: u32| (f64::from(k) * std::f64::consts::FRAC_PI_2 / 3.0).sin_cos();
+        let across: Vec<([f64; 2], [f64; 2])> = (0..10)
+            .map(|k| ([f64::from(k) - 10.0, 0.0], [0.0, 1.0]))
+            .chain((0..=3).map(|k| (arc(k), arc(k))).map(|((s, c), n)| ([0.7 * s, 0.7 * c - 0.7], [n.0, n.1])))
+            .chain((1..=10).map(|k| ([0.7, -0.7 - f64::from(k)], [1.0, 0.0])))
+            .collect();
+        let mut mesh = SemanticMesh::default();
+        for y in 0..=20 {
+            for ([x, z], [nx, nz]) in &across {
+                let position = [*x as f32, y as f32, *z as f32].map(|c| c * VOXEL);
+                mesh.push(
+                    SemanticPoint { position, normal: [*nx as f32, 0.0, *nz as f32], ..SemanticPoint::UNKNOWN },
+                    false,
+                );
+            }
+        }
+        let row = across.len() as u32;
+        for (y, k) in (0..20).flat_map(|y| (0..row - 1).map(move |k| (y, k))) {
+            let (a, b) = (y * row + k, (y + 1) * row + k);
+            mesh.triangles.extend([[a, a + 1, b + 1], [a, b + 1, b]]);
+        }
+        let area: f64 = seen_vertex_areas(&mesh, VOXEL).iter().sum();
+        let truth = 20.0 * (10.7 + 10.7) * 1e-6;
+        let (missing, left) = (truth - mesh.area(), truth - area);
+        assert!(missing > 0.01 * truth && left > 0.0 && left < 0.95 * missing, "{left} of {missing}");
     }
 
     #[test]

@@ -16,6 +16,10 @@ const MARGIN: f32 = 0.02;
 const END: f32 = 0.01;
 /// The evidence for a vertex comes from this share of the kernel's radius: labels and colours are sharper than the shape.
 const EVIDENCE: f32 = 0.75;
+/// The evidence for a defect comes from this many cells around the vertex: its own place. Cracks and scratches
+/// are one or two voxels wide. Within a cell, a stripe of one voxel's width has as much weight as what lies beside it, and
+/// keeps its width; a wider kernel lets its surroundings outvote it.
+const OWN_PLACE: f32 = 1.0;
 
 /// The points of a tile by cell.
 #[derive(Debug, Default)]
@@ -107,6 +111,10 @@ impl Vertex<'_> {
                 if near > 0.0 && (!known || dot(point.normal, normal) >= self.kernel.gate) {
                     let whole = &self.chunks[*chunk as usize].points[*index as usize];
                     votes.add(whole, point.normal, point.weight * near * near);
+                    let own = 1.0 - dot(offset, offset) / (OWN_PLACE * OWN_PLACE);
+                    if own > 0.0 {
+                        votes.add_own(whole, point.weight * own * own);
+                    }
                 }
             });
             if votes.weight > 0.0 {
@@ -175,16 +183,21 @@ pub(super) struct Votes {
     components: Tally<(u16, u16)>,
     /// Evidence by defect class.
     defects: Tally<u16>,
+    /// Of the points at the vertex's own place: weight, evidence by defect class.
+    own_weight: f32,
+    own_defects: Tally<u16>,
 }
 
 impl Votes {
     /// Forgets everything but its memory: there is a vertex every few hundred nanoseconds.
     fn clear(&mut self) {
-        let Self { components, defects, .. } = std::mem::take(self);
+        let Self { components, defects, own_defects, .. } = std::mem::take(self);
         self.components = components;
         self.defects = defects;
+        self.own_defects = own_defects;
         self.components.0.clear();
         self.defects.0.clear();
+        self.own_defects.0.clear();
     }
 
     fn add(&mut self, p: &SemanticPoint, normal: [f32; 3], weight: f32) {
@@ -198,6 +211,12 @@ impl Votes {
         self.defects.add(p.defect, weight * finite(p.defect_confidence));
     }
 
+    /// Adds a point at the vertex's own place.
+    fn add_own(&mut self, p: &SemanticPoint, weight: f32) {
+        self.own_weight += weight;
+        self.own_defects.add(p.defect, weight * finite(p.defect_confidence));
+    }
+
     fn point(&self, position: [f32; 3], along: [f32; 3]) -> SemanticPoint {
         let share = 1.0 / self.weight.max(f32::MIN_POSITIVE);
         let (label, confidence) = self.components.best(|(label, _)| label);
@@ -209,7 +228,14 @@ impl Votes {
             .filter_map(|&(key, e)| (key.0 == label && e > 0.0).then_some((key.1, e)))
             .fold((0, 0.0), heavier)
             .0;
-        let (defect, defect_confidence) = self.defects.best(|defect| defect);
+        // Where nothing at its own place says anything of defects, what lies around does.
+        let (defect, defect_confidence) = match self.own_defects.best(|defect| defect) {
+            (defect, evidence) if evidence > 0.0 => (defect, evidence / self.own_weight),
+            _ => {
+                let (defect, evidence) = self.defects.best(|defect| defect);
+                (defect, evidence * share)
+            }
+        };
         SemanticPoint {
             position,
             normal: unit(self.normal, 1e-3 * self.weight).unwrap_or(along),
@@ -217,7 +243,7 @@ impl Votes {
             label,
             confidence: (confidence * share).min(1.0),
             defect,
-            defect_confidence: (defect_confidence * share).min(1.0),
+            defect_confidence: defect_confidence.min(1.0),
             sigma: self.sigma * share,
             defect_sigma: self.defect_sigma * share,
             instance,

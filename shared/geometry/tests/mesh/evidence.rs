@@ -135,6 +135,43 @@ fn labels_and_colors_follow_the_evidence() {
 }
 
 #[test]
+fn a_crack_keeps_its_area_whatever_its_width_and_direction() {
+    for width in [1.0, 1.5, 3.0] {
+        for angle in [0.0_f32, 0.3, 0.785] {
+            let mut cloud = voxelized(square(0.06, 0.3 * VOXEL, true), 0.0, 1);
+            let (sine, cosine) = angle.sin_cos();
+            let mut cracked = 0_u32;
+            for i in 0..cloud.len() {
+                let [x, y, _] = cloud.positions[i];
+                // Confidences of defects are rarely those of components.
+                cloud.defect_confidence[i] = 0.8;
+                if (cosine * y - sine * x).abs() < 0.5 * width * VOXEL && (cosine * x + sine * y).abs() < 0.02 {
+                    cloud.defects[i] = 3;
+                    cracked += 1;
+                }
+            }
+            let mesh = meshed(&cloud);
+            let area = |t: &[u32; 3]| {
+                let [a, b, c] = t.map(|v| mesh.vertices.positions[v as usize]);
+                let across = cross(sub(b, a), sub(c, a));
+                let share = t.iter().filter(|v| mesh.vertices.defects[**v as usize] == 3).count();
+                0.5 * dot(across, across).sqrt() * share as f32 / 3.0
+            };
+            // In voxels: each point stands for one.
+            let said: f32 = mesh.triangles.iter().map(area).sum::<f32>() / (VOXEL * VOXEL);
+            let error = said / cracked as f32 - 1.0;
+            assert!(
+                error.abs() < 0.15,
+                "{width} voxels at {angle}: {said} for {cracked} points, {:+.0} %",
+                100.0 * error
+            );
+            let sure = mesh.vertices.defect_confidence.iter().copied().fold(0.0, f32::max);
+            assert!((sure - 0.8).abs() < 1e-3, "{sure}");
+        }
+    }
+}
+
+#[test]
 fn marked_points_are_left_out() {
     let mut cloud = voxelized(sphere([0.0; 3], 0.01).chain(sphere([0.04, 0.0, 0.0], 0.01)), 0.0, 1);
     for i in 0..cloud.len() {

@@ -21,7 +21,8 @@ pub struct ViewNetworksRecord {
     /// Where they looked; absent if the part was out of sight.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub window: Option<WindowRecord>,
-    /// Whether it is of the world that the networks were trained for; absent where that cannot be told.
+    /// Whether it is of the world that the networks were trained for; absent where that cannot be told, as
+    /// when no network is calibrated: that is no sign that it is.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub domain: Option<DomainRecord>,
     /// Components.
@@ -167,6 +168,9 @@ pub struct ModelReport {
     pub fusion: Fusion,
     /// Files and their checksums.
     pub networks: Vec<NetworkFile>,
+    /// Whether it is known which views its labels can be believed for (`semascan models calibrate`).
+    #[serde(default)]
+    pub calibrated: bool,
 }
 
 /// What labelled an inspection, and how.

@@ -80,6 +80,7 @@ impl From<&Manifest> for ModelReport {
             backbone: m.backbone.clone(),
             fusion: m.fusion,
             networks: m.networks.clone(),
+            calibrated: m.domain.is_some(),
         }
     }
 }

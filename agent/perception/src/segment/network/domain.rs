@@ -5,6 +5,10 @@
 //! right world is Mahalanobis's distance, as [Lee 2018] takes it on a network's features. Where the members of an ensemble
 //! disagree about most of what they see, they do not know it either ([Lakshminarayanan 2017]). Mean, whitening and thresholds are
 //! measured (`semascan models calibrate`) and stand in the model's manifest. A model without them does not judge.
+//!
+//! Both thresholds are quantiles of what views of the right world show, by their rank among these ([Vovk 2005], conformal
+//! prediction): a new view of the same world exceeds each with a probability of at most [`FALSE_ALARMS`]. One odd view of the
+//! calibration does not move them, and pictures from elsewhere have no part in them: those only check them.
 
 use super::picture_statistics::{NAME, STATISTICS, statistics};
 use super::region::{Sight, Volume, Window};
@@ -13,14 +17,12 @@ use nalgebra::{DMatrix, DVector};
 use semascan_model::record::{DomainRecord, UncertaintyFigures};
 use serde::{Deserialize, Serialize};
 
-/// Fewest views for a calibration: three for each number.
-const FEWEST: usize = 3 * STATISTICS;
+/// Share of the views of the right world that each threshold may mark.
+pub const FALSE_ALARMS: f64 = 0.02;
+/// Fewest values for a threshold: with `n` of them, the largest but one is exceeded with a probability of 2 / (n + 1).
+const FEWEST: usize = 99;
 /// Share of each number's own variance that is added to it: few views know their covariances badly.
 const RIDGE: f64 = 0.05;
-/// The threshold is at least this many times the largest score of a view of the right world.
-const MARGIN: f64 = 1.15;
-/// The threshold of disagreement in times the largest on a view of the right world.
-const DISAGREEMENT: f64 = 1.5;
 /// Fewest pixels taken for components about which an ensemble can disagree.
 const FEWEST_FOREGROUND: u64 = 500;
 
@@ -46,9 +48,13 @@ pub struct Domain {
     /// Where these came from.
     #[serde(default)]
     pub sources: Vec<String>,
-    /// Largest score of these, each judged by a calibration without its source.
+    /// Share of the views of the right world that each threshold may mark: the thresholds are quantiles. Absent in manifests
+    /// whose thresholds were set otherwise.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub false_alarms: Option<f64>,
+    /// Largest score of the views, each judged by a calibration without its source.
     pub largest: f64,
-    /// Photographs from elsewhere that the threshold was checked on.
+    /// Photographs from elsewhere that the threshold was checked on; they do not set it.
     #[serde(default)]
     pub photographs: usize,
     /// Smallest score of these; absent without any.
@@ -56,8 +62,11 @@ pub struct Domain {
     pub smallest_outside: Option<f64>,
     /// A view with a larger score is out of domain.
     pub threshold: f64,
-    /// Largest disagreement of the model's ensemble on a view of the right world: mean standard uncertainty of the pixels that
-    /// it takes for components. Absent where its networks were not asked.
+    /// Views that the model's ensemble was asked about.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub asked: Option<usize>,
+    /// Its largest disagreement on one of these: mean standard uncertainty of the pixels that it takes for components. Absent
+    /// where its networks were not asked.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub largest_disagreement: Option<f64>,
     /// A view with a larger disagreement is out of domain; absent where its networks were not asked.
@@ -109,20 +118,20 @@ impl Domain {
             return Err(CalibrationError::OneSource);
         }
         let mut domain = Self::fitted(&all)?;
+        let mut inside = Vec::with_capacity(all.len());
         for (left_out, (_, numbers)) in views.iter().enumerate() {
             let others: Vec<_> =
                 views.iter().enumerate().filter(|(i, _)| *i != left_out).flat_map(|(_, (_, n))| n).collect();
             let without = Self::fitted(&others)?;
-            domain.largest = numbers.iter().map(|n| without.score(n)).fold(domain.largest, f64::max);
+            inside.extend(numbers.iter().map(|n| without.score(n)));
         }
-        domain.largest = rounded(domain.largest);
+        domain.false_alarms = Some(FALSE_ALARMS);
+        domain.largest = rounded(inside.iter().copied().fold(0.0, f64::max));
         domain.sources = views.iter().map(|(source, _)| source.clone()).collect();
         domain.photographs = photographs.len();
         domain.smallest_outside = photographs.iter().map(|n| domain.score(n)).reduce(f64::min).map(rounded);
-        // Half way between what is inside and what is outside, on the scale of ratios; where these overlap, near the inside:
-        // views of the right world are not to lose their labels.
-        let between = domain.smallest_outside.map_or(0.0, |outside| (domain.largest * outside).sqrt());
-        domain.threshold = rounded(between.max(MARGIN * domain.largest));
+        let found = inside.len();
+        domain.threshold = rounded(quantile(inside).ok_or(CalibrationError::TooFew { found })?);
         Ok(domain)
     }
 
@@ -148,10 +157,12 @@ impl Domain {
             statistics: NAME.into(),
             views: views.len(),
             sources: Vec::new(),
+            false_alarms: None,
             largest: 0.0,
             photographs: 0,
             smallest_outside: None,
             threshold: 0.0,
+            asked: None,
             largest_disagreement: None,
             disagreement_threshold: None,
             mean: mean.iter().copied().map(rounded).collect(),
@@ -159,12 +170,17 @@ impl Domain {
         })
     }
 
-    /// The same with a threshold of disagreement, from the disagreements on views of the right world; unchanged without any.
-    #[must_use]
-    pub fn with_disagreement(mut self, inside: &[f64]) -> Self {
+    /// The same with a threshold of disagreement, from the disagreements on views of the right world.
+    ///
+    /// # Errors
+    /// [`CalibrationError::TooFew`] if these are too few for a quantile.
+    pub fn with_disagreement(mut self, inside: Vec<f64>) -> Result<Self, CalibrationError> {
+        let found = inside.len();
+        self.asked = Some(found);
         self.largest_disagreement = inside.iter().copied().reduce(f64::max).map(rounded);
-        self.disagreement_threshold = self.largest_disagreement.map(|largest| rounded(DISAGREEMENT * largest));
-        self
+        let threshold = quantile(inside).ok_or(CalibrationError::TooFew { found })?;
+        self.disagreement_threshold = Some(rounded(threshold));
+        Ok(self)
     }
 
     /// The verdict on a view with these `numbers`, about which the ensemble disagrees by so much (where that is known and was
@@ -216,6 +232,17 @@ impl Domain {
     }
 }
 
+/// What a new value like `values` exceeds with a probability of at most [`FALSE_ALARMS`]; `None` where these are too few to
+/// say. Of `n` values and a new one each is the largest with the same probability, so that the new one exceeds the `k`-th
+/// smallest with that of `(n + 1 - k) / (n + 1)`.
+fn quantile(mut values: Vec<f64>) -> Option<f64> {
+    values.sort_by(f64::total_cmp);
+    // The product is a whole number for some n, which rounding must not lift over itself.
+    let above = ((values.len() + 1) as f64 * FALSE_ALARMS + 1e-9).floor() as usize;
+    let place = values.len().checked_sub(above)?;
+    values.get(place).copied().filter(|_| values.len() >= FEWEST)
+}
+
 /// Seven digits: more would be noise in a file that people read.
 fn rounded(value: f64) -> f64 {
     format!("{value:.6e}").parse().unwrap_or(value)
@@ -245,9 +272,9 @@ mod tests {
         let elsewhere = views(20, 9.0, 90);
         let domain = Domain::calibrated(&sources(1), &elsewhere).expect("enough views");
         assert_eq!((domain.views, domain.photographs), (160, 20));
-        for numbers in views(200, 3.0, 50) {
-            assert!(domain.score(&numbers) <= domain.threshold, "a new view of the same world");
-        }
+        // Of 1000 new views of the same world no more are marked than is stated, but for chance.
+        let marked = views(1000, 3.0, 50).iter().filter(|n| domain.score(n) > domain.threshold).count();
+        assert!((1..=50).contains(&marked), "{marked} of 1000 for a rate of {FALSE_ALARMS}");
         for numbers in &elsewhere {
             assert!(domain.score(numbers) > domain.threshold, "a view of another world");
         }
@@ -270,14 +297,29 @@ mod tests {
         let domain = Domain::calibrated(&sources(1), &[]).expect("enough views");
         let inside = [3.0; STATISTICS];
         assert!(!domain.judge(&inside, Some(0.9)).outside, "not calibrated");
-        let domain = domain.with_disagreement(&[0.01, 0.04, 0.02]);
+        // One odd view sets no threshold.
+        let asked = (0..98).map(|k| 0.06 * f64::from(k) / 97.0).chain([0.4]).collect();
+        let domain = domain.with_disagreement(asked).expect("enough views");
+        assert_eq!((domain.asked, domain.largest_disagreement), (Some(99), Some(0.4)));
         assert_eq!(domain.disagreement_threshold, Some(0.06));
         assert!(!domain.judge(&inside, Some(0.05)).outside && !domain.judge(&inside, None).outside);
+        let few = domain.clone().with_disagreement(vec![0.1; 98]);
+        assert_eq!(few, Err(CalibrationError::TooFew { found: 98 }));
         let verdict = domain.judge(&inside, Some(0.3));
         assert!(verdict.outside && verdict.score < verdict.threshold);
         let figures = UncertaintyFigures { foreground: 499, sigma: 0.3, ..UncertaintyFigures::default() };
         assert_eq!(disagreement(&figures), None, "too little to disagree about");
         assert_eq!(disagreement(&UncertaintyFigures { foreground: 500, ..figures }), Some(0.3));
+    }
+
+    #[test]
+    fn pictures_from_elsewhere_do_not_move_the_threshold() {
+        let [far, near] = [9.0, 4.0].map(|middle| Domain::calibrated(&sources(1), &views(20, middle, 90)));
+        let alone = Domain::calibrated(&sources(1), &[]).expect("enough views");
+        assert_eq!([far, near].map(|d| d.expect("enough views").threshold), [alone.threshold; 2]);
+        assert_eq!(alone.smallest_outside, None);
+        // 160 views: three may be above, and the odd one of them has no weight.
+        assert!(alone.threshold < alone.largest);
     }
 
     #[test]
@@ -302,9 +344,9 @@ mod tests {
         let few = vec![("a".to_owned(), views(4, 3.0, 1)), ("b".to_owned(), views(4, 3.0, 2))];
         assert_eq!(Domain::calibrated(&few, &[]), Err(CalibrationError::TooFew { found: 8 }));
         assert_eq!(Domain::calibrated(&sources(1)[..1], &[]), Err(CalibrationError::TooFew { found: 40 }));
-        let one = vec![("a".to_owned(), views(100, 3.0, 1))];
+        let one = vec![("a".to_owned(), views(110, 3.0, 1))];
         assert_eq!(Domain::calibrated(&one, &[]), Err(CalibrationError::OneSource));
-        let same = vec![("a".to_owned(), vec![[1.0; STATISTICS]; 50]), ("b".to_owned(), vec![[1.0; STATISTICS]; 50])];
+        let same = vec![("a".to_owned(), vec![[1.0; STATISTICS]; 60]), ("b".to_owned(), vec![[1.0; STATISTICS]; 60])];
         assert_eq!(Domain::calibrated(&same, &[]), Err(CalibrationError::Alike));
     }
 }

@@ -27,7 +27,7 @@ mod upsample;
 
 pub use augment::Augmentation;
 pub use config::{ModelReport, NetworkConfig, NetworkReport, Region, ViewDetail};
-pub use domain::{CalibrationError, Domain, disagreement, numbers_of};
+pub use domain::{CalibrationError, Domain, FALSE_ALARMS, disagreement, numbers_of};
 pub use engine::{EngineChoice, EngineDescription, EngineError, Provider};
 pub use library::{Installed, SelectError, find, installed, search_path, select};
 pub use manifest::{

@@ -21,7 +21,7 @@ fn known(light: u32, seed: u32) -> View {
 
 fn calibration() -> Domain {
     let numbers = |set: u32| -> Vec<[f64; STATISTICS]> {
-        (0..40).map(|i| numbers_of(&known((i * 7 + set) % 50, 2 * i + set), None, 0).expect("large enough")).collect()
+        (0..60).map(|i| numbers_of(&known((i * 7 + set) % 50, 2 * i + set), None, 0).expect("large enough")).collect()
     };
     Domain::calibrated(&[("a".into(), numbers(0)), ("b".into(), numbers(1))], &[]).expect("enough views")
 }
@@ -62,7 +62,7 @@ fn a_view_of_the_right_world_keeps_its_labels_and_one_from_elsewhere_does_not() 
 fn an_ensemble_that_disagrees_about_a_familiar_picture_does_not_know_it() {
     // The first member labels everything, the second hardly anything.
     let apart = [classifier(-2.0), classifier(4.0)];
-    let domain = calibration().with_disagreement(&[0.02]);
+    let domain = calibration().with_disagreement(vec![0.02; 99]).expect("enough views");
     let folder = model("semantic", &NAMES, &apart, |m| m.domain = Some(domain));
     let default = NetworkConfig { margin: 0, ..NetworkConfig::default() };
     for mut segmenter in segmenters(&[&folder], None, &default) {
