@@ -207,8 +207,14 @@ impl<'a> Fusion<'a> {
                 rebuilt = Some(chunks);
             }
             poses.clone_from(&refinement.table_from_camera);
-            let refined = self.accepted.iter().zip(&poses);
-            let refined = refined.map(|(a, pose)| ViewPose { view: a.view, pose: pose_record(pose) }).collect();
+            let refined = self.accepted.iter().zip(poses.iter().zip(&refinement.covariances));
+            let refined = refined
+                .map(|(a, (pose, covariance))| ViewPose {
+                    view: a.view,
+                    pose: pose_record(pose),
+                    covariance: rows(covariance),
+                })
+                .collect();
             self.events.publish(EventKind::Refined { poses: refined, refinement: refinement_record(&refinement) });
             Ok(())
         });

@@ -77,6 +77,7 @@ impl Recorder {
                 for refined in poses {
                     if let Some(view) = recorded.views.iter_mut().find(|v| v.index == refined.view) {
                         view.pose = Some(refined.pose);
+                        view.covariance = Some(refined.covariance);
                     }
                     if let Some(poses) = recorded.true_poses.iter_mut().find(|p| p.view == refined.view) {
                         poses.estimate = isometry(&refined.pose);

@@ -152,6 +152,7 @@ impl Registrar for IcpRegistrar {
                 points: source.thinned(source.len().div_ceil(KEPT_POINTS)),
                 prior: prior.table_from_camera,
                 covariance: prior.covariance,
+                registered: registration.covariance,
             },
             camera_is_frame: registration.method == Method::CameraIsFrame,
         });

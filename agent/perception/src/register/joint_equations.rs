@@ -58,4 +58,12 @@ impl Equations {
     pub(super) fn solve(self) -> Option<DVector<f64>> {
         Some(self.hessian.cholesky()?.solve(&-self.gradient))
     }
+
+    /// Covariance of each camera's twist, all others being uncertain as well: the diagonal blocks of the inverse. `None` if
+    /// the twists are not determined.
+    pub(super) fn covariances(self) -> Option<Vec<Matrix6<f64>>> {
+        let views = self.gradient.len() / 6;
+        let inverse = self.hessian.cholesky()?.inverse();
+        Some((0..views).map(|i| inverse.fixed_view::<6, 6>(6 * i, 6 * i).into_owned()).collect())
+    }
 }

@@ -70,8 +70,10 @@ pub struct RefinedView {
     pub side: Option<ViewTexture>,
     /// Pose from kinematics.
     pub prior: Isometry3<f64>,
-    /// Over (rotation, translation), camera frame.
+    /// Of the prior, over (rotation, translation), camera frame.
     pub covariance: Matrix6<f64>,
+    /// Of the way from the model to the view, as it was registered; the same coordinates.
+    pub registered: Matrix6<f64>,
 }
 
 impl RefinedView {
@@ -101,6 +103,8 @@ impl RefinedView {
 pub struct JointRefinement {
     /// New `table_from_camera`, one a view.
     pub table_from_camera: Vec<Isometry3<f64>>,
+    /// Covariance of each, over (rotation, translation), camera frame: what priors and matches leave open together.
+    pub covariances: Vec<Matrix6<f64>>,
     /// Pairs of views that were matched.
     pub edges: usize,
     /// Rounds.
@@ -152,7 +156,11 @@ pub(super) fn refine(views: &[&RefinedView], config: &JointConfig) -> Option<Joi
         }
     }
     let fit_after = problem.fit(&poses, bound);
-    (problem.objective(&poses, &noise) < problem.objective(&before, &noise)).then_some(JointRefinement {
+    if problem.objective(&poses, &noise) >= problem.objective(&before, &noise) {
+        return None;
+    }
+    Some(JointRefinement {
+        covariances: problem.equations(&poses, &mut noise, NARROWEST, 0).covariances()?,
         table_from_camera: poses,
         edges: edges.len(),
         rounds,
@@ -279,8 +287,8 @@ impl Problem<'_> {
         (costs.iter().sum::<f64>() / points.max(1) as f64).max(0.0).sqrt()
     }
 
-    /// One Gauss-Newton step of all poses; how far it moved the object at most, metres.
-    fn round(&self, poses: &mut [Isometry3<f64>], noise: &mut [Noise], reach: f64, level: usize) -> Option<f64> {
+    /// The equations of one Gauss-Newton step at `poses`; `noise` becomes what is measured there.
+    fn equations(&self, poses: &[Isometry3<f64>], noise: &mut [Noise], reach: f64, level: usize) -> Equations {
         let linearised: Vec<(Linearised, Option<Linearised>)> = self
             .edges
             .par_iter()
@@ -316,6 +324,12 @@ impl Problem<'_> {
                 equations.add_edge(edge, poses, centre, &at.centre, (at.hessian * certainty, at.gradient * certainty));
             }
         }
+        equations
+    }
+
+    /// One Gauss-Newton step of all poses; how far it moved the object at most, metres.
+    fn round(&self, poses: &mut [Isometry3<f64>], noise: &mut [Noise], reach: f64, level: usize) -> Option<f64> {
+        let equations = self.equations(poses, noise, reach, level);
         // All cameras move at once; what counts is how far that carries the object.
         let step = equations.solve()?;
         let mut most = 0.0_f64;
@@ -360,6 +374,7 @@ pub(super) mod tests {
             points: SourcePoints::select(&cloud, 4, |_| 0, |_| true),
             prior: *prior,
             covariance: covariance_of_prior(0.01, 0.005),
+            registered: covariance_of_prior(1e-4, 1e-4),
         }
     }
 
@@ -376,6 +391,14 @@ pub(super) mod tests {
         let mut views = [view(&above(0.0), &above(0.0), 1.0), view(&above(0.05), &slid, 0.6)];
         let refined = refine(&views.each_ref(), &config).expect("refined");
         assert!(offset(&refined) < 1e-4, "{} m", offset(&refined));
+        // Matches tie the views to each other, not to the table: two priors are better than one, and no more.
+        let prior = views[0].covariance;
+        for covariance in &refined.covariances {
+            for axis in 0..6 {
+                let share = covariance[(axis, axis)] / prior[(axis, axis)];
+                assert!((0.3..1.0).contains(&share), "axis {axis}: {share}");
+            }
+        }
         // Surfaces alone do not see it.
         views.iter_mut().for_each(|view| view.texture = None);
         let refined = refine(&views.each_ref(), &config);

@@ -6,7 +6,8 @@
 //! [Mur-Artal 2017].
 
 use super::joint_refinement::{JointConfig, JointRefinement, RefinedView, refine};
-use nalgebra::Isometry3;
+use super::se3::adjoint;
+use nalgebra::{Isometry3, Matrix6};
 
 /// Most views that are refined together; a turn of a turntable has fewer.
 const MOST_VIEWS: usize = 64;
@@ -16,6 +17,8 @@ const MOST_VIEWS: usize = 64;
 struct Member {
     /// `table_from_camera` before the refinement.
     pose: Isometry3<f64>,
+    /// Covariance of the way from the model to the view, over (rotation, translation), camera frame.
+    registered: Matrix6<f64>,
     /// The kept view, by its place among the members, that it follows; its own place if it is kept.
     follows: usize,
 }
@@ -62,7 +65,8 @@ impl RefinementSet {
     /// Adds the next view.
     pub(super) fn push(&mut self, view: RefinedView) {
         let member = self.members.len();
-        self.members.push(Member { pose: view.surface.table_from_camera, follows: member });
+        let (pose, registered) = (view.surface.table_from_camera, view.registered);
+        self.members.push(Member { pose, registered, follows: member });
         self.kept.push(Kept { member, view });
         if self.kept.len() > self.most {
             self.drop_the_most_redundant();
@@ -97,14 +101,21 @@ impl RefinementSet {
         let views: Vec<&RefinedView> = self.kept.iter().map(|kept| &kept.view).collect();
         let refined = refine(&views, config)?;
         let mut poses: Vec<Isometry3<f64>> = self.members.iter().map(|member| member.pose).collect();
-        for (kept, pose) in self.kept.iter().zip(&refined.table_from_camera) {
-            poses[kept.member] = *pose;
+        let mut covariances = vec![Matrix6::zeros(); poses.len()];
+        for (kept, (pose, covariance)) in
+            self.kept.iter().zip(refined.table_from_camera.iter().zip(&refined.covariances))
+        {
+            (poses[kept.member], covariances[kept.member]) = (*pose, *covariance);
         }
         for (i, member) in self.members.iter().enumerate().filter(|(i, member)| member.follows != *i) {
             let kept_from_camera = self.members[member.follows].pose.inverse() * member.pose;
             poses[i] = poses[member.follows] * kept_from_camera;
+            // Both ends of the way between the two views are as uncertain as they were registered.
+            let carry = adjoint(&kept_from_camera.inverse());
+            let kept = covariances[member.follows] + self.members[member.follows].registered;
+            covariances[i] = carry * kept * carry.transpose() + member.registered;
         }
-        Some(JointRefinement { table_from_camera: poses, ..refined })
+        Some(JointRefinement { table_from_camera: poses, covariances, ..refined })
     }
 }
 

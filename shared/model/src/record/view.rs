@@ -178,6 +178,8 @@ pub struct ViewPose {
     pub view: u32,
     /// The pose.
     pub pose: PoseRecord,
+    /// Its covariance over (rotation, translation), camera frame, in radians and metres.
+    pub covariance: [[f64; 6]; 6],
 }
 
 /// Time of one stage.
