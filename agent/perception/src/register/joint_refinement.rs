@@ -160,7 +160,7 @@ pub(super) fn refine(views: &[&RefinedView], config: &JointConfig) -> Option<Joi
         return None;
     }
     Some(JointRefinement {
-        covariances: problem.equations(&poses, &mut noise, NARROWEST, 0).covariances()?,
+        covariances: problem.covariances(&poses, &mut noise)?,
         table_from_camera: poses,
         edges: edges.len(),
         rounds,
@@ -287,8 +287,23 @@ impl Problem<'_> {
         (costs.iter().sum::<f64>() / points.max(1) as f64).max(0.0).sqrt()
     }
 
-    /// The equations of one Gauss-Newton step at `poses`; `noise` becomes what is measured there.
-    fn equations(&self, poses: &[Isometry3<f64>], noise: &mut [Noise], reach: f64, level: usize) -> Equations {
+    /// What priors and matches leave open of each pose. A view's surface has the same error in all its edges: these are
+    /// together worth no more than two, one for either surface of a pair.
+    fn covariances(&self, poses: &[Isometry3<f64>], noise: &mut [Noise]) -> Option<Vec<Matrix6<f64>>> {
+        let edges_of_a_view = self.edges.len() as f64 / self.views.len() as f64;
+        self.equations(poses, noise, NARROWEST, 0, (2.0 / edges_of_a_view).min(1.0)).covariances()
+    }
+
+    /// The equations of one Gauss-Newton step at `poses`, in which edges count `weight` times; `noise` becomes what is
+    /// measured there.
+    fn equations(
+        &self,
+        poses: &[Isometry3<f64>],
+        noise: &mut [Noise],
+        reach: f64,
+        level: usize,
+        weight: f64,
+    ) -> Equations {
         let linearised: Vec<(Linearised, Option<Linearised>)> = self
             .edges
             .par_iter()
@@ -314,13 +329,13 @@ impl Problem<'_> {
                 let observable =
                     project_out_degenerate(&at.hessian, &at.gradient, at.weight, *radius, self.config.weakest);
                 // Each pair of views is usually linearised twice, once from either side.
-                let certainty = 0.5 / (at.sigma.max(SIGMA_FLOOR).powi(2) * at.correlation);
+                let certainty = 0.5 * weight / (at.sigma.max(SIGMA_FLOOR).powi(2) * at.correlation);
                 let normal = (observable.hessian * certainty, observable.gradient * certainty);
                 equations.add_edge(edge, poses, centre, &at.centre, normal);
             }
             if let Some(at) = pictures.as_ref().filter(|at| at.pairs >= FEWEST_PAIRS) {
                 (noise.photometric, noise.photometric_correlation) = (at.sigma, at.correlation);
-                let certainty = 0.5 / (at.sigma.max(GREY_FLOOR).powi(2) * at.correlation);
+                let certainty = 0.5 * weight / (at.sigma.max(GREY_FLOOR).powi(2) * at.correlation);
                 equations.add_edge(edge, poses, centre, &at.centre, (at.hessian * certainty, at.gradient * certainty));
             }
         }
@@ -329,7 +344,7 @@ impl Problem<'_> {
 
     /// One Gauss-Newton step of all poses; how far it moved the object at most, metres.
     fn round(&self, poses: &mut [Isometry3<f64>], noise: &mut [Noise], reach: f64, level: usize) -> Option<f64> {
-        let equations = self.equations(poses, noise, reach, level);
+        let equations = self.equations(poses, noise, reach, level, 1.0);
         // All cameras move at once; what counts is how far that carries the object.
         let step = equations.solve()?;
         let mut most = 0.0_f64;
