@@ -57,6 +57,21 @@ pub(crate) fn print(record: &InspectionRecord, folder: &Path) -> io::Result<()> 
     writeln!(out, "written to {}", folder.display())
 }
 
+/// What became of a view, in one line.
+pub(crate) fn of_view(view: &ViewRecord) -> String {
+    let times: Vec<String> =
+        view.timings.iter().map(|t| format!("{} {:.0} ms", t.stage.name(), 1e3 * t.seconds)).collect();
+    let pose = match &view.registration {
+        None => "without a pose",
+        Some(RegistrationRecord::Icp { .. }) => "aligned with the model",
+        Some(RegistrationRecord::KeptPrior { .. }) => "at the robot's pose, which the alignment did not improve",
+        Some(RegistrationRecord::Kinematic) => "at the robot's pose",
+        Some(RegistrationRecord::Relocalized { .. }) => "found in the model",
+        Some(RegistrationRecord::CameraIsFrame) => "the frame of the model",
+    };
+    format!("view {}: {} points more, {pose}; {}", view.index, view.points_added, times.join(", "))
+}
+
 /// How the views got their poses.
 fn print_poses(out: &mut impl Write, views: &[ViewRecord]) -> io::Result<()> {
     let mut counts = [
