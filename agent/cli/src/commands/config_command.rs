@@ -1,4 +1,4 @@
-//! `semascan config`: a commented sample of `cell.toml`, or whether a `cell.toml` can be read.
+//! `semascan config`: a commented sample of `cell.toml`, which its help shows too, or whether a `cell.toml` can be read.
 
 use super::{Failure, config};
 use clap::Args;
@@ -7,6 +7,7 @@ use std::path::PathBuf;
 
 /// Arguments of `semascan config`.
 #[derive(Debug, Args)]
+#[command(after_long_help = config::SAMPLE)]
 pub(crate) struct ConfigArgs {
     /// Read this file and say what is wrong with it
     #[arg(value_name = "TOML", required_unless_present = "sample")]

@@ -47,13 +47,12 @@ use verbosity::Verbosity;
 /// What scripts rely on.
 const EXIT_CODES: &str = "\
 Exit codes: 0 done; 1 the work failed, or too few views could be used; 2 the call was wrong, or a file that it names is not
-there; 130 (SIGINT) and 143 (SIGTERM) the
-work was cut off: an inspection keeps what it has, within 5 s, and its record says `stopped`; a second signal ends it at once.
-A server whose work was done ends with 0.";
+there; 130 (SIGINT) and 143 (SIGTERM) the work was cut off: an inspection keeps what it has, within 5 s, and its record says
+`stopped`; a second signal ends it at once. A server whose work was done ends with 0.";
 
 /// Semantic 3D inspection of used parts.
 #[derive(Debug, Parser)]
-#[command(name = "semascan", version, about, after_help = EXIT_CODES)]
+#[command(name = "semascan", version, about = "Semantic 3D inspection of used parts", after_help = EXIT_CODES)]
 pub(crate) struct Cli {
     #[command(subcommand)]
     command: Command,

@@ -245,14 +245,16 @@ fn print_truth(out: &mut impl Write, truth: &TruthRecord, labelled: bool) -> io:
 
 /// How true the labels are, class by class and all together.
 fn print_labels(out: &mut impl Write, truth: &TruthRecord) -> io::Result<()> {
-    writeln!(
-        out,
-        "{:<28} {:>9} {:>12} {:>13} {:>7}",
-        "against truth", "points", "accuracy %", "completeness %", "IoU"
-    )?;
-    for c in truth.components.iter().chain(&truth.defects) {
-        let (accuracy, completeness) = (c.accuracy * 100.0, c.completeness * 100.0);
-        writeln!(out, "{:<28} {:>9} {accuracy:>12.2} {completeness:>14.2} {:>7.3}", c.name, c.points, c.iou)?;
+    for (what, classes) in [("components", &truth.components), ("defects", &truth.defects)] {
+        if classes.is_empty() {
+            continue;
+        }
+        let title = format!("{what} against truth");
+        writeln!(out, "{title:<28} {:>9} {:>12} {:>14} {:>7}", "points", "accuracy %", "completeness %", "IoU")?;
+        for c in classes {
+            let (accuracy, completeness) = (c.accuracy * 100.0, c.completeness * 100.0);
+            writeln!(out, "{:<28} {:>9} {accuracy:>12.2} {completeness:>14.2} {:>7.3}", c.name, c.points, c.iou)?;
+        }
     }
     let (accuracy, completeness) = (truth.label_accuracy * 100.0, truth.label_completeness * 100.0);
     writeln!(out, "label accuracy {accuracy:.2} %, completeness {completeness:.2} %")

@@ -167,7 +167,7 @@ impl TablesArgs {
         };
         let result = watched(quiet, |on_step| p1::run(&config, on_step));
         let report = result.map_err(|error| match error {
-            p1::TableError::NoObject(_) => Failure::Call(error.into()),
+            p1::TableError::NoObject { .. } => Failure::Call(error.into()),
             error => Failure::Work(error.into()),
         })?;
         p1::print(&report, &mut Stderr::default())?;

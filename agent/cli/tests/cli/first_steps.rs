@@ -146,6 +146,8 @@ fn no_help_speaks_of_papers_in_codes() {
     for (code, subject) in [("P0", "remanufacturing"), ("P1", "eye-in-hand"), ("P2", "Keyframe")] {
         assert!(help.lines().any(|line| line.contains(code) && line.contains(subject)), "{code}: {help}");
     }
+    let own = String::from_utf8_lossy(&semascan(&["--help"]).stdout).into_owned();
+    assert!(own.starts_with("Semantic 3D inspection of used parts"), "{own}");
     let inspect = String::from_utf8_lossy(&semascan(&["inspect", "--help"]).stdout).into_owned();
     for key in ["seed", "views", "size", "errors", "noise", "sampling", "domain", "part-seed", "cell", "path", "unit"] {
         assert!(inspect.lines().any(|line| line.trim_start().starts_with(&format!("{key} "))), "{key}");
@@ -175,7 +177,7 @@ fn a_unit_that_is_said_is_used() {
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
     let bytes = std::fs::read(out.join("truth.ply")).expect("reads");
     let truth = semascan_formats::ply::read("truth.ply", &bytes).expect("own file").mesh;
-    let heights = truth.positions.iter().map(|p| p[2]);
+    let heights = truth.vertices.positions.iter().map(|p| p[2]);
     let height = heights.clone().fold(f32::MIN, f32::max) - heights.fold(f32::MAX, f32::min);
     assert!((height - 0.0254).abs() < 1e-5, "{height} m");
     for wrong in ["feet", "metre"] {

@@ -136,6 +136,7 @@ fn select_from(
     if !shelves.is_empty() {
         folders = shelves;
     }
+    tracing::debug!("models are looked for in {}", list(&folders));
     let there = installed(&folders);
     for name in asked.iter().filter(|name| !is_path(name)) {
         let model = there.iter().find(|m| m.folder.file_name().is_some_and(|f| f == name.as_str()));
