@@ -49,7 +49,7 @@ mod tests {
         };
         assert_eq!(largest(0, 0, None), Some(Level::INFO));
         assert_eq!(largest(0, 0, Some("debug")), Some(Level::DEBUG));
-        assert_eq!(largest(0, 0, Some("=,=")), Some(Level::INFO));
+        assert_eq!(largest(0, 0, Some("semascan=loudly")), Some(Level::INFO));
         assert_eq!(largest(1, 0, Some("debug")), Some(Level::WARN));
         assert_eq!(largest(3, 0, None), Some(Level::ERROR));
         assert_eq!(largest(0, 1, Some("error")), Some(Level::DEBUG));
