@@ -1,13 +1,19 @@
-//! `cargo xtask demo`: from a fresh clone to a running inspection in the browser.
+//! `cargo xtask demo`: from a fresh clone to a running inspection in the browser. Its address answers at once; until the agent
+//! is built, with a page that says so.
 
-use crate::process::line;
+use crate::first_page::FirstPage;
+use crate::process::{line, run as run_command};
 use crate::report::{heading, note};
 use crate::workspace::cargo;
 use crate::{onnx_runtime, web};
-use anyhow::Result;
-use clap::Args;
+use anyhow::{Context, Result};
+use clap::{Args, Parser};
 use std::ffi::OsString;
+use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 use std::process::Command;
+
+/// The agent's port where none is said.
+const DEFAULT_PORT: u16 = 8787;
 
 /// What the demo is built and called with.
 #[derive(Args)]
@@ -22,24 +28,70 @@ pub(crate) struct Options {
 
 /// Builds the web files, then the agent that embeds them, and becomes the agent.
 pub(crate) fn run(options: &Options) -> Result<()> {
+    let page = match address(&options.arguments) {
+        Some(address) => {
+            let begun = FirstPage::begin(address)
+                .with_context(|| format!("choose another port: cargo xtask demo -- --port {}", address.port() + 1));
+            let page = begun?;
+            heading("Demo");
+            note(format!("it starts at http://{address}: the page there says how far it is and then shows the viewer"));
+            page.say("The viewer is being built.");
+            Some(page)
+        }
+        None => None,
+    };
     let workspace = web::run(&web::Options { dev: options.dev })?;
     heading("Agent");
-    let mut agent = cargo();
-    agent.current_dir(&workspace.root).args(["run", "--package", "semascan-cli", "--bin", "semascan"]);
-    if !options.dev {
-        agent.arg("--release");
+    let library = onnx_runtime::prepare(&workspace);
+    if let Err(error) = &library {
+        // The demo's own labels come from the simulation: only trained networks need it.
+        note(format!("without ONNX Runtime trained networks do not run, the rest does: {error:#}"));
     }
+    if let Some(page) = &page {
+        page.say("The agent is being built.");
+    }
+    let cargo = |command: &str| {
+        let mut cargo = cargo();
+        cargo.current_dir(&workspace.root).args([command, "--package", "semascan-cli", "--bin", "semascan"]);
+        if !options.dev {
+            cargo.arg("--release");
+        }
+        cargo
+    };
+    run_command(&mut cargo("build"))?;
+    let mut agent = cargo("run");
     agent.args(["--", "demo"]);
     if options.dev {
         agent.arg("--web-dir").arg(workspace.dist());
     }
     agent.args(&options.arguments);
-    match onnx_runtime::prepare(&workspace) {
-        Ok(library) => drop(agent.env(onnx_runtime::VARIABLE, library)),
-        // The demo's own labels come from the simulation: only trained networks need it.
-        Err(error) => note(format!("without ONNX Runtime trained networks do not run, the rest does: {error:#}")),
+    if let Ok(library) = library {
+        agent.env(onnx_runtime::VARIABLE, library);
+    }
+    if let Some(page) = page {
+        page.end();
     }
     become_command(&mut agent)
+}
+
+/// What of the demo's arguments says where it listens.
+#[derive(Parser)]
+#[command(ignore_errors = true)]
+struct Reach {
+    #[arg(long)]
+    port: Option<u16>,
+    #[arg(long)]
+    listen: Option<IpAddr>,
+}
+
+/// Where the agent will listen; `None` where it picks a free port itself, or only prints its help.
+fn address(arguments: &[OsString]) -> Option<SocketAddr> {
+    if arguments.iter().any(|argument| argument == "--help" || argument == "-h") {
+        return None;
+    }
+    let reach = Reach::try_parse_from(std::iter::once(OsString::from("demo")).chain(arguments.iter().cloned())).ok()?;
+    let port = reach.port.unwrap_or(DEFAULT_PORT);
+    (port != 0).then(|| SocketAddr::from((reach.listen.unwrap_or(Ipv4Addr::LOCALHOST.into()), port)))
 }
 
 /// Hands this process over, so that Ctrl-C reaches the agent alone and the shell waits for its orderly end.
@@ -56,4 +108,20 @@ fn become_command(command: &mut Command) -> Result<()> {
     let status = command.status()?;
     anyhow::ensure!(status.success(), "the demo ended with {status}");
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_address_is_that_of_the_demo_s_arguments() {
+        let of = |text: &str| address(&text.split_whitespace().map(OsString::from).collect::<Vec<_>>());
+        let at = |text: &str| Some(text.parse().expect("an address"));
+        assert_eq!(of(""), at("127.0.0.1:8787"));
+        assert_eq!(of("--no-open --port 9000 --source virtual:starter-motor"), at("127.0.0.1:9000"));
+        assert_eq!(of("--pace 0 --port=9001 --listen 0.0.0.0"), at("0.0.0.0:9001"));
+        assert_eq!(of("--port 0"), None);
+        assert_eq!(of("--help"), None);
+    }
 }

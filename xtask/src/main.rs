@@ -12,6 +12,7 @@ mod budget;
 mod compress;
 mod demo;
 mod dist;
+mod first_page;
 mod onnx_runtime;
 mod packages;
 mod pcl;

@@ -13,7 +13,6 @@ use std::io::IsTerminal;
 use std::process::ExitCode;
 use std::sync::Mutex;
 use stderr::Stderr;
-use tracing_subscriber::filter::{LevelFilter, Targets};
 use tracing_subscriber::layer::SubscriberExt;
 use tracing_subscriber::util::SubscriberInitExt;
 
@@ -28,7 +27,7 @@ pub fn run(viewer: EmbeddedFiles) -> ExitCode {
                 .with_target(false)
                 .log_internal_errors(false),
         )
-        .with(log_levels())
+        .with(cli.verbosity.log_levels(std::env::var("RUST_LOG").ok().as_deref()))
         .init();
     match cli.run(viewer) {
         Ok(()) => ExitCode::SUCCESS,
@@ -43,10 +42,4 @@ pub fn run(viewer: EmbeddedFiles) -> ExitCode {
 /// Whether the log has colours: on a terminal, and where nobody asked for none (`NO_COLOR`).
 fn colored() -> bool {
     std::io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty())
-}
-
-/// `RUST_LOG` as in `info` or `semascan_server=debug,warn`; `info` where it is unset or cannot be read.
-fn log_levels() -> Targets {
-    let info = Targets::new().with_default(LevelFilter::INFO);
-    std::env::var("RUST_LOG").ok().and_then(|levels| levels.parse().ok()).unwrap_or(info)
 }

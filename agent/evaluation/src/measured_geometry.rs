@@ -3,9 +3,9 @@
 use super::exact::{distance, distance_to_triangle};
 use super::sampling::sample;
 use semascan_formats::offset::{common_offset, single};
-use semascan_formats::unit::Unit;
 use semascan_formats::{Geometry, ReadError, read_file};
 use semascan_geometry::measure::{Nearest, NearestPoints, Neighbour, SurfaceIndex};
+use semascan_model::LengthUnit;
 use semascan_model::PointFlags;
 use semascan_perception::register::Facing;
 use std::path::{Path, PathBuf};
@@ -54,7 +54,7 @@ pub enum Scale {
     /// As the caller said.
     Given(f64),
     /// By the size of what is in the file, or by what the file notes.
-    Assumed(Unit),
+    Assumed(LengthUnit),
 }
 
 impl Scale {
@@ -288,9 +288,9 @@ mod tests {
         let (_other, millimetres) = written("mm.obj", &square(200.0));
         let pair = |b| MeasuredGeometry::read_pair((&metres, None), (&millimetres, b), 100, 1).expect("two triangles");
         let [a, b] = pair(None);
-        assert_eq!((a.scale, b.scale), (Scale::Assumed(Unit::Metres), Scale::Assumed(Unit::Millimetres)));
+        assert_eq!((a.scale, b.scale), (Scale::Assumed(LengthUnit::Metres), Scale::Assumed(LengthUnit::Millimetres)));
         assert!(b.nearest(&a.exact_points).into_iter().flatten().all(|(distance, _)| distance < 1e-6));
-        let [_, inches] = pair(Some(Unit::Inches.in_metres()));
+        let [_, inches] = pair(Some(LengthUnit::Inches.in_metres()));
         assert_eq!(inches.scale, Scale::Given(0.0254));
     }
 

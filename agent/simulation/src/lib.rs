@@ -38,7 +38,7 @@ pub use domain::Domain;
 pub use randomisation::{Randomisation, Range};
 pub use sampling::Sampling;
 pub use sensor::SensorModel;
-pub use spec::{PartSpec, VirtualCellSpec};
+pub use spec::{KEYS, Key, PARTS, PartSpec, VirtualCellSpec};
 pub use station::ErrorModel;
 pub use training::{GENERATOR, TrainingCell, TrainingOptions};
 pub use turntable::{TurntableDisc, TurntableOptions, TurntablePart, TurntableRecording};

@@ -11,9 +11,10 @@ use image::RgbImage;
 
 use super::part::{SceneMesh, Tag};
 use semascan_formats::offset::{common_offset, relative};
-use semascan_formats::unit::{Unit, is_inspected_size};
+use semascan_formats::unit::is_inspected_size;
 use semascan_formats::{Geometry, Piece, ReadError, read_file};
 use semascan_inspection::source::SourceError;
+use semascan_model::LengthUnit;
 
 /// Most pieces that count as components of their own.
 const MAX_CLASSES: usize = 64;
@@ -45,7 +46,7 @@ pub(super) fn read(path: &Path, scale: Option<f64>) -> Result<Imported, SourceEr
         tracing::warn!("{}: {warning}", path.display());
     }
     let scale = scale.unwrap_or_else(|| {
-        let unit = if is_inspected_size(geometry.extent()) { Unit::Metres } else { Unit::Millimetres };
+        let unit = if is_inspected_size(geometry.extent()) { LengthUnit::Metres } else { LengthUnit::Millimetres };
         tracing::warn!("{}: one unit is taken for 1 {}: say another with the key unit", path.display(), unit.name());
         unit.in_metres()
     });

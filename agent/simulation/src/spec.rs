@@ -1,11 +1,6 @@
 //! What to simulate, as a URI: `virtual:starter-motor?seed=7&views=12&size=640x480` or `virtual:mesh?path=part.obj`.
 //!
-//! Keys (defaults in brackets): `seed` [7], `part-seed` [that seed] of the motor alone, `views` [12], `size` [640x480]
-//! up to 4096x4096, `errors` [default], `rough` (each view off by up to 1 degree and 3 mm) or `none` (robot and table),
-//! `noise` [the domain's], `default`, `zivid`, `stereo` or `none` (sensor), `sampling` [turn] or `random`, `domain`
-//! [standard] or `shifted`: a wide lens, other lights and a stereo camera's noise, none of which training data ever
-//! has; `cell` [1.2] the motor's mesh size in millimetres; for `mesh` also `path`, and `scale` to metres or `unit` (mm, cm, m,
-//! inch) [assumed from the size]. `%xx` is a byte.
+//! [`PARTS`] and [`KEYS`] list what there is, for help and for error messages. `%xx` is a byte.
 
 use std::path::PathBuf;
 
@@ -14,8 +9,57 @@ use super::sampling::Sampling;
 use super::sensor::SensorModel;
 use super::station::ErrorModel;
 use semascan_formats::percent;
-use semascan_formats::unit::Unit;
 use semascan_inspection::source::SourceError;
+use semascan_model::LengthUnit;
+use semascan_model::choice::possible_instead;
+
+/// The parts that there are.
+pub const PARTS: [&str; 2] = [STARTER_MOTOR, MESH];
+const STARTER_MOTOR: &str = "starter-motor";
+const MESH: &str = "mesh";
+
+/// A key of a `virtual:` URI.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Key {
+    /// Its name.
+    pub name: &'static str,
+    /// The only part that has it; `None` for a key of every part.
+    pub part: Option<&'static str>,
+    /// What it is set to, with its default, in words.
+    pub meaning: &'static str,
+    /// A value that it takes.
+    pub example: &'static str,
+}
+
+const fn key(name: &'static str, part: Option<&'static str>, meaning: &'static str, example: &'static str) -> Key {
+    Key { name, part, meaning, example }
+}
+
+/// Every key.
+pub const KEYS: [Key; 12] = [
+    key("seed", None, "everything random depends on it [7]", "9"),
+    key("views", None, "number of views, 1 to 100000 [12]", "5"),
+    key("size", None, "columns and rows of the pictures, each 16 to 4096 [640x480]", "320x240"),
+    key(
+        "errors",
+        None,
+        "of robot and turntable: default, rough (each view off by up to 1 degree and 3 mm) or none [default]",
+        "rough",
+    ),
+    key("noise", None, "of the sensor: default, zivid, stereo or none [that of the domain]", "zivid"),
+    key("sampling", None, "where views are taken from: turn or random [turn]", "random"),
+    key(
+        "domain",
+        None,
+        "standard, or shifted: a wide lens, other lights, a stereo camera's noise, as no training data has [standard]",
+        "shifted",
+    ),
+    key("part-seed", Some(STARTER_MOTOR), "seed of the motor alone [that of seed]", "3"),
+    key("cell", Some(STARTER_MOTOR), "size of the motor's mesh cells, 0.5 to 5 millimetres [1.2]", "2.5"),
+    key("path", Some(MESH), "the file: OBJ, PLY, STL, glTF or GLB", "part.glb"),
+    key("unit", Some(MESH), "of the file: mm, cm, m or inch [assumed from the size, and said]", "mm"),
+    key("scale", Some(MESH), "metres that one unit of the file is, in place of unit", "0.001"),
+];
 
 /// What stands on the table.
 #[derive(Clone, Debug, PartialEq)]
@@ -81,11 +125,9 @@ impl VirtualCellSpec {
         let rest = uri.strip_prefix("virtual:").ok_or_else(|| fail("must begin with virtual:".into()))?;
         let (kind, query) = rest.split_once('?').unwrap_or((rest, ""));
         let mesh = match kind {
-            "starter-motor" => false,
-            "mesh" => true,
-            _ => {
-                return Err(fail(format!("unknown part {kind:?}: there are starter-motor and mesh")));
-            }
+            STARTER_MOTOR => false,
+            MESH => true,
+            _ => return Err(fail(format!("unknown part {kind:?}: {}", possible_instead(kind, &PARTS)))),
         };
         let mut spec = Self {
             uri: uri.to_owned(),
@@ -130,10 +172,14 @@ impl VirtualCellSpec {
                     scale = Some(length(&value, 1e-6, 1e6).ok_or_else(|| bad("a positive number"))?);
                 }
                 "unit" if mesh => {
-                    let unit = Unit::parse(&value).ok_or_else(|| bad("mm, cm, m or inch"))?;
+                    let unit = LengthUnit::parse(&value).ok_or_else(|| bad("mm, cm, m or inch"))?;
                     scale = Some(unit.in_metres() as f32);
                 }
-                _ => return Err(fail(format!("unknown key {key:?} for {kind}"))),
+                _ => {
+                    let of_part = KEYS.iter().filter(|k| k.part.is_none_or(|part| part == kind));
+                    let names: Vec<&str> = of_part.map(|k| k.name).collect();
+                    return Err(fail(format!("unknown key {key:?} for {kind}: {}", possible_instead(key, &names))));
+                }
             }
         }
         if !seen.contains(&"noise") {
@@ -196,6 +242,27 @@ mod tests {
         assert_eq!(inches.part, PartSpec::Mesh { path: "a.obj".into(), scale: Some(0.0254) });
         let plain = VirtualCellSpec::parse("virtual:mesh?path=a.obj").expect("a mesh");
         assert_eq!(plain.part, PartSpec::Mesh { path: "a.obj".into(), scale: None });
+    }
+
+    #[test]
+    fn the_list_has_every_key_and_an_unknown_one_is_answered_with_it() {
+        for part in PARTS {
+            let own: Vec<_> = KEYS.iter().filter(|k| k.part.is_none_or(|of| of == part)).collect();
+            for key in &own {
+                let file = if part == MESH && key.name != "path" { "path=a.obj&" } else { "" };
+                let uri = format!("virtual:{part}?{file}{}={}", key.name, key.example);
+                VirtualCellSpec::parse(&uri).expect("a key of the list");
+                let elsewhere = PARTS.into_iter().find(|other| key.part.is_some() && *other != part);
+                if let Some(other) = elsewhere {
+                    VirtualCellSpec::parse(&format!("virtual:{other}?{}={}", key.name, key.example)).expect_err(other);
+                }
+            }
+            let said = VirtualCellSpec::parse(&format!("virtual:{part}?viws=3")).expect_err("a slip").to_string();
+            assert!(said.contains("did you mean \"views\"?"), "{said}");
+            assert!(own.iter().all(|key| said.contains(key.name)), "{said}");
+        }
+        let said = VirtualCellSpec::parse("virtual:startermotor").expect_err("a slip").to_string();
+        assert!(said.contains("did you mean \"starter-motor\"? There are starter-motor, mesh"), "{said}");
     }
 
     #[test]

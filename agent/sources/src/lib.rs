@@ -12,7 +12,8 @@ pub use options::OpenOptions;
 use bop::BopSource;
 use pcd::PcdSource;
 use semascan_inspection::source::{Source, SourceError};
-use std::path::Path;
+use semascan_model::choice::nearest;
+use std::path::{Path, PathBuf};
 
 /// An open source, or why it cannot be opened.
 type Opened = Result<Box<dyn Source>, SourceError>;
@@ -37,7 +38,7 @@ const KINDS: &[Kind] = &[
     Kind {
         name: "organized clouds in a PCD file or a folder of them",
         recognizes: PcdSource::is_source,
-        open: |path, options| Ok(Box::new(PcdSource::open(path, options.unit.map(options::unit))?)),
+        open: |path, options| Ok(Box::new(PcdSource::open(path, options.unit)?)),
     },
 ];
 
@@ -48,18 +49,106 @@ const KINDS: &[Kind] = &[
 /// [`SourceError`] if there is none, or it cannot be opened.
 pub fn open(uri: &str, options: impl Into<OpenOptions>) -> Result<Box<dyn Source>, SourceError> {
     let refuse = |reason: String| SourceError::Uri { uri: uri.into(), reason };
+    let names: Vec<&str> = KINDS.iter().map(|kind| kind.name).collect();
     if let Some((scheme, _)) = uri.split_once("://") {
-        return Err(refuse(format!("no source speaks {scheme}://")));
+        return Err(refuse(format!("no source speaks {scheme}://; what can be inspected is {}", names.join(", or "))));
     }
     let path = Path::new(uri);
     if !path.exists() {
-        return Err(refuse("no such file or folder".into()));
+        return Err(refuse(missing(path)));
     }
     match KINDS.iter().find(|kind| (kind.recognizes)(path)) {
         Some(kind) => (kind.open)(path, &options.into()),
-        None => {
-            let names: Vec<&str> = KINDS.iter().map(|kind| kind.name).collect();
-            Err(refuse(format!("neither {}", names.join(" nor "))))
+        None => Err(refuse(format!("neither {}{}", names.join(" nor "), below(path)))),
+    }
+}
+
+/// Levels of folders below the one that was named in which sources are looked for.
+const LEVELS: u32 = 3;
+/// Most folders that are looked into for that.
+const MOST_FOLDERS: usize = 500;
+
+/// What is said of a path at which there is nothing: the name beside it that was meant, where one is alike.
+fn missing(path: &Path) -> String {
+    let parent = match path.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent,
+        _ => Path::new("."),
+    };
+    let beside: Vec<String> = folders_and_files(parent).map(|p| file_name(&p)).collect();
+    let beside: Vec<&str> = beside.iter().map(String::as_str).collect();
+    match nearest(&file_name(path), &beside) {
+        Some(name) => format!("no such file or folder; did you mean {}?", path.with_file_name(name).display()),
+        None => "no such file or folder".to_owned(),
+    }
+}
+
+/// What is said of a folder that is no source, but holds some: a training set with its scenes, a data set with its splits.
+fn below(path: &Path) -> String {
+    let mut found: Vec<PathBuf> = Vec::new();
+    let (mut level, mut looked_into) = (vec![path.to_owned()], 0);
+    for _ in 0..LEVELS {
+        let mut next: Vec<PathBuf> = Vec::new();
+        for folder in &level {
+            next.extend(folders_and_files(folder).filter(|path| path.is_dir()));
         }
+        next.sort();
+        next.truncate(MOST_FOLDERS - looked_into);
+        looked_into += next.len();
+        found.extend(next.iter().filter(|folder| KINDS.iter().any(|kind| (kind.recognizes)(folder))).cloned());
+        if !found.is_empty() {
+            break;
+        }
+        level = next;
+    }
+    match found.as_slice() {
+        [] => String::new(),
+        [one] => format!("; did you mean {}, which is in it?", one.display()),
+        [first, ..] => format!(
+            "; {} sources are in it, each an inspection of its own: did you mean {}?",
+            found.len(),
+            first.display()
+        ),
+    }
+}
+
+fn folders_and_files(folder: &Path) -> impl Iterator<Item = PathBuf> {
+    std::fs::read_dir(folder).into_iter().flatten().filter_map(|entry| Some(entry.ok()?.path()))
+}
+
+fn file_name(path: &Path) -> String {
+    path.file_name().unwrap_or_default().to_string_lossy().into_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn refused(path: &Path) -> String {
+        match open(&path.display().to_string(), OpenOptions::default()) {
+            Ok(_) => panic!("{} is no source", path.display()),
+            Err(error) => error.to_string(),
+        }
+    }
+
+    #[test]
+    fn a_set_of_scenes_names_the_first_and_a_slip_what_was_meant() {
+        let root = tempfile::tempdir().expect("a folder");
+        let set = root.path().join("set");
+        for scene in ["000000", "000001"] {
+            std::fs::create_dir_all(set.join(scene)).expect("a folder");
+            std::fs::write(set.join(scene).join("scene_camera.json"), "{}").expect("writes");
+        }
+        let first = format!("did you mean {}?", set.join("000000").display());
+        let said = refused(&set);
+        assert!(said.contains(&first) && said.contains("2 sources"), "{said}");
+        let outer = refused(root.path());
+        assert!(outer.contains(&first), "a data set with splits: {outer}");
+        let slip = refused(&root.path().join("sett"));
+        assert!(slip.contains(&format!("did you mean {}?", set.display())), "{slip}");
+        let nothing = refused(&root.path().join("elsewhere/other"));
+        assert!(nothing.ends_with("no such file or folder"), "{nothing}");
+        std::fs::create_dir(root.path().join("empty")).expect("a folder");
+        let empty = refused(&root.path().join("empty"));
+        assert!(empty.contains("scene_camera.json") && !empty.contains("did you mean"), "{empty}");
     }
 }

@@ -1,7 +1,7 @@
 //! How a recording is read: what its own files do not say, or say wrongly.
 
-use semascan_formats::unit::Unit;
-use semascan_inspection::spec::{CameraMask, InspectionSpec, LabelSource, LengthUnit};
+use semascan_inspection::spec::{CameraMask, InspectionSpec, LabelSource};
+use semascan_model::LengthUnit;
 
 /// How a recording is read.
 #[derive(Clone, Debug, PartialEq)]
@@ -42,15 +42,5 @@ impl From<&InspectionSpec> for OpenOptions {
             depth_scale: spec.source.depth_scale_mm,
             labels: spec.labels == LabelSource::Source,
         }
-    }
-}
-
-/// The unit as readers of files know it.
-pub(crate) fn unit(unit: LengthUnit) -> Unit {
-    match unit {
-        LengthUnit::Mm => Unit::Millimetres,
-        LengthUnit::Cm => Unit::Centimetres,
-        LengthUnit::M => Unit::Metres,
-        LengthUnit::Inch => Unit::Inches,
     }
 }

@@ -9,9 +9,9 @@ use image::RgbImage;
 use semascan_formats::ReadError;
 use semascan_formats::offset::relative;
 use semascan_formats::pcd::{self, PcdCloud};
-use semascan_formats::unit::Unit;
+use semascan_formats::unit;
 use semascan_inspection::source::{Source, SourceError, SourceInfo};
-use semascan_model::Taxonomy;
+use semascan_model::{LengthUnit, Taxonomy};
 use semascan_perception::view::{DepthImage, Intrinsics, PoseEvidence, View};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -27,7 +27,7 @@ pub struct PcdSource {
     info: SourceInfo,
     files: Vec<PathBuf>,
     next: usize,
-    unit: Unit,
+    unit: LengthUnit,
     /// Whether it has been said that labels are not used.
     labels_said: bool,
 }
@@ -43,14 +43,14 @@ impl PcdSource {
     ///
     /// # Errors
     /// [`SourceError`] if the folder cannot be read or holds no PCD file.
-    pub fn open(path: &Path, unit: Option<Unit>) -> Result<Self, SourceError> {
+    pub fn open(path: &Path, unit: Option<LengthUnit>) -> Result<Self, SourceError> {
         let files = files(path)?;
         if files.is_empty() {
             return Err(SourceError::Format { path: path.to_owned(), reason: "no PCD file in it".into() });
         }
         let assumed = || {
             let distance = files.iter().find_map(|file| median_distance(&pcd::read_file(file).ok()?))?;
-            let unit = Unit::of_distance(distance);
+            let unit = unit::of_distance(distance);
             tracing::warn!(
                 "{}: the points are {distance:.3} away, so one unit is taken for 1 {}: say another with --unit",
                 path.display(),
@@ -63,7 +63,7 @@ impl PcdSource {
             None => "assumed from the distances",
         };
         // Where no file has a point there is nothing to scale.
-        let unit = unit.or_else(assumed).unwrap_or(Unit::Metres);
+        let unit = unit.or_else(assumed).unwrap_or(LengthUnit::Metres);
         let info = SourceInfo {
             uri: path.display().to_string(),
             part: path.file_stem().map_or("cloud".into(), |n| n.to_string_lossy().into_owned()),
@@ -144,7 +144,7 @@ fn median_distance(cloud: &PcdCloud) -> Option<f64> {
 }
 
 /// A cloud as a view.
-fn view(index: u32, cloud: PcdCloud, unit: Unit) -> Result<View, String> {
+fn view(index: u32, cloud: PcdCloud, unit: LengthUnit) -> Result<View, String> {
     let PcdCloud { width, height, positions, colors, .. } = cloud;
     let positions = relative(&positions, unit.in_metres(), [0.0; 3]);
     let intrinsics = pinhole(width, height, &positions)?;
@@ -230,7 +230,6 @@ impl Line {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use semascan_inspection::spec::LengthUnit;
 
     const CAMERA: Intrinsics = Intrinsics { width: 40, height: 30, fx: 52.5, fy: 53.0, cx: 19.2, cy: 14.9 };
 
@@ -286,9 +285,9 @@ mod tests {
         };
         let (assumed, setting) = depth(None);
         assert!((assumed - 0.88).abs() < 1e-5 && setting == "mm, assumed from the distances", "{assumed} {setting}");
-        let (said, setting) = depth(Some(Unit::Centimetres));
+        let (said, setting) = depth(Some(LengthUnit::Centimetres));
         assert!((said - 8.8).abs() < 1e-4 && setting == "cm, as said", "{said} {setting}");
-        let options = crate::OpenOptions { unit: Some(LengthUnit::Inch), ..Default::default() };
+        let options = crate::OpenOptions { unit: Some(LengthUnit::Inches), ..Default::default() };
         let source = crate::open(file.to_str().expect("UTF-8"), options).expect("opens");
         assert_eq!(source.info().settings[0].1, "inch, as said");
     }

@@ -353,7 +353,7 @@ fn a_factor_of_ten_is_refused_until_it_is_said_which_is_right() {
         let PoseEvidence::World { table_from_camera, .. } = &views[1].pose else { panic!("a pose") };
         (views[1].depth.at(32, 24).expect("depth"), table_from_camera.translation.vector.x)
     };
-    let (z, x) = first_depth(OpenOptions { unit: Some(LengthUnit::Cm), ..unmasked() });
+    let (z, x) = first_depth(OpenOptions { unit: Some(LengthUnit::Centimetres), ..unmasked() });
     assert!((z - depth(1, 32, 24) as f32).abs() < 1e-3 && (x - 0.03).abs() < 1e-9, "{z} {x}");
     let (z, x) = first_depth(OpenOptions { depth_scale: Some(0.01), ..unmasked() });
     assert!((z - 0.1 * depth(1, 32, 24) as f32).abs() < 1e-3 && (x - 0.003).abs() < 1e-9, "{z} {x}");

@@ -1,7 +1,7 @@
 //! What a file holds, whatever its format: the common result of the readers.
 
-use crate::unit::Unit;
 use crate::{ReadError, Resolver, gltf, obj, pcd, ply, stl};
+use semascan_model::LengthUnit;
 use semascan_model::PointFlags;
 use std::ops::Range;
 
@@ -34,7 +34,7 @@ pub struct Geometry {
     /// Pictures that the pieces refer to.
     pub textures: Vec<Texture>,
     /// The unit of its lengths, where the file notes it.
-    pub unit: Option<Unit>,
+    pub unit: Option<LengthUnit>,
     /// What could not be used but is not needed for the shape, a sentence each: a picture that is not there, for instance.
     pub warnings: Vec<String>,
 }

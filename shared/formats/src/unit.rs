@@ -3,6 +3,7 @@
 
 use crate::Geometry;
 use crate::offset::common_offset;
+use semascan_model::LengthUnit;
 
 /// Parts are not this long, in metres.
 const LONGEST: f64 = 5.0;
@@ -13,68 +14,25 @@ const ON_A_MAP: f64 = 50_000.0;
 /// Depth cameras do not see this far, in metres.
 const FARTHEST: f64 = 30.0;
 
-/// What a file's numbers are.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Unit {
-    /// Metres.
-    Metres,
-    /// Centimetres.
-    Centimetres,
-    /// Millimetres.
-    Millimetres,
-    /// Inches of 25.4 mm.
-    Inches,
+/// The unit of a part whose longest edge is `extent` of it: a part longer than 5 m is one in millimetres.
+pub fn of_part(extent: f64) -> LengthUnit {
+    if extent > LONGEST { LengthUnit::Millimetres } else { LengthUnit::Metres }
 }
 
-impl Unit {
-    /// Every unit.
-    pub const ALL: [Self; 4] = [Self::Millimetres, Self::Centimetres, Self::Metres, Self::Inches];
-
-    /// The unit of a part whose longest edge is `extent` of it: a part longer than 5 m is one in millimetres.
-    pub fn guess(extent: f64) -> Self {
-        if extent > LONGEST { Self::Millimetres } else { Self::Metres }
-    }
-
-    /// The unit of a depth camera's points that are `distance` of it away at the median: it is in millimetres past 30 m.
-    pub fn of_distance(distance: f64) -> Self {
-        if distance > FARTHEST { Self::Millimetres } else { Self::Metres }
-    }
-
-    /// The unit called `mm`, `cm`, `m` or `inch`.
-    pub fn parse(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|unit| unit.name() == name)
-    }
-
-    /// Its name.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Metres => "m",
-            Self::Centimetres => "cm",
-            Self::Millimetres => "mm",
-            Self::Inches => "inch",
-        }
-    }
-
-    /// One of it in metres.
-    pub fn in_metres(self) -> f64 {
-        match self {
-            Self::Metres => 1.0,
-            Self::Centimetres => 1e-2,
-            Self::Millimetres => 1e-3,
-            Self::Inches => 25.4e-3,
-        }
-    }
+/// The unit of a depth camera's points that are `distance` of it away at the median: it is in millimetres past 30 m.
+pub fn of_distance(distance: f64) -> LengthUnit {
+    if distance > FARTHEST { LengthUnit::Millimetres } else { LengthUnit::Metres }
 }
 
 impl Geometry {
     /// The unit that its numbers are taken for where nobody says it: that of its file if it notes one, metres if it lies on
-    /// a map, else [`Unit::guess`].
-    pub fn assumed_unit(&self) -> Unit {
+    /// a map, else as [`of_part`] says.
+    pub fn assumed_unit(&self) -> LengthUnit {
         let on_a_map = || common_offset(&self.positions, 1.0).iter().any(|c| c.abs() > ON_A_MAP);
         match self.unit {
             Some(unit) => unit,
-            None if on_a_map() => Unit::Metres,
-            None => Unit::guess(self.extent()),
+            None if on_a_map() => LengthUnit::Metres,
+            None => of_part(self.extent()),
         }
     }
 }
@@ -90,11 +48,12 @@ mod tests {
 
     #[test]
     fn a_part_of_many_metres_is_one_in_millimetres() {
-        assert_eq!([0.2, 5.0, 5.1].map(Unit::guess), [Unit::Metres, Unit::Metres, Unit::Millimetres]);
-        assert_eq!([0.4, 9.0, 300.0].map(Unit::of_distance), [Unit::Metres, Unit::Metres, Unit::Millimetres]);
+        assert_eq!([0.2, 5.0, 5.1].map(of_part), [LengthUnit::Metres, LengthUnit::Metres, LengthUnit::Millimetres]);
+        assert_eq!(
+            [0.4, 9.0, 300.0].map(of_distance),
+            [LengthUnit::Metres, LengthUnit::Metres, LengthUnit::Millimetres]
+        );
         assert_eq!([9e-4, 1e-3, 1.0, 1.1, f64::NAN].map(is_inspected_size), [false, true, true, false, false]);
-        assert_eq!(Unit::ALL.map(|unit| Unit::parse(unit.name())), Unit::ALL.map(Some));
-        assert_eq!(Unit::parse("metre"), None);
     }
 
     #[test]
@@ -103,9 +62,9 @@ mod tests {
             positions: [0.0, 20.0, 60.0].map(|x| [offset + x, 2.0 * offset, 0.0]).to_vec(),
             ..Geometry::default()
         };
-        assert_eq!(cloud(500_000.0).assumed_unit(), Unit::Metres);
+        assert_eq!(cloud(500_000.0).assumed_unit(), LengthUnit::Metres);
         // A part in the millimetres of its cell.
-        assert_eq!(cloud(2_000.0).assumed_unit(), Unit::Millimetres);
-        assert_eq!(Geometry { unit: Some(Unit::Metres), ..cloud(0.0) }.assumed_unit(), Unit::Metres);
+        assert_eq!(cloud(2_000.0).assumed_unit(), LengthUnit::Millimetres);
+        assert_eq!(Geometry { unit: Some(LengthUnit::Metres), ..cloud(0.0) }.assumed_unit(), LengthUnit::Metres);
     }
 }

@@ -1,9 +1,11 @@
 //! The data model: classes, semantic points, the semantic mesh.
 
+pub mod choice;
 mod cloud;
 mod column;
 mod figures;
 mod id;
+mod length_unit;
 mod mesh;
 pub mod record;
 mod taxonomy;
@@ -12,6 +14,7 @@ pub use cloud::{POINT_COLUMNS, PointFlags, SemanticCloud, SemanticPoint};
 pub use column::{ColumnValue, NumberType, PointColumn};
 pub use figures::{FeatureFigures, ModelFigures};
 pub use id::InspectionId;
+pub use length_unit::LengthUnit;
 pub use mesh::{SemanticMesh, triangle_area};
 pub use taxonomy::{ClassDef, Color, Taxonomy};
 

@@ -1,9 +1,9 @@
 //! A file that the mesh is compared with: a mesh, or a cloud where it has no triangles.
 
 use semascan_formats::offset::{common_offset, relative};
-use semascan_formats::unit::Unit;
 use semascan_formats::{Geometry, ReadError, no_files};
 use semascan_geometry::measure::{NearestPoints, PseudoNormals, SurfaceIndex};
+use semascan_model::LengthUnit;
 
 /// Why a file is no reference.
 #[derive(Debug, thiserror::Error)]
@@ -71,7 +71,7 @@ impl Reference {
             name: name.to_owned(),
             triangles: count,
             points,
-            millimetres: unit == Unit::Millimetres,
+            millimetres: unit == LengthUnit::Millimetres,
             offset,
             index,
         })

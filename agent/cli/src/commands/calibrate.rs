@@ -9,10 +9,11 @@ use clap::Args;
 use image::RgbImage;
 use semascan_inspection::spec::InspectionSpec;
 use semascan_model::Taxonomy;
+use semascan_model::choice::possible_instead;
 use semascan_perception::segment::Segmenter;
 use semascan_perception::segment::network::{
     Domain, EngineChoice, FALSE_ALARMS, FILE_NAME, Manifest, NetworkConfig, NetworkModel, NetworkSegmenter, Provider,
-    STATISTICS, Task, disagreement, engine, extended, numbers_of, search_path,
+    STATISTICS, Task, disagreement, engine, extended, installed, numbers_of, search_path,
 };
 use semascan_perception::view::{DepthImage, Intrinsics, PoseEvidence, View};
 use semascan_store::write_file;
@@ -138,7 +139,12 @@ impl CalibrateArgs {
 fn folder(name: &str) -> Result<PathBuf, Failure> {
     let places = std::iter::once(PathBuf::from(name)).chain(search_path().into_iter().map(|folder| folder.join(name)));
     let found = places.into_iter().find(|folder| folder.join(FILE_NAME).is_file());
-    found.ok_or_else(|| Failure::Call(anyhow!("{name}: neither a model nor a folder with {FILE_NAME}")))
+    found.ok_or_else(|| {
+        let there = installed(&search_path());
+        let names: Vec<_> = there.iter().filter_map(|model| model.folder.file_name()?.to_str()).collect();
+        let instead = possible_instead(name, &names);
+        Failure::Call(anyhow!("{name}: neither an installed model nor a folder with {FILE_NAME}: {instead}"))
+    })
 }
 
 /// The numbers of the views of the source `uri`. Bad views are said and left out.

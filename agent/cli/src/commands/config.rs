@@ -1,12 +1,17 @@
 //! `cell.toml`: what a cell's agent is started with: the section `[serve]`, and an [`InspectionSpec`]. Arguments on the
 //! command line win over it.
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, anyhow, bail};
 use semascan_inspection::spec::InspectionSpec;
+use semascan_model::choice::{nearest, possible_instead};
 use semascan_server::Limits;
 use serde::Deserialize;
+use serde_aux::serde_introspection::serde_introspect;
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
+
+/// A `cell.toml` with every key, commented.
+pub(crate) const SAMPLE: &str = include_str!("cell.sample.toml");
 
 /// Contents of `cell.toml`; unknown keys are errors, so that a typing mistake is noticed.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -41,18 +46,41 @@ pub(crate) fn read(path: Option<&Path>) -> Result<CellConfig> {
     parse(&text).with_context(|| path.display().to_string())
 }
 
-fn parse(text: &str) -> Result<CellConfig, toml::de::Error> {
+fn parse(text: &str) -> Result<CellConfig> {
     let mut table: toml::Table = toml::from_str(text)?;
-    let serve = match table.remove("serve") {
-        Some(section) => section.try_into()?,
+    let top = serde_introspect::<InspectionSpec>().iter().copied().chain([SERVE]).collect::<Vec<_>>();
+    if let Some(unknown) = table.keys().find(|key| !top.contains(&key.as_str())) {
+        bail!("unknown key {unknown:?}: {}", possible_instead(unknown, &top));
+    }
+    let serve = match table.remove(SERVE) {
+        Some(section) => section.try_into().map_err(|e| explained(&e).context(format!("[{SERVE}]")))?,
         None => ServeSection::default(),
     };
-    Ok(CellConfig { serve, inspection: table.try_into()? })
+    Ok(CellConfig { serve, inspection: table.try_into().map_err(|e| explained(&e))? })
+}
+
+/// The section that is no part of an inspection.
+const SERVE: &str = "serve";
+
+/// The error of a reader; where it says that a name is unknown and which there are, the nearest of these too.
+fn explained(error: &toml::de::Error) -> anyhow::Error {
+    let text = error.to_string();
+    // serde: unknown field `x`, expected one of `a`, `b`.
+    let names: Vec<&str> = error.message().split('`').skip(1).step_by(2).collect();
+    match names.split_first() {
+        Some((given, possible)) if error.message().starts_with("unknown ") => match nearest(given, possible) {
+            Some(name) => anyhow!("{}; did you mean {name:?}?", text.trim_end()),
+            None => anyhow!("{}", text.trim_end()),
+        },
+        _ => anyhow!("{}", text.trim_end()),
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use semascan_inspection::spec::{NetworkSpec, PreparationSpec, RegionSpec, SourceSpec};
+    use semascan_perception::fuse::OutlierFilter;
 
     #[test]
     fn a_mistyped_key_is_named() {
@@ -64,8 +92,76 @@ mod tests {
             ("[network]\nregions = 1", "regions"),
             ("[network]\nuncertain = \"keep\"", "keep"),
         ] {
-            let error = parse(wrong).expect_err(word).to_string();
+            let error = format!("{:#}", parse(wrong).expect_err(word));
             assert!(error.contains(word), "{error}");
+        }
+    }
+
+    #[test]
+    fn a_slip_is_answered_with_what_was_meant() {
+        for (wrong, meant) in [
+            ("[sorce]\nuri = \"x\"", "\"source\""),
+            ("[srve]\nlisten = \"x\"", "\"serve\""),
+            ("[source]\nvoxel = 1", "\"voxel_mm\""),
+            ("[serve]\nlistn = \"127.0.0.1:1\"", "\"listen\""),
+            ("[serve.limits]\nconnection = 1", "\"connections\""),
+            ("[network]\nprovider = \"cudaa\"", "\"cuda\""),
+        ] {
+            let error = format!("{:#}", parse(wrong).expect_err(meant));
+            assert!(error.contains(&format!("did you mean {meant}?")), "{error}");
+        }
+        let error = format!("{:#}", parse("[colour]").expect_err("unknown"));
+        assert!(error.contains("there are source, ") && error.contains(", serve"), "{error}");
+    }
+
+    /// The sample with every key set.
+    fn sample_with_every_key() -> String {
+        let is_key =
+            |line: &str| line.strip_prefix('#').is_some_and(|rest| rest.starts_with(|c: char| c.is_lowercase()));
+        SAMPLE.lines().map(|line| if is_key(line) { &line[1..] } else { line }).collect::<Vec<_>>().join("\n")
+    }
+
+    #[test]
+    fn the_sample_changes_nothing_and_its_values_are_the_defaults() {
+        assert_eq!(parse(SAMPLE).expect("can be read"), CellConfig::default());
+        let set = parse(&sample_with_every_key()).expect("can be read with every key set");
+        assert_eq!(set.serve.limits, Limits::default());
+        let (set, default) = (set.inspection, InspectionSpec::default());
+        assert_eq!((&set.outliers, &set.preparation), (&default.outliers, &default.preparation));
+        assert_eq!((set.labels, set.masks, set.association), (default.labels, default.masks, default.association));
+        assert_eq!((set.registration, set.turntable), (default.registration, default.turntable));
+        assert_eq!((set.strict, set.least_share()), (default.strict, default.least_share()));
+        assert_eq!(set.network.network_config(), default.network.network_config());
+        assert_eq!(set.network.uncertainty_rule(), default.network.uncertainty_rule());
+        assert_eq!(set.region.footprint(), default.region.footprint());
+    }
+
+    #[test]
+    fn the_sample_names_every_key() {
+        let table: toml::Table = toml::from_str(&sample_with_every_key()).expect("can be read");
+        let keys_of = |path: &str| -> Vec<String> {
+            let section = path
+                .split('.')
+                .filter(|name| !name.is_empty())
+                .fold(&table, |table, name| table[name].as_table().expect("a section"));
+            section.keys().cloned().collect()
+        };
+        let every: [(&str, &[&str]); 8] = [
+            ("", serde_introspect::<InspectionSpec>()),
+            ("source", serde_introspect::<SourceSpec>()),
+            ("region", serde_introspect::<RegionSpec>()),
+            ("preparation", serde_introspect::<PreparationSpec>()),
+            ("network", serde_introspect::<NetworkSpec>()),
+            ("outliers", serde_introspect::<OutlierFilter>()),
+            (SERVE, serde_introspect::<ServeSection>()),
+            ("serve.limits", serde_introspect::<Limits>()),
+        ];
+        for (section, keys) in every {
+            assert!(!keys.is_empty(), "{section}");
+            let named = keys_of(section);
+            for key in keys {
+                assert!(named.iter().any(|name| name == key), "[{section}] {key} is not in the sample");
+            }
         }
     }
 

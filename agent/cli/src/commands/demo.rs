@@ -3,7 +3,7 @@
 use super::config::CellConfig;
 use super::serve::{Job, ReachArgs, serve, use_threads};
 use super::signals::Signals;
-use super::{Failure, numbers, run};
+use super::{Failure, numbers, source};
 use clap::Args;
 use semascan_inspection::spec::InspectionSpec;
 use semascan_server::EmbeddedFiles;
@@ -13,6 +13,7 @@ const DEMO_SOURCE: &str = "virtual:starter-motor?seed=7&views=12";
 
 /// Arguments of `semascan demo`.
 #[derive(Debug, Args)]
+#[command(after_long_help = source::help())]
 pub(crate) struct DemoArgs {
     /// What to inspect
     #[arg(long, default_value = DEMO_SOURCE)]
@@ -40,7 +41,7 @@ impl DemoArgs {
         spec.source.uri = Some(self.source);
         spec.source.voxel_mm = self.voxel;
         spec.source.pace_s = self.pace;
-        let job = Job::Inspect { inspection: Box::new(run::prepare(spec)?), target: None };
+        let job = Job::Inspect { spec: Box::new(spec), target: None };
         serve(&self.reach, &CellConfig::default(), viewer, !self.no_open, Some(job), signals)
     }
 }

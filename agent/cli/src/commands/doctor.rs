@@ -40,6 +40,8 @@ struct Finding {
     what: &'static str,
     health: Health,
     text: String,
+    /// Where it is looked for, the first place first; empty for what is built in.
+    looked_in: Vec<PathBuf>,
     details: Value,
 }
 
@@ -51,12 +53,16 @@ impl DoctorArgs {
             [runtime(network.onnxruntime.as_deref(), network.provider), tract(), networks(), viewer(embedded)];
         let mut out = Stderr::default();
         for finding in &findings {
+            let looked_in = finding.looked_in.iter().map(|place| place.display().to_string()).collect::<Vec<_>>();
             let mark = match finding.health {
                 Health::Ok => "ok     ",
                 Health::Warning => "warning",
                 Health::Failed => "FAILED ",
             };
             writeln!(out, "{mark}  {:<13} {}", finding.what, finding.text)?;
+            if !looked_in.is_empty() {
+                writeln!(out, "{:>24}looked for in this order: {}", "", looked_in.join(", "))?;
+            }
         }
         let failed: Vec<&str> = findings.iter().filter(|f| f.health == Health::Failed).map(|f| f.what).collect();
         if self.json {
@@ -74,6 +80,7 @@ impl DoctorArgs {
 /// ONNX Runtime and what it can compute on.
 fn runtime(library: Option<&std::path::Path>, provider: Provider) -> Finding {
     let what = "ONNX Runtime";
+    let (_, looked_in) = engine::candidates(library);
     match OnnxRuntime::open(library, provider) {
         Ok(runtime) => {
             let about = runtime.description();
@@ -81,16 +88,21 @@ fn runtime(library: Option<&std::path::Path>, provider: Provider) -> Finding {
             let path = about.library.as_ref().map_or_else(String::new, |p| p.display().to_string());
             let text = format!("{} from {path}, computes on {}", about.version, providers.join(", "));
             let details = json!({ "version": about.version, "library": about.library, "providers": providers });
-            Finding { what, health: Health::Ok, text, details }
+            Finding { what, health: Health::Ok, text, looked_in, details }
         }
         Err(error @ EngineError::NotFound { .. }) => {
             let (health, instead) = match engine::HAS_TRACT {
                 true => (Health::Warning, "networks run in tract, several times slower"),
-                false => (Health::Warning, "--labels network cannot run; `cargo xtask onnxruntime` fetches it"),
+                false => (
+                    Health::Warning,
+                    "--labels network cannot run; `pip install onnxruntime` brings it, or `cargo xtask onnxruntime` in the source tree",
+                ),
             };
-            Finding { what, health, text: format!("{error}; {instead}"), details: Value::Null }
+            Finding { what, health, text: format!("{error}; {instead}"), looked_in: Vec::new(), details: Value::Null }
         }
-        Err(error) => Finding { what, health: Health::Failed, text: error.to_string(), details: Value::Null },
+        Err(error) => {
+            Finding { what, health: Health::Failed, text: error.to_string(), looked_in, details: Value::Null }
+        }
     }
 }
 
@@ -103,7 +115,7 @@ fn tract() -> Finding {
         }
         Err(_) => ("not built in; ONNX Runtime does its work".to_owned(), Value::Null),
     };
-    Finding { what: "tract", health: Health::Ok, text, details }
+    Finding { what: "tract", health: Health::Ok, text, looked_in: Vec::new(), details }
 }
 
 /// The models that are installed.
@@ -115,15 +127,11 @@ fn networks() -> Finding {
     let (health, text) = if !broken.is_empty() {
         (Health::Failed, broken.join("; "))
     } else if models.is_empty() {
-        let places: Vec<String> = folders.iter().map(|f| f.display().to_string()).collect();
-        (
-            Health::Warning,
-            format!("none are installed, --labels network has nothing to use; looked in {}", places.join(", ")),
-        )
+        (Health::Warning, "none are installed, --labels network has nothing to use".to_owned())
     } else {
         (Health::Ok, names.join(", "))
     };
-    Finding { what: "models", health, text, details: json!(models) }
+    Finding { what: "models", health, text, looked_in: folders, details: json!(models) }
 }
 
 /// The viewer's files.
@@ -133,5 +141,5 @@ fn viewer(embedded: EmbeddedFiles) -> Finding {
     } else {
         (Health::Failed, "is not built in; build it with: cargo xtask web")
     };
-    Finding { what: "viewer", health, text: text.into(), details: Value::Null }
+    Finding { what: "viewer", health, text: text.into(), looked_in: Vec::new(), details: Value::Null }
 }

@@ -1,17 +1,18 @@
 //! `semascan evaluate A B`: metrics of a model against a reference, each with its convention. With `--photometric`: the poses
-//! of inspection A against the pictures of source B.
+//! of inspection A against the pictures of source B. With a `truth.json` as B: against the true poses of a recording.
 
 use super::spec_args::UnitArg;
-use super::{Failure, numbers, photometric};
+use super::{Failure, numbers, photometric, pose_truth};
 use anyhow::{Context, anyhow};
 use clap::Args;
 use nalgebra::Isometry3;
 use semascan_evaluation::{
     AlignedEvaluation, Evaluation, MeasuredGeometry, Range, Scale, evaluate, evaluate_aligned, figures, ranges,
 };
-use semascan_geometry::measure::{CONVENTIONS, ClassScore, SEMANTIC_CONVENTIONS};
+use semascan_geometry::measure::{CONVENTIONS, ClassScore, Comparison, SEMANTIC_CONVENTIONS};
 use semascan_inspection::record::pose_record;
 use semascan_inspection::spec::LengthUnit;
+use semascan_model::choice::possible_instead;
 use semascan_store::check_beside_record;
 use serde_json::{Value, json};
 use std::io::{self, Write};
@@ -20,12 +21,17 @@ use std::path::{Path, PathBuf};
 /// Extensions that can be read.
 const FORMATS: [&str; 6] = ["ply", "pcd", "obj", "stl", "gltf", "glb"];
 
+/// B has surface that A lacks if the 95th percentile of distances from B to A is so many times that from A to B.
+const UNSEEN: f64 = 3.0;
+
 /// Arguments of `semascan evaluate`.
 #[derive(Debug, Args)]
 pub(crate) struct EvaluateArgs {
-    /// The model: a cloud (PLY, PCD) or a mesh (PLY, OBJ, STL, glTF, GLB); with --photometric the folder of an inspection
+    /// The model: a cloud (PLY, PCD) or a mesh (PLY, OBJ, STL, glTF, GLB); with --photometric, or where B is a truth.json, the
+    /// folder of an inspection
     a: PathBuf,
-    /// The reference it is judged against, likewise; with --photometric the source that was inspected
+    /// The reference it is judged against, likewise; with --photometric the source that was inspected; or the truth.json of a
+    /// simulated turntable recording, by which the poses of A are judged
     b: PathBuf,
     /// Judge poses by the pictures, without any truth: corners of one view, carried by depth and poses, against where they
     /// are in others, in pixels
@@ -73,13 +79,27 @@ impl EvaluateArgs {
             return photometric::judge(&self.a, &self.poses, &self.b, self.unit.map(LengthUnit::from), self.json);
         }
         let wrong = |e: anyhow::Error| Err(Failure::Call(e));
+        if self.b.extension().is_some_and(|extension| extension == "json") {
+            if self.align || self.unit.is_some() || self.scale_a.is_some() || self.scale_b.is_some() {
+                return wrong(anyhow!(
+                    "--align, --unit, --scale-a and --scale-b are for clouds and meshes, not for poses"
+                ));
+            }
+            return pose_truth::judge(&self.a, &self.b, self.json);
+        }
         for path in [&self.a, &self.b] {
+            if path.is_dir() {
+                let mesh = path.join("mesh.ply");
+                let hint = if mesh.is_file() { format!(", such as {}", mesh.display()) } else { String::new() };
+                return wrong(anyhow!("{}: is a folder; name a cloud or a mesh in it{hint}", path.display()));
+            }
             if !path.is_file() {
                 return wrong(anyhow!("{}: no such file", path.display()));
             }
             let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
             if !FORMATS.contains(&extension.as_str()) {
-                return wrong(anyhow!("{}: is none of {}", path.display(), FORMATS.join(", ")));
+                let instead = possible_instead(&extension, &FORMATS);
+                return wrong(anyhow!("{}: cannot be read by its extension: {instead}", path.display()));
             }
         }
         for path in [&self.a, &self.b] {
@@ -98,6 +118,9 @@ impl EvaluateArgs {
         self.head(&mut out, a, b, "as they stand, without alignment")?;
         for (name, value) in figures(&found.comparison) {
             writeln!(out, "{name:<26} {:>12}", readable(name, value))?;
+        }
+        if let Some(note) = unseen(&found.comparison) {
+            writeln!(out, "{note}")?;
         }
         classes(&mut out, &found.classes)?;
         self.conventions(&mut out, &found.classes)?;
@@ -190,6 +213,20 @@ impl EvaluateArgs {
         }
         Ok(())
     }
+}
+
+/// What it means where much of the reference is far from the model, though the model is near the reference.
+fn unseen(comparison: &Comparison) -> Option<String> {
+    let (to_b, to_a) = (comparison.a_to_b.hd95, comparison.b_to_a.hd95);
+    (to_a > comparison.tau && to_a > UNSEEN * to_b).then(|| {
+        format!(
+            "B has surface that A lacks: {:.1} % of B is farther than {} mm from A, while A is near B. Where B is the truth, that \
+             is what no view saw, such as the underside: it counts in b_to_a, chamfer, recall and f_score, and says nothing \
+             of how true the seen surface is, which a_to_b does",
+            100.0 * (1.0 - comparison.recall),
+            comparison.tau * 1e3
+        )
+    })
 }
 
 /// Millimetres, square millimetres or per cent.

@@ -2,7 +2,7 @@
 
 use super::signals::Signals;
 use super::spec_args::SpecArgs;
-use super::{Failure, config, numbers, report, run, serve};
+use super::{Failure, config, numbers, report, run, serve, source};
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use run::{Running, Target};
@@ -12,8 +12,10 @@ use std::path::PathBuf;
 
 /// Arguments of `semascan inspect`.
 #[derive(Debug, Args)]
+#[command(after_long_help = source::help())]
 pub(crate) struct InspectArgs {
-    /// What to inspect: `virtual:starter-motor?seed=7&views=5`, a BOP scene folder, or a folder of PCD files
+    /// What to inspect: `virtual:starter-motor?seed=7&views=5`, a BOP scene folder, or a folder of PCD files (`--help` lists
+    /// all)
     source: String,
     /// Folder to write the inspection into
     #[arg(long, value_name = "DIR")]
@@ -22,7 +24,7 @@ pub(crate) struct InspectArgs {
     /// fails, the earlier one stays. A folder with other files is refused
     #[arg(long)]
     overwrite: bool,
-    /// Configuration of the cell
+    /// Configuration of the cell; `semascan config --sample` prints one with every key
     #[arg(long, value_name = "TOML")]
     config: Option<PathBuf>,
     #[command(flatten)]
@@ -39,7 +41,7 @@ pub(crate) struct InspectArgs {
 }
 
 impl InspectArgs {
-    pub(crate) fn run(self, signals: &Signals) -> Result<(), Failure> {
+    pub(crate) fn run(self, quiet: bool, signals: &Signals) -> Result<(), Failure> {
         serve::use_threads(self.threads)?;
         let config = config::read(self.config.as_deref()).map_err(Failure::Call)?;
         let mut spec = self.inspection.apply(config.inspection);
@@ -47,13 +49,15 @@ impl InspectArgs {
         // Whether the result can be written is known before anything is opened.
         let target = Target::open(&self.out, self.overwrite, self.view_clouds)?;
         let inspection = run::prepare(spec)?;
-        let bar = progress_bar(inspection.info().view_count);
+        let bar = if quiet { ProgressBar::hidden() } else { progress_bar(inspection.info().view_count) };
         let mut running = run::start(inspection, Some(target), signals)?;
         follow(&mut running, &bar);
         let inspected = run::finish_and_end(running, signals);
         bar.finish_and_clear();
         let inspected = inspected?;
-        report::print(&inspected.record, &self.out)?;
+        if !quiet {
+            report::print(&inspected.record, &self.out)?;
+        }
         if self.json {
             let mut out = std::io::stdout().lock();
             serde_json::to_writer(&mut out, &inspected.record)?;
@@ -83,6 +87,7 @@ fn follow(running: &mut Running, bar: &ProgressBar) {
                 if let Some(reason) = &record.reason {
                     bar.suspend(|| tracing::warn!("view {} left out: {reason}", record.index));
                 }
+                bar.suspend(|| tracing::debug!("{}", report::of_view(record)));
                 bar.inc(1);
             }
             _ => {}

@@ -1,7 +1,9 @@
 //! Commands, their arguments and exit codes.
 
 mod calibrate;
+mod completions;
 mod config;
+mod config_command;
 #[cfg(feature = "demo")]
 mod demo;
 mod doctor;
@@ -14,6 +16,8 @@ mod models;
 mod numbers;
 #[cfg(feature = "demo")]
 mod photometric;
+#[cfg(feature = "demo")]
+mod pose_truth;
 mod report;
 mod run;
 mod schema;
@@ -27,28 +31,33 @@ mod synth;
 mod synth_turntable;
 #[cfg(feature = "demo")]
 mod tables;
+mod verbosity;
 
 use anyhow::Context;
 use clap::{Parser, Subcommand};
 use semascan_inspection::SetupFailure;
 use semascan_inspection::source::SourceError;
 use semascan_perception::segment::network::SelectError;
+use semascan_perception::segment::network::engine::EngineError;
 use semascan_server::EmbeddedFiles;
 use semascan_store::{ExportError, StoreError};
 use signals::Signals;
+use verbosity::Verbosity;
 
 /// What scripts rely on.
 const EXIT_CODES: &str = "\
-Exit codes: 0 done; 1 the work failed, or too few views could be used; 2 the call was wrong; 130 (SIGINT) and 143 (SIGTERM) the
-work was cut off: an inspection keeps what it has, within 5 s, and its record says `stopped`; a second signal ends it at once.
-A server whose work was done ends with 0.";
+Exit codes: 0 done; 1 the work failed, or too few views could be used; 2 the call was wrong, or a file that it names is not
+there; 130 (SIGINT) and 143 (SIGTERM) the work was cut off: an inspection keeps what it has, within 5 s, and its record says
+`stopped`; a second signal ends it at once. A server whose work was done ends with 0.";
 
 /// Semantic 3D inspection of used parts.
 #[derive(Debug, Parser)]
-#[command(name = "semascan", version, about, after_help = EXIT_CODES)]
+#[command(name = "semascan", version, about = "Semantic 3D inspection of used parts", after_help = EXIT_CODES)]
 pub(crate) struct Cli {
     #[command(subcommand)]
     command: Command,
+    #[command(flatten)]
+    pub(crate) verbosity: Verbosity,
 }
 
 #[derive(Debug, Subcommand)]
@@ -69,6 +78,10 @@ enum Command {
     Models(models::ModelsArgs),
     /// Say whether everything that inspections need is there
     Doctor(doctor::DoctorArgs),
+    /// Print a commented sample of cell.toml, or check one
+    Config(config_command::ConfigArgs),
+    /// Print a script by which a shell completes the arguments of this program
+    Completions(completions::CompletionsArgs),
     /// Rerun a paper's tables on the virtual cell, its figures beside ours
     #[cfg(feature = "demo")]
     Tables(tables::TablesArgs),
@@ -126,50 +139,72 @@ pub(crate) fn format_error(error: &anyhow::Error) -> String {
 impl<E: Into<anyhow::Error>> From<E> for Failure {
     fn from(error: E) -> Self {
         let error = error.into();
-        let is_call = error.chain().any(|cause| {
-            matches!(cause.downcast_ref(), Some(SourceError::Uri { .. }))
-                || matches!(cause.downcast_ref(), Some(StoreError::NotEmpty { .. } | StoreError::Foreign { .. }))
-                || matches!(
-                    cause.downcast_ref(),
-                    Some(
-                        ExportError::OwnSource { .. }
-                            | ExportError::OfInspection { .. }
-                            | ExportError::OtherInspection { .. }
-                    )
-                )
-                || matches!(cause.downcast_ref(), Some(SelectError::Unknown { .. } | SelectError::None { .. }))
-                || matches!(
-                    cause.downcast_ref(),
-                    Some(
-                        SetupFailure::Spec(_)
-                            | SetupFailure::Source(SourceError::Uri { .. })
-                            | SetupFailure::Select(SelectError::Unknown { .. } | SelectError::None { .. })
-                    )
-                )
-        });
+        let is_call = error.chain().any(is_of_the_call);
         if is_call { Self::Call(error) } else { Self::Work(error) }
     }
+}
+
+/// Whether an error says that the call was wrong: it names what does not exist, or asks for what must not be done.
+fn is_of_the_call(cause: &(dyn std::error::Error + 'static)) -> bool {
+    let source = |error: &SourceError| matches!(error, SourceError::Uri { .. });
+    let select = |error: &SelectError| matches!(error, SelectError::Unknown { .. } | SelectError::None { .. });
+    // An option that is a file, as ONNX Runtime's library is.
+    let engine = |error: &EngineError| matches!(error, EngineError::Library { path, .. } if !path.exists());
+    if let Some(error) = cause.downcast_ref() {
+        return source(error);
+    }
+    if let Some(error) = cause.downcast_ref() {
+        return select(error);
+    }
+    if let Some(error) = cause.downcast_ref() {
+        return engine(error);
+    }
+    if let Some(error) = cause.downcast_ref::<SetupFailure>() {
+        return match error {
+            SetupFailure::Spec(_) => true,
+            SetupFailure::Source(error) => source(error),
+            SetupFailure::Select(error) => select(error),
+            SetupFailure::Engine(error) => engine(error),
+            _ => false,
+        };
+    }
+    is_missing(cause)
+        || matches!(cause.downcast_ref(), Some(StoreError::NotEmpty { .. } | StoreError::Foreign { .. }))
+        || matches!(
+            cause.downcast_ref(),
+            Some(
+                ExportError::OwnSource { .. } | ExportError::OfInspection { .. } | ExportError::OtherInspection { .. }
+            )
+        )
+}
+
+/// Whether it is the system's word that there is no such file.
+fn is_missing(cause: &(dyn std::error::Error + 'static)) -> bool {
+    cause.downcast_ref::<std::io::Error>().is_some_and(|error| error.kind() == std::io::ErrorKind::NotFound)
 }
 
 impl Cli {
     /// Runs the command; `viewer` holds the viewer's files.
     pub(crate) fn run(self, viewer: EmbeddedFiles) -> Result<(), Failure> {
         let signals = Signals::handle().context("signals cannot be handled")?;
+        let quiet = self.verbosity.is_quiet();
         match self.command {
             #[cfg(feature = "demo")]
             Command::Demo(args) => args.run(viewer, &signals),
             Command::Serve(args) => args.run(viewer, &signals),
-            Command::Inspect(args) => args.run(&signals),
+            Command::Inspect(args) => args.run(quiet, &signals),
             #[cfg(feature = "demo")]
             Command::Evaluate(args) => args.run(),
             Command::Export(args) => args.run(),
             Command::Models(args) => args.run(),
             Command::Doctor(args) => args.run(viewer),
             #[cfg(feature = "demo")]
-            Command::Tables(args) => args.run(),
+            Command::Tables(args) => args.run(quiet),
             Command::Schema(args) => args.run(),
+            Command::Config(args) => args.run(),
+            Command::Completions(args) => args.run(),
             #[cfg(feature = "demo")]
-            Command::Synth(args) => args.run(),
+            Command::Synth(args) => args.run(quiet),
         }
     }
 }

@@ -4,6 +4,7 @@
 use super::Failure;
 use super::calibrate::CalibrateArgs;
 use crate::stderr::Stderr;
+use anyhow::anyhow;
 use clap::{Args, Subcommand};
 use semascan_perception::segment::network::{Installed, installed, search_path};
 use serde_json::{Value, json};
@@ -35,6 +36,9 @@ impl ModelsArgs {
     pub(crate) fn run(self) -> Result<(), Failure> {
         if let Some(ModelsCommand::Calibrate(arguments)) = self.command {
             return arguments.run();
+        }
+        if let Some(missing) = self.models.iter().find(|folder| !folder.is_dir()) {
+            return Err(Failure::Call(anyhow!("{}: no such folder", missing.display())));
         }
         let folders = if self.models.is_empty() { search_path() } else { self.models };
         let models = installed(&folders);

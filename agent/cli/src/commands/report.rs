@@ -57,6 +57,21 @@ pub(crate) fn print(record: &InspectionRecord, folder: &Path) -> io::Result<()> 
     writeln!(out, "written to {}", folder.display())
 }
 
+/// What became of a view, in one line.
+pub(crate) fn of_view(view: &ViewRecord) -> String {
+    let times: Vec<String> =
+        view.timings.iter().map(|t| format!("{} {:.0} ms", t.stage.name(), 1e3 * t.seconds)).collect();
+    let pose = match &view.registration {
+        None => "without a pose",
+        Some(RegistrationRecord::Icp { .. }) => "aligned with the model",
+        Some(RegistrationRecord::KeptPrior { .. }) => "at the robot's pose, which the alignment did not improve",
+        Some(RegistrationRecord::Kinematic) => "at the robot's pose",
+        Some(RegistrationRecord::Relocalized { .. }) => "found in the model",
+        Some(RegistrationRecord::CameraIsFrame) => "the frame of the model",
+    };
+    format!("view {}: {} points more, {pose}; {}", view.index, view.points_added, times.join(", "))
+}
+
 /// How the views got their poses.
 fn print_poses(out: &mut impl Write, views: &[ViewRecord]) -> io::Result<()> {
     let mut counts = [
@@ -230,14 +245,16 @@ fn print_truth(out: &mut impl Write, truth: &TruthRecord, labelled: bool) -> io:
 
 /// How true the labels are, class by class and all together.
 fn print_labels(out: &mut impl Write, truth: &TruthRecord) -> io::Result<()> {
-    writeln!(
-        out,
-        "{:<28} {:>9} {:>12} {:>13} {:>7}",
-        "against truth", "points", "accuracy %", "completeness %", "IoU"
-    )?;
-    for c in truth.components.iter().chain(&truth.defects) {
-        let (accuracy, completeness) = (c.accuracy * 100.0, c.completeness * 100.0);
-        writeln!(out, "{:<28} {:>9} {accuracy:>12.2} {completeness:>14.2} {:>7.3}", c.name, c.points, c.iou)?;
+    for (what, classes) in [("components", &truth.components), ("defects", &truth.defects)] {
+        if classes.is_empty() {
+            continue;
+        }
+        let title = format!("{what} against truth");
+        writeln!(out, "{title:<28} {:>9} {:>12} {:>14} {:>7}", "points", "accuracy %", "completeness %", "IoU")?;
+        for c in classes {
+            let (accuracy, completeness) = (c.accuracy * 100.0, c.completeness * 100.0);
+            writeln!(out, "{:<28} {:>9} {accuracy:>12.2} {completeness:>14.2} {:>7.3}", c.name, c.points, c.iou)?;
+        }
     }
     let (accuracy, completeness) = (truth.label_accuracy * 100.0, truth.label_completeness * 100.0);
     writeln!(out, "label accuracy {accuracy:.2} %, completeness {completeness:.2} %")

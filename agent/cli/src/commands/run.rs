@@ -7,9 +7,11 @@ use super::signals::{Signals, Work};
 use super::source::open;
 use anyhow::anyhow;
 use semascan_inspection::bus::Events;
-use semascan_inspection::spec::InspectionSpec;
+use semascan_inspection::spec::{InspectionSpec, LabelSource};
 use semascan_inspection::{Inspected, Inspection, InspectionHandle, StopSwitch};
+use semascan_model::Taxonomy;
 use semascan_model::record::{InspectionRecord, Outcome, RunRecord};
+use semascan_perception::segment::network::select;
 use semascan_store::{Kept, ResultFolder, StoreError};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -25,6 +27,10 @@ const TRIES: u32 = 3;
 pub(crate) fn prepare(spec: InspectionSpec) -> Result<Inspection, Failure> {
     let uri = spec.source.uri.as_deref().ok_or_else(|| Failure::Call(anyhow!("no source is named")))?;
     spec.depth_scale().map_err(|e| Failure::Call(e.into()))?;
+    if spec.labels == LabelSource::Network {
+        // Whether there are models is known before a source is opened, which may take long; which of them suit it is not.
+        select(&spec.network.models, &Taxonomy::from_names::<&str>(&[], &[]))?;
+    }
     let source = open(uri, &spec)?;
     Ok(Inspection::new(spec, source)?)
 }

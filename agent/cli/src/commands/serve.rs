@@ -5,10 +5,11 @@ use super::limit_args::LimitArgs;
 use super::run::{self, Running, Target};
 use super::signals::{Signals, Work};
 use super::spec_args::SpecArgs;
-use super::{Failure, numbers};
+use super::{Failure, numbers, source};
 use anyhow::{Context, anyhow};
 use clap::Args;
-use semascan_inspection::{Inspection, StopSwitch};
+use semascan_inspection::StopSwitch;
+use semascan_inspection::spec::InspectionSpec;
 use semascan_model::record::Outcome;
 use semascan_server::{
     AccessRule, EmbeddedFiles, LiveModel, LiveStream, ServeError, Server, ServerConfig, WebFiles, publish_saved,
@@ -50,14 +51,15 @@ pub(crate) struct ReachArgs {
 
 /// Arguments of `semascan serve`.
 #[derive(Debug, Args)]
+#[command(after_long_help = source::help())]
 pub(crate) struct ServeArgs {
     /// A saved inspection to show: its folder
     #[arg(value_name = "DIR", conflicts_with_all = ["source", "out"])]
     saved: Option<PathBuf>,
-    /// What to inspect; without it the agent waits
+    /// What to inspect (`--help` lists what there is); without it the agent waits
     #[arg(long)]
     source: Option<String>,
-    /// Configuration of the cell
+    /// Configuration of the cell; `semascan config --sample` prints one with every key
     #[arg(long, value_name = "TOML")]
     config: Option<PathBuf>,
     /// Folder to write the finished inspection into
@@ -87,8 +89,7 @@ impl ServeArgs {
             Some(_) => {
                 let open = |folder: PathBuf| Target::open(&folder, self.overwrite, false);
                 let target = self.out.map(open).transpose()?.map(Box::new);
-                let inspection = run::prepare(spec)?;
-                Some(Job::Inspect { inspection: Box::new(inspection), target })
+                Some(Job::Inspect { spec: Box::new(spec), target })
             }
             None => None,
         };
@@ -98,8 +99,8 @@ impl ServeArgs {
 
 /// What is served.
 pub(crate) enum Job {
-    /// An inspection that is run, and where it is written to.
-    Inspect { inspection: Box<Inspection>, target: Option<Box<Target>> },
+    /// What is inspected and how, and where it is written to.
+    Inspect { spec: Box<InspectionSpec>, target: Option<Box<Target>> },
     /// One that was.
     Saved(Box<SavedInspection>),
 }
@@ -144,12 +145,20 @@ pub(crate) fn serve(
         if !address.ip().is_loopback() {
             tracing::warn!("other machines can reach this agent, and it asks nobody for a password");
         }
+        let asked = signals.clone();
+        // Pages are answered from now on, also while a source is opened, which may take seconds.
+        let answering = tokio::spawn(server.run(async move { asked.asked_to_end().await }));
         if open_browser && let Err(error) = open::that_detached(&url) {
             tracing::info!("open {url} in a browser ({error})");
         }
         let running = match job {
-            Some(Job::Inspect { inspection, target }) => {
-                let running = run::start(*inspection, target.map(|target| *target), signals)?;
+            Some(Job::Inspect { spec, target }) => {
+                tracing::info!("opening {}", spec.source.uri.as_deref().unwrap_or_default());
+                live.say("the agent starts: it opens what is to be inspected");
+                let prepared = tokio::task::spawn_blocking(|| run::prepare(*spec)).await;
+                let inspection = prepared.context("the source could not be opened")??;
+                live.say("");
+                let running = run::start(inspection, target.map(|target| *target), signals)?;
                 let (live, signals) = (Arc::clone(&live), signals.clone());
                 Some(std::thread::spawn(move || follow(running, &live, &signals)))
             }
@@ -163,8 +172,7 @@ pub(crate) fn serve(
                 None
             }
         };
-        let asked = signals.clone();
-        server.run(async move { asked.asked_to_end().await }).await;
+        answering.await.context("the server ended unexpectedly")?;
         // What the inspection has by now is written first.
         let Some(follower) = running else { return Ok(()) };
         match follower.join() {

@@ -3,7 +3,7 @@
 use semascan_inspection::source::{Source, SourceError};
 use semascan_inspection::spec::InspectionSpec;
 #[cfg(feature = "demo")]
-use semascan_simulation::{VirtualCell, VirtualCellSpec};
+use semascan_simulation::{KEYS, PARTS, VirtualCell, VirtualCellSpec};
 
 /// Opens what `uri` names for an inspection as `spec` says: `virtual:...`, or what [`semascan_sources::open`] knows.
 ///
@@ -19,4 +19,38 @@ pub(crate) fn open(uri: &str, spec: &InspectionSpec) -> Result<Box<dyn Source>, 
         return Ok(Box::new(VirtualCell::open(&VirtualCellSpec::parse(&uri)?)?));
     }
     semascan_sources::open(uri, spec)
+}
+
+/// What can be inspected, for the help of every command that inspects.
+pub(crate) fn help() -> String {
+    let recorded = "Sources:\n  DIR  a BOP scene folder (rgb/, depth/, scene_camera.json), or a folder of PCD files\n";
+    #[cfg(not(feature = "demo"))]
+    let simulated = String::new();
+    #[cfg(feature = "demo")]
+    let simulated = {
+        let keys = KEYS.iter().map(|key| {
+            let part = key.part.map_or_else(String::new, |part| format!("{part} only: "));
+            format!("    {:<10} {part}{}\n", key.name, key.meaning)
+        });
+        format!(
+            "  virtual:PART?KEY=VALUE&KEY=VALUE  a simulated cell; PART is {}, and the keys with their defaults are\n{}",
+            PARTS.join(" or "),
+            keys.collect::<String>()
+        )
+    };
+    format!("{recorded}{}", simulated.trim_end())
+}
+
+#[cfg(all(test, feature = "demo"))]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_help_names_every_key_with_its_meaning() {
+        let help = help();
+        for key in KEYS {
+            let line = help.lines().find(|line| line.trim_start().starts_with(&format!("{} ", key.name)));
+            assert!(line.is_some_and(|line| line.contains(key.meaning)), "{}", key.name);
+        }
+    }
 }

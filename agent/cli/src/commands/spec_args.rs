@@ -227,10 +227,10 @@ impl From<LabelsArg> for LabelSource {
 impl From<UnitArg> for LengthUnit {
     fn from(arg: UnitArg) -> Self {
         match arg {
-            UnitArg::Mm => Self::Mm,
-            UnitArg::Cm => Self::Cm,
-            UnitArg::M => Self::M,
-            UnitArg::Inch => Self::Inch,
+            UnitArg::Mm => Self::Millimetres,
+            UnitArg::Cm => Self::Centimetres,
+            UnitArg::M => Self::Metres,
+            UnitArg::Inch => Self::Inches,
         }
     }
 }
@@ -313,7 +313,7 @@ mod tests {
         assert_eq!(changed.source.camera_mask, CameraMask::File("m.png".into()));
         assert!(changed.source.keyframes && changed.source.pace_s == 0.5);
         let changed = apply("--unit m --depth 0.2..2 --box -1,-1,0,1,1,0.5 --roi labelled --least-views 0.9", spec);
-        assert_eq!((changed.source.unit, changed.least_views), (Some(LengthUnit::M), Some(0.9)));
+        assert_eq!((changed.source.unit, changed.least_views), (Some(LengthUnit::Metres), Some(0.9)));
         assert_eq!(changed.region.depth, Some(DepthRange { min: 0.2, max: 2.0 }));
         assert_eq!(changed.region.bounds, Some([-1.0, -1.0, 0.0, 1.0, 1.0, 0.5]));
         assert!(changed.region.labelled);

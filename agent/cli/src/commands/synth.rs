@@ -64,7 +64,7 @@ struct Summary<'a> {
 }
 
 impl SynthArgs {
-    pub(crate) fn run(self) -> Result<(), Failure> {
+    pub(crate) fn run(self, quiet: bool) -> Result<(), Failure> {
         serve::use_threads(self.threads)?;
         if let Some(recordings) = self.turntable.options(self.views, self.size) {
             let parts = self.first_part..self.first_part + self.parts;
@@ -86,7 +86,8 @@ impl SynthArgs {
         if kept > 0 {
             tracing::info!("{kept} of {} parts are there already and are left as they are", self.parts);
         }
-        let bar = progress_bar(missing.len() as u64 * u64::from(self.views));
+        let views = missing.len() as u64 * u64::from(self.views);
+        let bar = if quiet { ProgressBar::hidden() } else { progress_bar(views) };
         let start = Instant::now();
         for part in &missing {
             bar.set_message(format!("part {part}"));

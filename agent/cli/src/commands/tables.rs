@@ -29,28 +29,28 @@ enum Paper {
 /// Arguments of `semascan tables`.
 #[derive(Debug, Args)]
 pub(crate) struct TablesArgs {
-    /// The paper
+    /// The paper: P0 is on modelling used parts, P1 on a camera in the robot's hand, P2 on keyframes (`--help` has the titles)
     #[arg(value_enum)]
     paper: Paper,
     /// Only these tables, separated by commas: P0 has 1, 3, 5, 6; P1 has 1 to 5; P2 has 2, 3, 4
     #[arg(long = "table", value_name = "N", value_delimiter = ',')]
     tables: Vec<u32>,
-    /// Motors [default: 4 in P0's Table 1, else 10]; P1's Tables 3 to 5: runs of each object [default: 10]
+    /// Simulated motors [default: 4 in P0's Table 1, else 10]; in P1's Tables 3 to 5: runs of each object [default: 10]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1000))]
     seeds: Option<u64>,
     /// Views of each [default: 5, in P1's Tables 3 to 5: 12; P1 itself took 16]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=360))]
     views: Option<u32>,
-    /// P1's Tables 3 to 5: only objects whose name contains this
+    /// In P1's Tables 3 to 5: only objects whose name contains this
     #[arg(long, value_name = "NAME")]
     only: Option<String>,
-    /// P1: folder with the YCB meshes (lemon/textured.obj ...) [default: objects/ycb in SEMASCAN_DATA]
+    /// For P1: folder with the YCB meshes (lemon/textured.obj ...) [default: objects/ycb in SEMASCAN_DATA]
     #[arg(long, value_name = "DIR")]
     ycb: Option<PathBuf>,
     /// Folder of models [default: where an inspection looks for them]
     #[arg(long, value_name = "DIR")]
     models: Option<PathBuf>,
-    /// P0: threshold of sigma, 0 to 1 [default: chosen on validation motors]
+    /// For P0: largest standard uncertainty of a label, 0 to 1 [default: chosen on validation motors]
     #[arg(long, value_name = "T", value_parser = numbers::threshold, allow_negative_numbers = true)]
     sigma: Option<f32>,
     /// Few and small pictures, to see that all works; the figures say nothing
@@ -76,11 +76,11 @@ struct P1Report {
 }
 
 impl TablesArgs {
-    pub(crate) fn run(self) -> Result<(), Failure> {
+    pub(crate) fn run(self, quiet: bool) -> Result<(), Failure> {
         match self.paper {
-            Paper::P0 => self.p0(),
-            Paper::P1 => self.p1(),
-            Paper::P2 => self.p2(),
+            Paper::P0 => self.p0(quiet),
+            Paper::P1 => self.p1(quiet),
+            Paper::P2 => self.p2(quiet),
         }
     }
 
@@ -113,7 +113,7 @@ impl TablesArgs {
         Ok(NetworkSetting { models: self.models.clone(), sigma: self.sigma, ..setting })
     }
 
-    fn p0(self) -> Result<(), Failure> {
+    fn p0(self, quiet: bool) -> Result<(), Failure> {
         self.not_p1()?;
         let mut reference_models = p0::reference_models::Config::default();
         if self.quick {
@@ -125,29 +125,29 @@ impl TablesArgs {
             reference_models.motors = (1..=motors).map(|k| 100 + k).collect();
         }
         let config = p0::Config { tables: self.tables(&p0::TABLES)?, reference_models, networks: self.networks()? };
-        let report = watched(|on_step| p0::run(&config, on_step))?;
+        let report = watched(quiet, |on_step| p0::run(&config, on_step))?;
         p0::print(&mut Stderr::default(), &report)?;
         self.write(&report)
     }
 
-    fn p1(self) -> Result<(), Failure> {
+    fn p1(self, quiet: bool) -> Result<(), Failure> {
         let tables = self.tables(&[1, 2, 3, 4, 5])?;
         let wants = |these: &[u32]| tables.iter().any(|t| these.contains(t));
         // Networks know components of motors alone; one object of the others needs none of them.
         let masks = if wants(&[1, 2]) && self.only.is_none() {
             let networks = self.networks()?;
-            let masks = watched(|on_step| p1::masks::run(&networks, on_step))?;
+            let masks = watched(quiet, |on_step| p1::masks::run(&networks, on_step))?;
             p1::masks::print(&mut Stderr::default(), &masks)?;
             Some(masks)
         } else {
             None
         };
-        let reconstruction = if wants(&[3, 4, 5]) { Some(self.reconstruction()?) } else { None };
+        let reconstruction = if wants(&[3, 4, 5]) { Some(self.reconstruction(quiet)?) } else { None };
         self.write(&P1Report { reconstruction, masks })
     }
 
     /// [Eye-in-hand 2020], Tables 3 to 5.
-    fn reconstruction(&self) -> Result<p1::ReconstructionTables, Failure> {
+    fn reconstruction(&self, quiet: bool) -> Result<p1::ReconstructionTables, Failure> {
         let in_data = || Some(PathBuf::from(std::env::var_os("SEMASCAN_DATA")?).join("objects/ycb"));
         let ycb = self.ycb.clone().or_else(|| in_data().filter(|folder| folder.is_dir()));
         match &ycb {
@@ -165,19 +165,19 @@ impl TablesArgs {
             only: self.only.clone(),
             workers: std::thread::available_parallelism().map_or(1, usize::from),
         };
-        let result = watched(|on_step| p1::run(&config, on_step));
+        let result = watched(quiet, |on_step| p1::run(&config, on_step));
         let report = result.map_err(|error| match error {
-            p1::TableError::NoObject(_) => Failure::Call(error.into()),
+            p1::TableError::NoObject { .. } => Failure::Call(error.into()),
             error => Failure::Work(error.into()),
         })?;
         p1::print(&report, &mut Stderr::default())?;
         Ok(report)
     }
 
-    fn p2(self) -> Result<(), Failure> {
+    fn p2(self, quiet: bool) -> Result<(), Failure> {
         self.not_p1()?;
         let config = p2::Config { tables: self.tables(&p2::TABLES)?, networks: self.networks()? };
-        let report = watched(|on_step| p2::run(&config, on_step))?;
+        let report = watched(quiet, |on_step| p2::run(&config, on_step))?;
         p2::print(&mut Stderr::default(), &report)?;
         self.write(&report)
     }
@@ -195,9 +195,9 @@ impl TablesArgs {
     }
 }
 
-/// Runs `work` with a progress bar that gets how many steps are done, and of how many.
-fn watched<T>(work: impl FnOnce(&dyn Fn(usize, usize)) -> T) -> T {
-    let bar = ProgressBar::new(0);
+/// Runs `work` with a progress bar, unless `quiet`, that gets how many steps are done, and of how many.
+fn watched<T>(quiet: bool, work: impl FnOnce(&dyn Fn(usize, usize)) -> T) -> T {
+    let bar = if quiet { ProgressBar::hidden() } else { ProgressBar::new(0) };
     if let Ok(style) = ProgressStyle::with_template("{bar:40} {pos}/{len}, {elapsed} of {duration}") {
         bar.set_style(style);
     }

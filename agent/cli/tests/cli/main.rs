@@ -2,6 +2,7 @@
 
 mod evaluate;
 mod export;
+mod first_steps;
 mod full_disk;
 mod inspect;
 mod log;

@@ -130,7 +130,9 @@ impl Source for Keyframes {
 
     fn next_view(&mut self) -> Option<Result<View, SourceError>> {
         loop {
-            let next = self.source.next_view()?;
+            let next = self.source.next_view();
+            self.info.follow_settings(self.source.info());
+            let next = next?;
             self.seen += 1;
             let pose = next.as_ref().ok().and_then(|view| view.pose.table_from_camera());
             let wanted = match (&next, &pose) {
@@ -217,7 +219,7 @@ mod tests {
         while let Some(view) = source.next_view() {
             taken.push(view.expect("a view").index);
         }
-        (taken, source.info().settings.last().expect("the count").1.clone())
+        (taken, source.info().settings.first().expect("the count").1.clone())
     }
 
     #[test]

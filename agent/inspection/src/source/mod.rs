@@ -3,6 +3,8 @@
 //! does.
 
 mod error;
+#[cfg(test)]
+mod fixtures;
 mod keyframes;
 mod turntable;
 mod with_taxonomy;
@@ -82,6 +84,18 @@ pub struct SourceInfo {
     pub volume: Option<(Point3<f64>, Point3<f64>)>,
     /// Why its views carry no recorded labels, or have none that were read; `None` if they carry some.
     pub no_labels: Option<String>,
-    /// Seeds and settings that make the run repeatable, as `key = value`.
+    /// Seeds and settings that make the run repeatable, as `key = value`. A source may add to them as it goes.
     pub settings: Vec<(String, String)>,
+}
+
+impl SourceInfo {
+    /// Takes over the settings of the source that this one is made of, as they are by now; those of its own stay.
+    fn follow_settings(&mut self, of_inner: &Self) {
+        for (key, value) in &of_inner.settings {
+            match self.settings.iter_mut().find(|(own, _)| own == key) {
+                Some((_, own)) => own.clone_from(value),
+                None => self.settings.push((key.clone(), value.clone())),
+            }
+        }
+    }
 }

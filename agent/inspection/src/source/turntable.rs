@@ -234,7 +234,9 @@ impl Source for TurntableSource {
         }
         let place = self.next;
         self.next += 1;
-        let view = self.source.next_view()?;
+        let view = self.source.next_view();
+        self.info.follow_settings(self.source.info());
+        let view = view?;
         let told = view.and_then(|view| self.told(view, place));
         self.note();
         Some(told)

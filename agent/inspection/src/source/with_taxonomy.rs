@@ -25,7 +25,9 @@ impl Source for WithTaxonomy {
     }
 
     fn next_view(&mut self) -> Option<Result<View, SourceError>> {
-        self.source.next_view()
+        let view = self.source.next_view();
+        self.info.follow_settings(self.source.info());
+        view
     }
 
     fn rewind(&mut self) -> bool {
@@ -34,5 +36,30 @@ impl Source for WithTaxonomy {
 
     fn truth(&self) -> Option<&TrueMesh> {
         self.source.truth()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::source::fixtures::Counting;
+    use crate::source::{KeyframeRule, Keyframes, TurntableSource};
+    use crate::spec::TurntableSpec;
+
+    #[test]
+    fn what_a_source_says_of_itself_later_is_passed_on_by_every_wrapper() {
+        let other = || Taxonomy::from_names(&["gear"], &[]);
+        let wrapped: [Box<dyn Source>; 3] = [
+            Box::new(WithTaxonomy::new(Box::new(Counting::default()), other())),
+            Box::new(Keyframes::new(Box::new(Counting::default()), KeyframeRule::default())),
+            TurntableSource::wrap(Box::new(Counting::default()), TurntableSpec::Known { axis: None, step: None })
+                .expect("its views come again"),
+        ];
+        for mut source in wrapped {
+            let views = std::iter::from_fn(|| source.next_view()).count();
+            let said = source.info().settings.iter().filter(|(key, _)| key == Counting::SETTING).collect::<Vec<_>>();
+            assert_eq!(said, [&(Counting::SETTING.to_owned(), views.to_string())]);
+        }
+        assert_eq!(WithTaxonomy::new(Box::new(Counting::default()), other()).info().taxonomy, other());
     }
 }

@@ -9,6 +9,7 @@ mod turntable;
 
 pub use network::NetworkSpec;
 pub use region::{Corners, DepthRange, RegionSpec};
+pub use semascan_model::LengthUnit;
 pub use semascan_model::record::LabelSource;
 pub use turntable::TurntableSpec;
 
@@ -70,42 +71,6 @@ pub struct SourceSpec {
     pub keyframes: bool,
     /// Least time between two captures in seconds, so that people can watch.
     pub pace_s: f64,
-}
-
-/// A unit of length.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum LengthUnit {
-    /// Millimetres.
-    Mm,
-    /// Centimetres.
-    Cm,
-    /// Metres.
-    M,
-    /// Inches.
-    Inch,
-}
-
-impl LengthUnit {
-    /// Its name on the command line and in files.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Mm => "mm",
-            Self::Cm => "cm",
-            Self::M => "m",
-            Self::Inch => "inch",
-        }
-    }
-
-    /// One of it in metres.
-    pub fn in_metres(self) -> f64 {
-        match self {
-            Self::Mm => 1e-3,
-            Self::Cm => 1e-2,
-            Self::M => 1.0,
-            Self::Inch => 0.0254,
-        }
-    }
 }
 
 /// What is known to show the robot itself in every view.

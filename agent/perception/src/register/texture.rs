@@ -5,7 +5,7 @@
 //! turntable turns under the light, which no two numbers can express).
 
 use crate::organized::OrganizedCloud;
-use crate::view::Intrinsics;
+use crate::view::{Intrinsics, luma};
 use image::RgbImage;
 
 /// Levels of the pyramid; each halves the picture.
@@ -58,10 +58,7 @@ impl Texture {
     /// The pyramid of `rgb`, seen by `camera`, whose finest level has `1 / stride` of its columns.
     pub(super) fn new(rgb: &RgbImage, camera: &Intrinsics, stride: usize) -> Self {
         let (width, height) = (rgb.width() as usize, rgb.height() as usize);
-        let grey: Vec<f32> = rgb
-            .pixels()
-            .map(|p| 0.299 * f32::from(p.0[0]) + 0.587 * f32::from(p.0[1]) + 0.114 * f32::from(p.0[2]))
-            .collect();
+        let grey: Vec<f32> = rgb.pixels().map(|p| luma(p.0)).collect();
         let (mut width, mut height, mut grey) = shrunk(&grey, width, height, stride.max(1));
         let mut camera = shrunk_camera(camera, stride.max(1), width, height);
         let mut levels = Vec::with_capacity(LEVELS);

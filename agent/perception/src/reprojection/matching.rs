@@ -7,6 +7,7 @@
 use super::picture::{Corner, Grey, JudgedPicture, on_plane};
 use crate::view::Intrinsics;
 use nalgebra::{Isometry3, Matrix2, Point3, Vector2};
+use semascan_geometry::vector::dot;
 
 /// How far from where the poses put it a corner is searched for, pixels of the coarsest picture.
 pub(super) const RADIUS: usize = 8;
@@ -122,7 +123,7 @@ struct Warp {
 impl Warp {
     /// `None` where it would stretch or shrink too much.
     fn new(corner: &Corner, a: &JudgedPicture, b: &JudgedPicture, b_from_a: &Isometry3<f64>) -> Option<Self> {
-        let offset = super::picture::dot(corner.point, corner.normal);
+        let offset = dot(corner.point, corner.normal);
         let moved = |x: f64, y: f64| {
             let pixel = [corner.pixel[0] + x, corner.pixel[1] + y];
             let at = carried(&b.camera, b_from_a, on_plane(&a.camera, pixel, offset, corner.normal)?)?;

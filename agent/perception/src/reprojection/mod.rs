@@ -17,8 +17,9 @@ pub use picture::JudgedPicture;
 
 use matching::{Found, carried, find};
 use nalgebra::{Isometry3, Point3, Vector3};
-use picture::{Corner, dot};
+use picture::Corner;
 use rayon::prelude::*;
+use semascan_geometry::vector::dot;
 
 /// Most pairs of views that are compared: more take evenly from all that overlap.
 const MOST_PAIRS: usize = 60;

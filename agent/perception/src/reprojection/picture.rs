@@ -3,8 +3,9 @@
 
 use super::corners;
 use crate::organized::OrganizedCloud;
-use crate::view::Intrinsics;
+use crate::view::{Intrinsics, luma_rounded};
 use image::RgbImage;
+use semascan_geometry::vector::dot;
 
 /// Halvings go on until a picture has at most this many columns: matches are searched for there first.
 const COARSEST_COLUMNS: usize = 400;
@@ -38,12 +39,8 @@ pub(super) struct Grey {
 
 impl Grey {
     fn of(rgb: &RgbImage) -> Self {
-        // ITU-R BT.601 luma in 8-bit fixed point.
-        let luma = |p: &image::Rgb<u8>| {
-            let [r, g, b] = p.0.map(u32::from);
-            ((77 * r + 150 * g + 29 * b + 128) >> 8) as u8
-        };
-        Self { width: rgb.width() as usize, height: rgb.height() as usize, values: rgb.pixels().map(luma).collect() }
+        let values = rgb.pixels().map(|p| luma_rounded(p.0)).collect();
+        Self { width: rgb.width() as usize, height: rgb.height() as usize, values }
     }
 
     /// Half the size: squares of four pixels averaged; an odd last column or row is cut.
@@ -189,10 +186,6 @@ pub(super) fn on_plane(camera: &Intrinsics, pixel: [f64; 2], offset: f64, normal
     let ray = [(pixel[0] - camera.cx) / camera.fx, (pixel[1] - camera.cy) / camera.fy, 1.0];
     let z = offset / dot(ray, normal);
     (z.is_finite() && z > 0.0).then(|| ray.map(|r| r * z))
-}
-
-pub(super) fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 /// Nearest and farthest depth in each cell, flying pixels left out.

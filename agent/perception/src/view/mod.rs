@@ -1,8 +1,10 @@
 //! One RGB-D capture and what is known about where it was taken.
 
 mod chain;
+mod luma;
 
 pub use chain::Chain;
+pub use luma::{LUMA_WEIGHTS, luma, luma_rounded};
 
 use image::RgbImage;
 use nalgebra::{Isometry3, Matrix6, Point3, Vector6};

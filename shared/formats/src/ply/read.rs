@@ -10,7 +10,7 @@ use super::vertices::vertices;
 use crate::ReadError;
 use crate::geometry::{Geometry, Piece, linear};
 use crate::offset::{kept_shift, relative};
-use crate::unit::Unit;
+use semascan_model::LengthUnit;
 use semascan_model::{ClassDef, SemanticMesh, Taxonomy};
 
 /// What a file holds.
@@ -47,7 +47,8 @@ impl PlyModel {
         let [normal, color, label, confidence, flags] =
             ["normal", "color", "label", "confidence", "flags"].map(|column| self.has(column));
         // What notes a voxel edge is our own.
-        let unit = self.comment("unit").and_then(Unit::parse).or_else(|| self.voxel().map(|_| Unit::Metres));
+        let unit =
+            self.comment("unit").and_then(LengthUnit::parse).or_else(|| self.voxel().map(|_| LengthUnit::Metres));
         let SemanticMesh { vertices, triangles, .. } = self.mesh;
         let known = normal && vertices.normals.iter().any(|n| *n != [0.0; 3]);
         Geometry {

@@ -10,8 +10,8 @@ mod pcd;
 mod ply;
 mod stl;
 
-use semascan_formats::unit::Unit;
 use semascan_formats::{Geometry, no_files};
+use semascan_model::LengthUnit;
 use std::collections::{BTreeMap, HashSet};
 
 /// Corners of a box of 40 x 20 x 10 with one corner drawn out, so that no two numbers can be exchanged unnoticed. Whole
@@ -132,7 +132,7 @@ fn check(variant: &Variant) -> Result<(), String> {
 
 #[test]
 fn every_unit_comes_to_the_same_metres() {
-    for unit in Unit::ALL {
+    for unit in LengthUnit::ALL {
         for edge in [0.04, 0.2, 0.9] {
             let scale = edge / unit.in_metres();
             let text = format!("v 0 0 0\nv {scale} 0 0\nv 0 {scale} 0\nf 1 2 3\n");
@@ -140,7 +140,7 @@ fn every_unit_comes_to_the_same_metres() {
             let metres = geometry.extent() * unit.in_metres();
             assert!((metres - edge).abs() < 1e-12, "{unit:?} {edge}: {metres}");
             // The two units that parts are drawn in are told by the size.
-            let is_told = unit == Unit::Metres || unit == Unit::Millimetres;
+            let is_told = unit == LengthUnit::Metres || unit == LengthUnit::Millimetres;
             assert!(!is_told || geometry.assumed_unit() == unit, "{unit:?} {edge}");
         }
     }

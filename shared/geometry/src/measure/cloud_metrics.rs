@@ -12,12 +12,12 @@ pub const PRECISION_DISTANCE: f64 = 1e-3;
 /// How each figure of a [`Comparison`] is computed.
 pub const CONVENTIONS: [(&str, &str); 9] = [
     ("mean_error", "ME: mean of d(a, B) over the points a of A, d(a, B) = distance to the nearest of B; metres"),
-    ("mean_square_error", "MSE: mean of d(a, B) squared (P0's MCE); square metres"),
+    ("mean_square_error", "MSE: mean of d(a, B) squared, also called MCE; square metres"),
     ("hd95", "HD95: 95th percentile of d(a, B), linear between ranks; metres"),
     ("hausdorff", "largest d(a, B); metres"),
     ("chamfer", "CD: sum of the two means, A to B and B to A, not squared; metres"),
-    ("c2c", "C2C: mean of d(a, B), A to B (P1); metres"),
-    ("precision_1mm", "share of A's points with d(a, B) <= 1 mm (P1's 3D IoU)"),
+    ("c2c", "C2C: mean of d(a, B), A to B; metres"),
+    ("precision_1mm", "share of A's points with d(a, B) <= 1 mm, also called 3D IoU"),
     ("precision, recall", "share of A's points within tau of B; of B's points within tau of A"),
     ("f_score", "2 precision recall / (precision + recall)"),
 ];

@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 
 /// How each figure of a [`ClassScore`] is computed.
 pub const SEMANTIC_CONVENTIONS: [(&str, &str); 5] = [
-    ("accuracy", "correct / retained, over points of the true class; retained = with label evidence (P0)"),
-    ("completeness", "retained / all, over points of the true class (P0)"),
+    ("accuracy", "correct / retained, over points of the true class; retained = with label evidence"),
+    ("completeness", "retained / all, over points of the true class"),
     ("precision", "correct / all retained points that carry the class"),
     ("recall", "correct / all points of the true class"),
     ("iou", "correct / points of the true class or that carry it"),

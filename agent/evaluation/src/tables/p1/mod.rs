@@ -24,6 +24,7 @@ pub use score::MethodScore;
 use methods::{Capture, hard, reconstruct};
 use score::TrueSurface;
 use semascan_inspection::source::{Source, SourceError};
+use semascan_model::choice::possible_instead;
 use semascan_perception::segment::Degradation;
 use semascan_simulation::VirtualCell;
 use std::path::PathBuf;
@@ -70,8 +71,13 @@ pub enum TableError {
     #[error("no thread pool: {0}")]
     Threads(#[from] rayon::ThreadPoolBuildError),
     /// There is nothing to run.
-    #[error("no object's name contains {0:?}")]
-    NoObject(String),
+    #[error("no object's name contains {only:?}: {instead}")]
+    NoObject {
+        /// What was asked for.
+        only: String,
+        /// What was possible.
+        instead: String,
+    },
 }
 
 /// Runs the tables; `progress` is called after every run with how many are done, and of how many.
@@ -82,10 +88,11 @@ pub fn run(config: &Config, progress: impl Fn(usize, usize)) -> Result<Reconstru
     let folder = tempfile::tempdir()?;
     let mut objects = objects(folder.path(), config.ycb.as_deref())?;
     if let Some(only) = &config.only {
-        objects.retain(|o| o.name.contains(only.as_str()));
-        if objects.is_empty() {
-            return Err(TableError::NoObject(only.clone()));
+        if !objects.iter().any(|o| o.name.contains(only.as_str())) {
+            let names: Vec<&str> = objects.iter().map(|o| o.name.as_ref()).collect();
+            return Err(TableError::NoObject { only: only.clone(), instead: possible_instead(only, &names) });
         }
+        objects.retain(|o| o.name.contains(only.as_str()));
     }
     let jobs: Vec<(usize, u64)> = (0..objects.len()).flat_map(|o| (1..=config.seeds).map(move |s| (o, s))).collect();
     let next = AtomicUsize::new(0);

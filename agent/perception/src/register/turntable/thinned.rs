@@ -1,6 +1,6 @@
 //! A view as the search for a turntable needs it: small, so that all views of a recording fit into memory together.
 
-use crate::view::{Intrinsics, View};
+use crate::view::{Intrinsics, View, luma};
 
 /// Most columns of a thinned picture.
 const COLUMNS: usize = 320;
@@ -33,8 +33,7 @@ impl TurningView {
         let mut grey = vec![0.0_f32; columns * rows];
         for (v, line) in view.rgb.rows().enumerate().filter(|(v, _)| v / factor < rows) {
             for (u, p) in line.enumerate().filter(|(u, _)| u / factor < columns) {
-                let value = 0.299 * f32::from(p.0[0]) + 0.587 * f32::from(p.0[1]) + 0.114 * f32::from(p.0[2]);
-                grey[(v / factor) * columns + u / factor] += value / (factor * factor) as f32;
+                grey[(v / factor) * columns + u / factor] += luma(p.0) / (factor * factor) as f32;
             }
         }
         // A mean of depths across an edge would lie on no surface: the middle pixel stands for its block.

@@ -1,12 +1,15 @@
 //! Which models are installed, and which of them an inspection uses.
 //!
 //! Looked for in the folder that the environment variable `SEMASCAN_MODELS` names and nowhere else, or in this order:
-//! `models` beside the executable, `agent/models` in the working directory, `agent/models` of the source tree that cargo's
-//! target folder lies in.
+//! `models` beside the executable, `../share/semascan/models` from there, the user's data folder (`semascan/models` in it),
+//! `semascan/models` in Python's site-packages, `agent/models` in the working directory, `agent/models` of the source tree
+//! that cargo's target folder lies in.
 
 use super::manifest::{FILE_NAME, Manifest, ManifestError, Task};
+use super::places::Places;
 use super::taxonomy::shared;
 use semascan_model::Taxonomy;
+use semascan_model::choice::possible_instead;
 use std::path::{Path, PathBuf};
 
 /// Names the folder of models.
@@ -34,7 +37,7 @@ pub enum SelectError {
         looked_in: Vec<PathBuf>,
     },
     /// No model or folder has this name.
-    #[error("there is no model {name:?}; installed are {}", names(installed))]
+    #[error("there is no model {name:?}: {}", instead(name, installed))]
     Unknown {
         /// What was asked for.
         name: String,
@@ -53,20 +56,27 @@ fn list(paths: &[PathBuf]) -> String {
     paths.iter().map(|p| p.display().to_string()).collect::<Vec<_>>().join(", ")
 }
 
-fn names(installed: &[String]) -> String {
-    if installed.is_empty() { "none".to_owned() } else { installed.join(", ") }
+fn instead(name: &str, installed: &[String]) -> String {
+    possible_instead(name, &installed.iter().map(String::as_str).collect::<Vec<_>>())
 }
 
 /// Folders that models may lie in, whether they exist or not.
 pub fn search_path() -> Vec<PathBuf> {
-    if let Some(folder) = std::env::var_os(VARIABLE).filter(|v| !v.is_empty()) {
-        return vec![folder.into()];
+    let named = std::env::var_os(VARIABLE).filter(|v| !v.is_empty()).map(PathBuf::from);
+    search(named, std::env::current_exe().ok().as_deref(), &Places::of_environment())
+}
+
+fn search(named: Option<PathBuf>, executable: Option<&Path>, places: &Places) -> Vec<PathBuf> {
+    if let Some(folder) = named {
+        return vec![folder];
     }
     let mut folders = Vec::new();
-    let executable = std::env::current_exe().ok();
-    if let Some(beside) = executable.as_deref().and_then(Path::parent) {
+    if let Some(beside) = executable.and_then(Path::parent) {
         folders.push(beside.join("models"));
+        folders.extend(beside.parent().map(|prefix| prefix.join("share/semascan/models")));
     }
+    folders.extend(places.data.iter().map(|data| data.join("models")));
+    folders.extend(places.site_packages(executable).into_iter().map(|site| site.join("semascan/models")));
     folders.push(PathBuf::from("agent/models"));
     let target = executable.iter().flat_map(|e| e.ancestors()).find(|a| a.file_name().is_some_and(|n| n == "target"));
     folders.extend(target.and_then(Path::parent).map(|root| root.join("agent/models")));
@@ -126,6 +136,7 @@ fn select_from(
     if !shelves.is_empty() {
         folders = shelves;
     }
+    tracing::debug!("models are looked for in {}", list(&folders));
     let there = installed(&folders);
     for name in asked.iter().filter(|name| !is_path(name)) {
         let model = there.iter().find(|m| m.folder.file_name().is_some_and(|f| f == name.as_str()));
@@ -226,6 +237,23 @@ mod tests {
         std::fs::write(shelf.join("fans").join(FILE_NAME), text.replace("housing", "fan")).expect("writes");
         known.components = Taxonomy::from_names::<&str>(&["fan", "shaft"], &[]).components;
         assert_eq!(chosen(&[], &known).expect("there are some"), ["fans"]);
+    }
+
+    #[test]
+    fn installed_models_are_found_outside_of_the_source_tree() {
+        let places = Places { data: Some("/home/a/.local/share/semascan".into()), python: vec!["/venv".into()] };
+        let folders = search(None, Some(Path::new("/opt/semascan/bin/semascan")), &places);
+        let expected = [
+            "/opt/semascan/bin/models",
+            "/opt/semascan/share/semascan/models",
+            "/home/a/.local/share/semascan/models",
+            "agent/models",
+        ];
+        assert_eq!(folders, expected.map(PathBuf::from));
+        let built = search(None, Some(Path::new("/src/target/release/semascan")), &Places::default());
+        assert_eq!(built.last(), Some(&PathBuf::from("/src/agent/models")));
+        let named = search(Some("/models".into()), Some(Path::new("/opt/semascan/bin/semascan")), &places);
+        assert_eq!(named, [PathBuf::from("/models")], "what a person names is the only one");
     }
 
     #[test]

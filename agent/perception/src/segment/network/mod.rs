@@ -17,6 +17,7 @@ mod manifest;
 mod model;
 mod objects;
 mod picture_statistics;
+mod places;
 mod preprocess;
 mod region;
 mod scale;

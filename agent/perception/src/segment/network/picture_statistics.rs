@@ -5,6 +5,7 @@
 //! the mean values of these squares, and so on.
 
 use super::region::Window;
+use crate::view::luma;
 use image::RgbImage;
 
 /// Scales of brightness that are looked at.
@@ -35,8 +36,8 @@ pub(super) fn statistics(rgb: &RgbImage, window: Window) -> Option<[f64; STATIST
     let [mut of_grey, mut of_red, mut of_blue] = [Moments::default(); 3];
     for row in rgb.as_raw().chunks_exact(3 * columns).skip(window.top as usize).take(height) {
         for p in row[3 * window.left as usize..].chunks_exact(3).take(width) {
-            let [r, g, b] = [p[0], p[1], p[2]].map(f32::from);
-            let y = 0.299 * r + 0.587 * g + 0.114 * b;
+            let pixel = [p[0], p[1], p[2]];
+            let ([r, g, b], y) = (pixel.map(f32::from), luma(pixel));
             of_grey.add(y);
             of_red.add(r - y);
             of_blue.add(b - y);

@@ -6,6 +6,7 @@
 //! neighbours.
 
 use super::wavelet::{Plane, robust_deviation};
+use crate::view::luma;
 use image::RgbImage;
 
 /// Share of the coefficients whose energy is compared with that of all: of Gaussian ones they hold a quarter.
@@ -42,10 +43,7 @@ pub enum Noise {
 pub(super) fn luminance(rgb: &RgbImage) -> Plane {
     let (width, height) = (rgb.width() as usize, rgb.height() as usize);
     let raw = rgb.as_raw();
-    Plane::of(width, height, |u, v| {
-        let [r, g, b] = std::array::from_fn(|c| f32::from(raw[(v * width + u) * 3 + c]));
-        0.299 * r + 0.587 * g + 0.114 * b
-    })
+    Plane::of(width, height, |u, v| luma(std::array::from_fn(|c| raw[(v * width + u) * 3 + c])))
 }
 
 /// Detects type and level of the noise of `rgb`.
@@ -100,6 +98,7 @@ pub(super) fn impulses(plane: &Plane) -> Vec<bool> {
 mod tests {
     use super::super::denoise::tests::{picture, with_gaussian, with_impulses};
     use super::*;
+    use crate::view::LUMA_WEIGHTS;
 
     #[test]
     fn type_and_level_are_found_on_a_structured_picture() {
@@ -110,7 +109,7 @@ mod tests {
                 panic!("sigma {sigma}: {:?}", detect(&with_gaussian(&clean, sigma, 3)));
             };
             // Luminance averages the channels' independent noise.
-            let expected = sigma * (0.299_f32.powi(2) + 0.587_f32.powi(2) + 0.114_f32.powi(2)).sqrt();
+            let expected = sigma * LUMA_WEIGHTS.map(|w| w * w).iter().sum::<f32>().sqrt();
             assert!((found / expected - 1.0).abs() < 0.15, "{found} for {expected}");
         }
         for share in [0.005, 0.03, 0.10] {

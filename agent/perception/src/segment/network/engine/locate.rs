@@ -1,9 +1,12 @@
 //! Where ONNX Runtime lies.
 //!
-//! In this order: where the configuration says, the environment variable `ORT_DYLIB_PATH`, beside the executable,
-//! `target/onnxruntime` (where `cargo xtask` puts it), the system's folders. The first two name a file and bind: if it
-//! does not load, that is an error and nothing else is tried.
+//! In this order: where the configuration says, the environment variable `ORT_DYLIB_PATH`, beside the executable (and in
+//! `onnxruntime` there), `target/onnxruntime` (where `cargo xtask` puts it), the user's data folder (`semascan/onnxruntime` in
+//! it), the package `onnxruntime` in Python's site-packages (the environment that is active, the one that the executable is
+//! installed in, the user's own), the system's folders. The first two name a file and bind: if it does not load, that is an
+//! error and nothing else is tried.
 
+use crate::segment::network::places::Places;
 use std::path::{Path, PathBuf};
 
 /// Names the library's file.
@@ -34,10 +37,15 @@ pub struct Found {
 pub fn candidates(configured: Option<&Path>) -> (Vec<Found>, Vec<PathBuf>) {
     let variable = std::env::var_os(VARIABLE).filter(|v| !v.is_empty()).map(PathBuf::from);
     let executable = std::env::current_exe().ok();
-    search(configured, variable.as_deref(), executable.as_deref())
+    search(configured, variable.as_deref(), executable.as_deref(), &Places::of_environment())
 }
 
-fn search(configured: Option<&Path>, variable: Option<&Path>, executable: Option<&Path>) -> (Vec<Found>, Vec<PathBuf>) {
+fn search(
+    configured: Option<&Path>,
+    variable: Option<&Path>,
+    executable: Option<&Path>,
+    places: &Places,
+) -> (Vec<Found>, Vec<PathBuf>) {
     for (path, from) in [(configured, "the configuration"), (variable, VARIABLE)] {
         if let Some(path) = path {
             return (vec![Found { path: path.into(), from, binding: true }], vec![path.into()]);
@@ -51,6 +59,9 @@ fn search(configured: Option<&Path>, variable: Option<&Path>, executable: Option
         let target = beside.ancestors().take(3).skip(1).map(|t| t.join("onnxruntime"));
         folders.extend(target.map(|t| (t, "cargo's target folder")));
     }
+    folders.extend(places.data.iter().map(|data| (data.join("onnxruntime"), "the user's data folder")));
+    let packages = places.site_packages(executable).into_iter().map(|site| site.join("onnxruntime/capi"));
+    folders.extend(packages.map(|package| (package, "Python's site-packages")));
     folders.extend(SYSTEM.map(|f| (PathBuf::from(f), "the system")));
     let found = folders
         .iter()
@@ -91,8 +102,8 @@ mod tests {
     fn what_a_person_names_is_the_only_one() {
         let (a, b) = (Path::new("/a.so"), Path::new("/b.so"));
         let names = |found: Vec<Found>| found.into_iter().map(|f| (f.path, f.binding)).collect::<Vec<_>>();
-        assert_eq!(names(search(Some(a), Some(b), None).0), [(a.into(), true)]);
-        assert_eq!(names(search(None, Some(b), None).0), [(b.into(), true)]);
+        assert_eq!(names(search(Some(a), Some(b), None, &Places::default()).0), [(a.into(), true)]);
+        assert_eq!(names(search(None, Some(b), None, &Places::default()).0), [(b.into(), true)]);
     }
 
     #[test]
@@ -100,13 +111,33 @@ mod tests {
         let root = tempfile::tempdir().expect("a folder");
         let library = touch(&root.path().join("target/onnxruntime"), "libonnxruntime.so.1.31.1");
         for executable in ["target/debug/semascan", "target/debug/deps/test-1"] {
-            let (found, looked_in) = search(None, None, Some(&root.path().join(executable)));
+            let (found, looked_in) = search(None, None, Some(&root.path().join(executable)), &Places::default());
             assert_eq!(found.first().map(|f| (&f.path, f.binding)), Some((&library, false)), "{executable}");
             assert!(looked_in.len() > 6);
         }
         let beside = touch(&root.path().join("target/debug"), "libonnxruntime.so");
-        let (found, _) = search(None, None, Some(&root.path().join("target/debug/semascan")));
+        let (found, _) = search(None, None, Some(&root.path().join("target/debug/semascan")), &Places::default());
         assert_eq!(found.first().map(|f| &f.path), Some(&beside));
+    }
+
+    #[test]
+    fn the_library_of_a_python_package_and_of_the_data_folder_is_found() {
+        let root = tempfile::tempdir().expect("a folder");
+        let environment = root.path().join("venv");
+        let package = environment.join("lib/python3.12/site-packages/onnxruntime/capi");
+        let library = touch(&package, "libonnxruntime.so.1.31.1");
+        // Where the environment is active, and where the program is installed in it.
+        let active = Places { python: vec![environment.clone()], ..Places::default() };
+        for (places, executable) in
+            [(active.clone(), None), (Places::default(), Some(environment.join("bin/semascan")))]
+        {
+            let (found, _) = search(None, None, executable.as_deref(), &places);
+            assert_eq!(found.first().map(|f| (&f.path, f.from)), Some((&library, "Python's site-packages")));
+        }
+        let data = root.path().join("data/semascan");
+        let own = touch(&data.join("onnxruntime"), "libonnxruntime.so.1.20.0");
+        let (found, _) = search(None, None, None, &Places { data: Some(data), ..active });
+        assert_eq!(found.iter().take(2).map(|f| &f.path).collect::<Vec<_>>(), [&own, &library]);
     }
 
     #[test]

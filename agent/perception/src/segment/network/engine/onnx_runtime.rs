@@ -46,6 +46,7 @@ impl OnnxRuntime {
             for candidate in found {
                 match load(&candidate) {
                     Ok(environment) => {
+                        tracing::debug!("ONNX Runtime: {}, named by {}", candidate.path.display(), candidate.from);
                         *loaded = Some(Loaded { library: candidate.path, environment });
                         break;
                     }

@@ -1,0 +1,58 @@
+//! How much a command says on stderr: `-q` and `-v`, else `RUST_LOG`.
+
+use clap::{ArgAction, Args};
+use tracing_subscriber::filter::{LevelFilter, Targets};
+
+/// How much is said.
+#[derive(Clone, Copy, Debug, Default, Args)]
+pub(crate) struct Verbosity {
+    /// Say less: warnings and errors only, no progress and no summary; -qq errors only
+    #[arg(short, long, action = ArgAction::Count, global = true, conflicts_with = "verbose")]
+    quiet: u8,
+    /// Say more: what is looked for where, and every view; -vv everything
+    #[arg(short, long, action = ArgAction::Count, global = true)]
+    verbose: u8,
+}
+
+impl Verbosity {
+    /// Whether progress and summaries are left out. What a command was asked for is said all the same.
+    pub(crate) fn is_quiet(self) -> bool {
+        self.quiet > 0
+    }
+
+    /// What is logged; where nothing is said, as `variable` has it (`RUST_LOG`: `info`, or `semascan_server=debug,warn`), and
+    /// `info` where that is unset or cannot be read.
+    pub(crate) fn log_levels(self, variable: Option<&str>) -> Targets {
+        let all = |level| Targets::new().with_default(level);
+        match (self.quiet, self.verbose) {
+            (0, 0) => variable.and_then(|levels| levels.parse().ok()).unwrap_or_else(|| all(LevelFilter::INFO)),
+            (0, 1) => all(LevelFilter::INFO).with_target("semascan", LevelFilter::DEBUG),
+            (0, _) => all(LevelFilter::DEBUG).with_target("semascan", LevelFilter::TRACE),
+            (1, _) => all(LevelFilter::WARN),
+            _ => all(LevelFilter::ERROR),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use tracing_subscriber::filter::LevelFilter as Level;
+
+    #[test]
+    fn arguments_win_over_the_variable() {
+        let largest = |quiet, verbose, variable| {
+            let levels = Verbosity { quiet, verbose }.log_levels(variable);
+            [Level::ERROR, Level::WARN, Level::INFO, Level::DEBUG, Level::TRACE]
+                .into_iter()
+                .rfind(|level| level.into_level().is_some_and(|level| levels.would_enable("semascan_cli", &level)))
+        };
+        assert_eq!(largest(0, 0, None), Some(Level::INFO));
+        assert_eq!(largest(0, 0, Some("debug")), Some(Level::DEBUG));
+        assert_eq!(largest(0, 0, Some("semascan=loudly")), Some(Level::INFO));
+        assert_eq!(largest(1, 0, Some("debug")), Some(Level::WARN));
+        assert_eq!(largest(3, 0, None), Some(Level::ERROR));
+        assert_eq!(largest(0, 1, Some("error")), Some(Level::DEBUG));
+        assert_eq!(largest(0, 2, None), Some(Level::TRACE));
+    }
+}
