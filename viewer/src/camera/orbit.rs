@@ -17,6 +17,11 @@ const MAX_ELEVATION: f32 = FRAC_PI_2 - 1e-3;
 /// Vertical field of view: 35 degrees, narrow enough that lengths near and far compare.
 const FOV_Y: f32 = 35.0 * PI / 180.0;
 
+/// What is fitted into view leaves this much room around it.
+const MARGIN: f32 = 1.08;
+/// Radius of the smallest thing that fills the view, metres.
+const SMALLEST: f32 = 0.002;
+
 /// A perspective camera that orbits a target with z up.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OrbitCamera {
@@ -47,7 +52,7 @@ impl OrbitCamera {
         self.viewport = Vec2::new(width.max(1.0), height.max(1.0));
     }
 
-    /// Follows an input; `bounds` is the box around the model (see `HeldModel::bounds`), for [`CameraInput::Fit`].
+    /// Follows an input; `bounds` is the box around the model (see `HeldModel::focus`), for [`CameraInput::Fit`].
     pub fn apply(&mut self, input: CameraInput, bounds: Option<Bounds>) {
         match input {
             CameraInput::Orbit { pixels } => self.orbit(pixels),
@@ -94,12 +99,31 @@ impl OrbitCamera {
         }
     }
 
-    /// Shows the whole box from the present direction; an empty box changes nothing.
+    /// Shows the whole box from the present direction, as large as the viewport allows; an empty box changes nothing.
     pub fn fit(&mut self, bounds: Bounds) {
-        if bounds.is_empty() {
+        let (center, radius) = (bounds.center(), bounds.radius());
+        if bounds.is_empty() || !(center.is_finite() && radius.is_finite()) {
             return;
         }
-        self.frame(bounds.center(), bounds.radius());
+        if radius < SMALLEST {
+            return self.frame(center, radius);
+        }
+        let (forward, (right, up)) = (self.forward(), self.right_and_up());
+        let tangent_y = (FOV_Y / 2.0).tan() / MARGIN;
+        let tangent_x = tangent_y * self.viewport.x / self.viewport.y;
+        // A corner at (x, z), z along the direction of view, is inside the edges of the picture of a camera at (s, -d) if
+        // |x - s| <= (z + d) t. Both edges touch where d and s t follow from the most demanding corner on either side.
+        let touch = |axis: Vec3, tangent: f32| {
+            let of_side = |sign: f32| {
+                let demand = |p: Vec3| sign * (p - center).dot(axis) / tangent - (p - center).dot(forward);
+                bounds.corners().map(demand).fold(f32::NEG_INFINITY, f32::max)
+            };
+            let (a, b) = (of_side(1.0), of_side(-1.0));
+            ((a + b) / 2.0, (a - b) / 2.0 * tangent)
+        };
+        let ((distance_x, shift_x), (distance_y, shift_y)) = (touch(right, tangent_x), touch(up, tangent_y));
+        self.target = center + right * shift_x + up * shift_y;
+        self.distance = distance_x.max(distance_y).clamp(*DISTANCE.start(), *DISTANCE.end());
     }
 
     /// Shows a sphere (`center` and `radius` in metres, table frame) from the present direction.
@@ -110,7 +134,7 @@ impl OrbitCamera {
         let aspect = self.viewport.x / self.viewport.y;
         let half = (FOV_Y / 2.0).min(((FOV_Y / 2.0).tan() * aspect).atan());
         self.target = center;
-        self.distance = (radius.max(0.002) * 1.08 / half.sin()).clamp(*DISTANCE.start(), *DISTANCE.end());
+        self.distance = (radius.max(SMALLEST) * MARGIN / half.sin()).clamp(*DISTANCE.start(), *DISTANCE.end());
     }
 
     /// Looks from a standard direction at the same target.

@@ -5,7 +5,7 @@ use super::graphics::Size;
 use super::shortcuts::{Action, Focus, action};
 use super::viewport::Viewport;
 use crate::camera::Modifiers;
-use crate::display::Theme;
+use crate::display::{ColorMode, Theme};
 use crate::state::{AppState, Event};
 use crate::ui::Ui;
 use leptos::prelude::*;
@@ -16,6 +16,8 @@ use web_sys::{Document, Element, KeyboardEvent, MediaQueryListEvent, ResizeObser
 
 /// Where the chosen theme is kept; `www/boot.js` reads it before the first paint.
 const THEME_KEY: &str = "semascan.theme";
+/// Where the chosen meaning of colours is kept.
+const COLOR_KEY: &str = "semascan.color-mode";
 /// Step of the clock while something counts down, milliseconds.
 const CLOCK_MS: u32 = 250;
 /// Finer pictures cost more than they show.
@@ -77,36 +79,49 @@ pub(super) fn system_theme(window: &Window, ui: Ui) -> Result<(), JsValue> {
     Ok(())
 }
 
-/// Sets the theme before anything is shown: from the address, else as it was chosen the last time.
-pub(super) fn initial_theme(window: &Window, ui: Ui, asked: Option<Theme>) {
-    let theme = asked.or_else(|| {
-        let stored = storage(window)?.get_item(THEME_KEY).ok().flatten()?;
-        Theme::from_key(&stored)
-    });
+/// Sets theme and meaning of colours before anything is shown: the theme from the address, else both as they were chosen the
+/// last time. Deviations need a reference, which is not kept.
+pub(super) fn initial_display(window: &Window, ui: Ui, asked: Option<Theme>) {
+    let stored = |key: &str| storage(window)?.get_item(key).ok().flatten();
+    let theme = asked.or_else(|| Theme::from_key(&stored(THEME_KEY)?));
     ui.send(Event::Theme(theme.unwrap_or_default()));
+    if let Some(mode) = stored(COLOR_KEY).and_then(|key| ColorMode::from_key(&key)) {
+        ui.send(Event::ColorMode(mode));
+    }
 }
 
-/// The page's theme and title follow the state. A theme that the person chooses is kept for the next visit.
+/// The page's theme and title follow the state. What the person chooses is kept for the next visit.
 pub(super) fn frame_of_page(window: &Window, document: &Document, ui: Ui) {
     let theme = ui.part(|s| s.display.theme);
-    let (page, kept) = (document.clone(), storage(window));
-    Effect::new(move |before: Option<Theme>| {
-        let theme = theme.get();
-        if let Some(root) = page.document_element() {
-            // Fails only for names that are no identifiers.
-            let _ = root.set_attribute("data-theme", theme.key());
-        }
-        if let (Some(storage), Some(_)) = (&kept, before) {
-            // Storage may be full or forbidden; the choice then holds for this visit.
-            let _ = storage.set_item(THEME_KEY, theme.key());
-        }
-        theme
-    });
-    let part = ui.part(|s| s.inspection.part.clone());
     let page = document.clone();
     Effect::new(move |_| {
-        let part = part.get();
-        page.set_title(&if part.is_empty() { "Semascan".into() } else { format!("{part} · Semascan") });
+        if let Some(root) = page.document_element() {
+            // Fails only for names that are no identifiers.
+            let _ = root.set_attribute("data-theme", theme.get().key());
+        }
+    });
+    keep_choice(window, THEME_KEY, ui.part(|s| s.display.theme.key()));
+    keep_choice(window, COLOR_KEY, ui.part(|s| s.display.color_mode.key()));
+    let title = ui.part(|s| {
+        let part = Some(s.inspection.part.clone()).filter(|part| !part.is_empty());
+        part.into_iter().chain(s.foreign_agent.clone()).chain(["Semascan".to_owned()]).collect::<Vec<_>>().join(" · ")
+    });
+    let page = document.clone();
+    Effect::new(move |_| page.set_title(&title.get()));
+}
+
+/// Keeps what a person chooses for the next visit, from the first change on.
+fn keep_choice(window: &Window, key: &'static str, choice: Memo<&'static str>) {
+    let kept = storage(window);
+    Effect::new(move |before: Option<&'static str>| {
+        let choice = choice.get();
+        if let (Some(storage), Some(before)) = (&kept, before)
+            && before != choice
+        {
+            // Storage may be full or forbidden; the choice then holds for this visit.
+            let _ = storage.set_item(key, choice);
+        }
+        choice
     });
 }
 

@@ -6,7 +6,7 @@ use super::notices::{Level, Notices};
 use super::timings::STAGES;
 use super::views::Views;
 use super::{AppState, Event};
-use crate::display::{ColorMode, Display, Representation, Theme};
+use crate::display::{ColorMode, Display, HiddenFlags, Representation, ShareScales, Theme};
 use crate::features::deviation::DeviationEvent;
 use crate::features::mesh::MeshEvent;
 use crate::link::LinkEvent;
@@ -82,8 +82,9 @@ fn visibility_outlives_an_epoch_but_not_another_taxonomy() {
         connected(inspection("a", 0, &["housing", "pinion"]), false),
         Event::ToggleComponent(2),
         Event::Figures {
-            classes: vec![ClassCount { points: 4, confidence: 0.9, shown: 5, held: 6 }; 3],
+            classes: vec![ClassCount { points: 4, confidence: 0.9, shown: 5, held: 6, background: 1 }; 3],
             voxel: 0.001,
+            scales: ShareScales::default(),
             hash: 0,
         },
     ]);
@@ -91,6 +92,10 @@ fn visibility_outlives_an_epoch_but_not_another_taxonomy() {
     assert_eq!(state.legend.visibility(), [true, true, false]);
     assert_eq!(state.legend.visible_points(), 10);
     assert_eq!((state.legend.held_points(), state.legend.surface_points()), (18, 8));
+    let hidden = state.legend.hidden_points(HiddenFlags { outliers: true, background: true });
+    assert_eq!((hidden.components, hidden.stray, hidden.background), (6, 0, 2));
+    let hidden = state.legend.hidden_points(HiddenFlags { outliers: true, background: false });
+    assert_eq!((hidden.components, hidden.stray, hidden.background), (6, 2, 0));
     state.reduce(&cleared(inspection("a", 1, &["housing", "pinion"])));
     assert_eq!(state.legend.visibility(), [true, true, false]);
     assert_eq!(state.legend.visible_points(), 10, "the old model is seen until the new one is there");
@@ -114,8 +119,9 @@ fn areas_are_the_agents_or_those_of_the_mesh_or_unknown() {
     let mut state = state_after([
         connected(inspection("a", 0, &["housing", "pinion"]), false),
         Event::Figures {
-            classes: vec![ClassCount { points: 4, confidence: 0.9, shown: 5, held: 6 }; 3],
+            classes: vec![ClassCount { points: 4, confidence: 0.9, shown: 5, held: 6, background: 1 }; 3],
             voxel: 0.001,
+            scales: ShareScales::default(),
             hash: 0,
         },
     ]);
@@ -285,7 +291,7 @@ fn a_flood_of_malformed_messages_is_one_notice() {
 #[test]
 fn a_finished_model_that_is_not_the_agents_is_not_passed_off_as_its() {
     let finished = Progress { phase: Phase::Finished.into(), model_hash: 5, points: 1, ..Progress::default() };
-    let counted = |hash| Event::Figures { classes: Vec::new(), voxel: 0.001, hash };
+    let counted = |hash| Event::Figures { classes: Vec::new(), voxel: 0.001, scales: ShareScales::default(), hash };
     let mut state = state_after([connected(inspection("a", 0, &[]), false), counted(4), progress(finished)]);
     assert!(state.model_differs());
     state.reduce(&counted(5));
@@ -356,8 +362,14 @@ fn any_event() -> impl Strategy<Value = Event> {
         }),
         ".{0,900}".prop_map(malformed),
         prop::collection::vec((any::<u64>(), any::<u64>(), any::<f64>()), 0..7).prop_map(|list| {
-            let count = |(points, shown, confidence)| ClassCount { points, confidence, shown, held: shown };
-            Event::Figures { classes: list.into_iter().map(count).collect(), voxel: f64::NAN, hash: 7 }
+            let count =
+                |(points, shown, confidence)| ClassCount { points, confidence, shown, held: shown, background: 0 };
+            Event::Figures {
+                classes: list.into_iter().map(count).collect(),
+                voxel: f64::NAN,
+                scales: ShareScales::default(),
+                hash: 7,
+            }
         }),
         Just(Event::Graphics(GraphicsStatus::Unavailable { reason: "lost".into() })),
         prop::sample::select(ColorMode::ALL.to_vec()).prop_map(Event::ColorMode),

@@ -5,7 +5,7 @@ use crate::features::FeatureEvent;
 use crate::features::mesh::MeshEvent;
 use crate::features::view::{Controller, Host};
 use crate::mesh_worker::{Reply, Request};
-use crate::state::notices::Level;
+use crate::state::notices::{Level, Topic};
 use std::rc::Rc;
 
 /// See the module.
@@ -36,7 +36,7 @@ impl DeviationController {
                 DeviationEvent::Reference(reference.clone())
             }
             Reply::NoReference(reason) => {
-                ui.notify(Level::Error, format!("No reference: {reason}"));
+                ui.notify(Level::Error, Topic::Reference, format!("No reference: {reason}"));
                 DeviationEvent::NoReference
             }
             Reply::Deviation { of_vertices, figures } => {
@@ -55,7 +55,7 @@ impl DeviationController {
 
     fn request(&self, request: &Request) {
         if let Err(reason) = self.host.mesh_worker.send(request) {
-            self.host.ui.notify(Level::Error, reason);
+            self.host.ui.notify(Level::Error, Topic::Reference, reason);
             self.host.ui.send_feature(DeviationEvent::NoReference);
         }
     }

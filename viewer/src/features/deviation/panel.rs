@@ -4,7 +4,7 @@ use super::controller::DeviationController;
 use super::{Deviation, DeviationEvent, overlay};
 use crate::features::view::{Controller, FeatureView, Host};
 use crate::mesh_worker::{DeviationFigures, ReferenceInfo};
-use crate::state::notices::Level;
+use crate::state::notices::{Level, Topic};
 use crate::state::units;
 use crate::ui::Ui;
 use leptos::prelude::*;
@@ -142,6 +142,7 @@ fn description(reference: &ReferenceInfo) -> String {
 /// Reads a file and compares with it from then on.
 fn read_file(ui: Ui, file: File) {
     let name = file.name();
+    ui.retract(Topic::Reference);
     ui.send_feature(DeviationEvent::Reading(name.clone()));
     spawn_local(async move {
         match JsFuture::from(file.array_buffer()).await {
@@ -150,7 +151,8 @@ fn read_file(ui: Ui, file: File) {
                 ui.send_feature(DeviationEvent::FileRead { name, bytes });
             }
             Err(error) => {
-                ui.notify(Level::Error, format!("No reference: {name} could not be read: {error:?}"));
+                web_sys::console::error_1(&error);
+                ui.notify(Level::Error, Topic::Reference, format!("No reference: the browser could not read {name}."));
                 ui.send_feature(DeviationEvent::NoReference);
             }
         }
