@@ -156,7 +156,10 @@ mod tests {
 
     #[test]
     fn a_share_that_nobody_estimated_has_no_scale() {
-        let scales = ShareScales { confidence: Some(ScalarScale { low: 0.5, high: 1.0 }), sigma: None };
+        let scales = ShareScales {
+            confidence: Some(ScalarScale { low: 0.5, high: 1.0, reaches_below: false, reaches_above: false }),
+            sigma: None,
+        };
         let of = |color_mode| FrameContent { color_mode, scales, ..FrameContent::default() }.share_scale();
         assert_eq!(of(ColorMode::Confidence), [0.5, 2.0, 1.0, 0.0]);
         assert_eq!((of(ColorMode::Sigma)[2], of(ColorMode::Views)[2]), (0.0, 0.0));

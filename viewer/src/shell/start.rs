@@ -78,9 +78,12 @@ fn run(window: &Window, document: &Document) -> Result<Option<Link>, JsValue> {
     }
 }
 
+/// What is there a little later than that which uses it.
+type Later<T> = Rc<OnceCell<T>>;
+
 /// The state with the ways to it. What happened goes to the state and then to the viewport, what is wanted to the viewport:
 /// both as soon as that is put where the second value says. What is asked of the agent goes where the third says.
-fn ui() -> (Ui, Rc<OnceCell<Rc<Viewport>>>, Rc<OnceCell<Inquiry>>) {
+fn ui() -> (Ui, Later<Rc<Viewport>>, Later<Inquiry>) {
     let state = RwSignal::new(AppState::default());
     let viewport: Rc<OnceCell<Rc<Viewport>>> = Rc::default();
     let handles = viewport.clone();

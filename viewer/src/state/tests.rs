@@ -2,7 +2,8 @@
 
 use super::connection::{Connection, GraphicsStatus};
 use super::legend::ClassCount;
-use super::notices::{Level, Notices};
+use super::notices::{Level, Notices, Topic};
+use super::progress::Standing;
 use super::timings::STAGES;
 use super::views::Views;
 use super::{AppState, Event};
@@ -12,6 +13,7 @@ use crate::features::mesh::MeshEvent;
 use crate::link::LinkEvent;
 use crate::mesh_worker::{DeviationFigures, ReferenceInfo};
 use proptest::prelude::*;
+use semascan_formats::unit::Unit;
 use semascan_model::{FeatureFigures, ModelFigures, Taxonomy};
 use semascan_protocol::server_message::Body;
 use semascan_protocol::{
@@ -50,6 +52,11 @@ fn stage_event(stage: StageEvent) -> Event {
 
 fn view_report(report: ViewReport) -> Event {
     Event::from(LinkEvent::Message(Body::View(report)))
+}
+
+fn any_reference(name: &str) -> ReferenceInfo {
+    let (unit, warnings) = (Unit::Metres, Vec::new());
+    ReferenceInfo { name: name.into(), triangles: 9, points: 5, unit, is_guess: true, warnings }
 }
 
 fn state_after(events: impl IntoIterator<Item = Event>) -> AppState {
@@ -268,6 +275,60 @@ fn a_repeated_notice_is_counted_and_a_failure_stays() {
 }
 
 #[test]
+fn what_no_longer_holds_is_no_longer_said() {
+    let failed = Progress { phase: Phase::Failed.into(), message: "no depth".into(), ..Progress::default() };
+    let notify = |topic| Event::Notify { level: Level::Error, topic, text: format!("{topic:?}") };
+    let mut state = state_after([
+        connected(inspection("a", 0, &["housing"]), false),
+        progress(failed),
+        notify(Topic::Reference),
+        notify(Topic::Export),
+    ]);
+    let said = |state: &AppState| state.notices.iter().map(|n| n.text.clone()).collect::<Vec<_>>();
+    assert_eq!(said(&state), ["The inspection failed: no depth", "Reference", "Export"]);
+    state.reduce(&Event::Retract(Topic::Reference));
+    assert_eq!(said(&state), ["The inspection failed: no depth", "Export"]);
+    state.reduce(&cleared(inspection("b", 0, &["housing"])));
+    assert_eq!(said(&state), ["Export"], "the next inspection has not failed");
+}
+
+#[test]
+fn without_a_connection_nothing_is_said_to_run() {
+    let running = || progress(Progress { phase: Phase::Running.into(), views_done: 1, ..Progress::default() });
+    let started =
+        StageEvent { view: 1, stage: Stage::Fuse.into(), state: StageState::Started.into(), ..StageEvent::default() };
+    let begun = [connected(inspection("a", 0, &[]), false), running(), stage_event(started)];
+    for end in [
+        disconnected("closed", 500),
+        Event::from(LinkEvent::Refused { reason: "full".into() }),
+        Event::from(LinkEvent::Broken { reason: "memory".into() }),
+    ] {
+        let mut state = state_after(begun.clone());
+        assert_eq!(state.standing(), Standing::Known(Phase::Running));
+        assert!(state.timings.of(Stage::Fuse).active.is_some());
+        state.reduce(&end);
+        assert_eq!((state.standing(), state.timings.of(Stage::Fuse).active), (Standing::Unknown, None));
+        state.reduce(&connected(inspection("a", 0, &[]), true));
+        assert_eq!(state.standing(), Standing::Known(Phase::Running));
+        state.reduce(&progress(Progress { phase: Phase::Finished.into(), ..Progress::default() }));
+        state.reduce(&disconnected("closed", 500));
+        assert_eq!(state.standing(), Standing::Known(Phase::Finished), "what is over stays over");
+    }
+}
+
+#[test]
+fn a_model_that_is_cut_says_so_until_another_begins() {
+    let left_out = || Event::from(LinkEvent::LeftOut { id: [0; 3] });
+    let mut state = state_after([connected(inspection("a", 0, &[]), false), left_out()]);
+    assert!(state.is_cut);
+    state.reduce(&cleared(inspection("a", 1, &[])));
+    assert!(!state.is_cut);
+    state.reduce(&left_out());
+    state.reduce(&cleared(inspection("b", 0, &[])));
+    assert!(!state.is_cut);
+}
+
+#[test]
 fn views_out_of_domain_are_marked_and_said_once() {
     let outside = |index| view_report(ViewReport { out_of_domain: true, ..view(index) });
     let state =
@@ -300,7 +361,7 @@ fn a_finished_model_that_is_not_the_agents_is_not_passed_off_as_its() {
 
 #[test]
 fn another_inspection_voids_mesh_and_deviations_and_keeps_the_reference() {
-    let reference = ReferenceInfo { name: "motor.stl".into(), triangles: 9, points: 5, millimetres: false };
+    let reference = any_reference("motor.stl");
     let mut state = state_after([
         connected(inspection("a", 0, &["housing"]), false),
         Event::Feature(MeshEvent::Made { triangles: 5 }.into()),
@@ -379,15 +440,7 @@ fn any_event() -> impl Strategy<Value = Event> {
             .prop_map(|shown| Event::Feature(MeshEvent::Show(shown).into())),
         any::<u8>().prop_map(|n| Event::Feature(MeshEvent::Made { triangles: n.into() }.into())),
         Just(Event::Feature(DeviationEvent::Removed.into())),
-        Just(Event::Feature(
-            DeviationEvent::Reference(ReferenceInfo {
-                name: "a.ply".into(),
-                triangles: 0,
-                points: 1,
-                millimetres: false,
-            })
-            .into(),
-        )),
+        Just(Event::Feature(DeviationEvent::Reference(any_reference("a.ply")).into(),)),
         any::<u16>().prop_map(|c| Event::ToggleComponent(c % 8)),
         any::<u16>().prop_map(|c| Event::OnlyComponent(c % 8)),
         Just(Event::AllComponents),

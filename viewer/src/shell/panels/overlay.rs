@@ -68,15 +68,15 @@ fn ColorScale(ui: Ui) -> impl IntoView {
     let has_model = ui.part(AppState::has_model);
     let defects = ui.part(|s| s.legend.defects.clone());
     // What is not known has a colour that is on no ramp, and the legend says which and why.
-    let unknown = |why: &'static str| {
+    let unknown = |(what, why): (&'static str, &'static str)| {
         view! {
             <p class="scale-unknown" data-testid="scale-unknown">
                 <span class="scale-dot" style:background-color=css_color(UNKNOWN)></span>
-                {why}
+                <span>{what} <span class="scale-why">{why}</span></span>
             </p>
         }
     };
-    let ramp = move |title: &'static str, ticks: [String; 3], unknown_text: Option<&'static str>| {
+    let ramp = move |title: &'static str, ticks: [String; 3], unknown_text: Option<(&'static str, &'static str)>| {
         view! {
             <figure class="scale is-raised" data-testid="color-scale">
                 <figcaption>{title}</figcaption>
@@ -88,22 +88,27 @@ fn ColorScale(ui: Ui) -> impl IntoView {
         .into_any()
     };
     // On the scale of the data: what lies beyond its ends has their colours.
-    let share =
-        move |title: &'static str, scale: Option<ScalarScale>, tick: fn(f32) -> String, none: &'static str| match scale
-        {
-            Some(scale) => {
-                let ticks = [scale.low, scale.middle(), scale.high].map(tick);
-                ramp(title, ticks, Some("not known: no evidence for a component"))
-            }
-            None if has_model.get() => view! {
-                <figure class="scale is-raised" data-testid="color-scale">
-                    <figcaption>{title}</figcaption>
-                    {unknown(none)}
-                </figure>
-            }
-            .into_any(),
-            None => ().into_any(),
-        };
+    let share = move |title: &'static str,
+                      scale: Option<ScalarScale>,
+                      tick: fn(f32) -> String,
+                      none: (&'static str, &'static str)| match scale {
+        Some(scale) => {
+            let [low, middle, high] = [scale.low, scale.middle(), scale.high].map(tick);
+            // Beyond the ends there is no other colour.
+            let low = if scale.reaches_below { format!("≤ {low}") } else { low };
+            let high = if scale.reaches_above { format!("≥ {high}") } else { high };
+            let ticks = [low, middle, high];
+            ramp(title, ticks, Some(("not known", "(no evidence for a component)")))
+        }
+        None if has_model.get() => view! {
+            <figure class="scale is-raised" data-testid="color-scale">
+                <figcaption>{title}</figcaption>
+                {unknown(none)}
+            </figure>
+        }
+        .into_any(),
+        None => ().into_any(),
+    };
     let classes = move || {
         let rows = defects.get().into_iter().skip(1).map(|class| {
             view! {
@@ -125,11 +130,16 @@ fn ColorScale(ui: Ui) -> impl IntoView {
     move || match mode.get() {
         ColorMode::Confidence => {
             let tick = |share: f32| format!("{:.0} %", share * 100.0);
-            share("Confidence", scales.get().confidence, tick, "not known: no point has evidence for a component")
+            share("Confidence", scales.get().confidence, tick, ("not known:", "no point has evidence for a component"))
         }
         ColorMode::Sigma => {
             let tick = |share: f32| format!("{share:.3}").trim_end_matches('0').trim_end_matches('.').to_owned();
-            share("Uncertainty (sigma)", scales.get().sigma, tick, "not known: nobody estimated it for these labels")
+            share(
+                "Uncertainty (sigma)",
+                scales.get().sigma,
+                tick,
+                ("not known:", "nobody estimated it for these labels"),
+            )
         }
         ColorMode::Views => {
             let top = top.get();
