@@ -68,7 +68,7 @@ describe('the layout', () => {
 
       // The model has most of the page, and text on a large one is not too small to read.
       const { width } = await viewer.canvas.boundingBox();
-      assert.ok(width >= 0.55 * size.width, `the model is ${width} wide`);
+      assert.ok(width >= 0.5 * size.width, `the model is ${width} wide`);
       if (size.width >= 3000) {
         const line = await page.evaluate(() => document.querySelector('.panel h2').getBoundingClientRect().height);
         assert.ok(line >= 24, `lines of ${line} px on a page of ${name}`);

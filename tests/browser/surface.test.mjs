@@ -102,26 +102,25 @@ onEveryBackend(
 
     it('is not painted by a reference in another unit or place: the page says so and offers the unit', LIMIT, async () => {
       const { page } = viewer;
-      // A box of the part's size in inches, as STL has no units, beside a file that does not count its triangles right.
-      const box = (scale, shift) => {
-        const corners = [0, 1, 2, 3, 4, 5, 6, 7].map((i) => [i & 1, (i >> 1) & 1, i >> 2].map((c, a) => (c - 0.5 * (a < 2)) * scale[a] + shift[a]));
-        const sides = [[0, 2, 1], [1, 2, 3], [4, 5, 6], [5, 7, 6], [0, 1, 4], [1, 5, 4], [2, 6, 3], [3, 6, 7], [0, 4, 2], [2, 4, 6], [1, 3, 5], [3, 7, 5]];
-        const lines = [...corners.map((c) => `v ${c.join(' ')}`), ...sides.map((s) => `f ${s.map((i) => i + 1).join(' ')}`)];
-        return Buffer.from(`${lines.join('\n')}\n`);
+      // The part's own mesh with other numbers: in another unit, in another place.
+      const changed = (scale, shift) => {
+        const bytes = Buffer.from(file.bytes);
+        const ply = new Ply(file.bytes);
+        const start = bytes.indexOf('end_header\n') + 'end_header\n'.length;
+        for (let v = 0; v < ply.count; v += 1) {
+          for (const axis of [0, 1, 2]) {
+            const at = start + v * ply.stride + 4 * axis;
+            bytes.writeFloatLE(bytes.readFloatLE(at) * scale + (axis === 0 ? shift : 0), at);
+          }
+        }
+        return bytes;
       };
       const load = async (name, buffer) => {
         await page.getByTestId('reference-file').setInputFiles({ name, mimeType: 'application/octet-stream', buffer });
         await page.getByTestId('reference').getByText(name).waitFor();
         await page.locator('[data-testid=deviation][data-p95-mm]').waitFor();
       };
-      // From the exported mesh: where the part is, in metres.
-      const ply = new Ply(file.bytes);
-      const range = (name) => ply.column(name).reduce(([low, high], c) => [Math.min(low, c), Math.max(high, c)], [Infinity, -Infinity]);
-      const ranges = ['x', 'y', 'z'].map(range);
-      const size = ranges.map(([low, high]) => high - low);
-      const place = ranges.map(([low, high], axis) => (axis < 2 ? (low + high) / 2 : low));
-
-      await load('inches.obj', box(size.map((c) => c / 0.0254), place.map((c) => c / 0.0254)));
+      await load('inches.ply', changed(1 / 0.0254, 0));
       const mismatch = page.getByTestId('reference-mismatch');
       await mismatch.waitFor();
       assert.match(await mismatch.innerText(), /times (as large|smaller).*In inch the two would be alike/s);
@@ -131,7 +130,7 @@ onEveryBackend(
       assert.ok(await page.getByTestId('color-mode-deviation').isChecked());
       assert.equal(await page.getByTestId('reference-unit').inputValue(), 'inch');
 
-      await load('elsewhere.obj', box(size, [place[0] + 1, place[1], place[2]]));
+      await load('elsewhere.ply', changed(1, 1));
       await mismatch.waitFor();
       assert.match(await mismatch.innerText(), /lies 1\.0 m away.*another frame.*--align/s);
       assert.equal(await page.getByTestId('color-mode-deviation').isChecked(), false);

@@ -30,6 +30,8 @@ pub struct OrbitCamera {
     azimuth: f32,
     elevation: f32,
     viewport: Vec2,
+    /// Height of what lies over the upper edge of the viewport, CSS pixels.
+    covered: f32,
 }
 
 impl Default for OrbitCamera {
@@ -40,6 +42,7 @@ impl Default for OrbitCamera {
             azimuth: 0.0,
             elevation: 0.0,
             viewport: Vec2::new(1280.0, 720.0),
+            covered: 0.0,
         };
         camera.look_from(StandardView::Isometric);
         camera
@@ -50,6 +53,12 @@ impl OrbitCamera {
     /// Sets the size of the viewport in CSS pixels.
     pub fn set_viewport(&mut self, width: f32, height: f32) {
         self.viewport = Vec2::new(width.max(1.0), height.max(1.0));
+    }
+
+    /// Says how much of the viewport's height, in CSS pixels from its upper edge, is covered by something: what is fitted
+    /// into view stays out of it.
+    pub fn set_covered(&mut self, height: f32) {
+        self.covered = if height.is_finite() { height.clamp(0.0, self.viewport.y / 2.0) } else { 0.0 };
     }
 
     /// Follows an input; `bounds` is the box around the model (see `HeldModel::focus`), for [`CameraInput::Fit`].
@@ -109,21 +118,27 @@ impl OrbitCamera {
             return self.frame(center, radius);
         }
         let (forward, (right, up)) = (self.forward(), self.right_and_up());
-        let tangent_y = (FOV_Y / 2.0).tan() / MARGIN;
-        let tangent_x = tangent_y * self.viewport.x / self.viewport.y;
+        let tangent = (FOV_Y / 2.0).tan() / MARGIN;
+        let aside = tangent * self.viewport.x / self.viewport.y;
+        let above = tangent * (1.0 - 2.0 * self.covered / self.viewport.y).max(0.1);
         // A corner at (x, z), z along the direction of view, is inside the edges of the picture of a camera at (s, -d) if
-        // |x - s| <= (z + d) t. Both edges touch where d and s t follow from the most demanding corner on either side.
-        let touch = |axis: Vec3, tangent: f32| {
-            let of_side = |sign: f32| {
-                let demand = |p: Vec3| sign * (p - center).dot(axis) / tangent - (p - center).dot(forward);
-                bounds.corners().map(demand).fold(f32::NEG_INFINITY, f32::max)
-            };
-            let (a, b) = (of_side(1.0), of_side(-1.0));
-            ((a + b) / 2.0, (a - b) / 2.0 * tangent)
+        // x - s <= (z + d) t and s - x <= (z + d) t', where t and t' are the tangents of the edges. So d + s / t and
+        // d - s / t' are at least what the most demanding corner on either side asks for.
+        let demand = |axis: Vec3, edge: f32| {
+            let of = |p: Vec3| (p - center).dot(axis) / edge - (p - center).dot(forward);
+            bounds.corners().map(of).fold(f32::NEG_INFINITY, f32::max)
         };
-        let ((distance_x, shift_x), (distance_y, shift_y)) = (touch(right, tangent_x), touch(up, tangent_y));
+        let (east, west) = (demand(right, aside), demand(-right, aside));
+        let (north, south) = (demand(up, above), demand(-up, tangent));
+        let across = (east + west) / 2.0;
+        let along = (north * above + south * tangent) / (above + tangent);
+        let distance = across.max(along);
+        // In the middle of the room that there is.
+        let middle = |low: f32, high: f32| (low + high) / 2.0;
+        let shift_x = middle((east - distance) * aside, (distance - west) * aside);
+        let shift_y = middle((north - distance) * above, (distance - south) * tangent);
         self.target = center + right * shift_x + up * shift_y;
-        self.distance = distance_x.max(distance_y).clamp(*DISTANCE.start(), *DISTANCE.end());
+        self.distance = distance.clamp(*DISTANCE.start(), *DISTANCE.end());
     }
 
     /// Shows a sphere (`center` and `radius` in metres, table frame) from the present direction.

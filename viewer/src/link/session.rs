@@ -18,10 +18,10 @@ use std::collections::BTreeMap;
 /// holds both, and a page has 4 GB.
 const MOST_BYTES: u64 = 1_200_000_000;
 
-/// Memory that the page needs for a chunk of so many points, bytes: its columns, its entry in the tables, and on the
+/// Memory that the page needs for a chunk of so many points, bytes: its columns, its entries in tables, and on the
 /// graphics device whole blocks of 256 points of 32 bytes each.
 fn chunk_bytes(points: usize) -> u64 {
-    const ENTRY: usize = 512;
+    const ENTRY: usize = 2048;
     const BLOCK_POINTS: usize = 256;
     const BLOCK: usize = BLOCK_POINTS * 32;
     (points * size_of::<SemanticPoint>() + ENTRY + points.div_ceil(BLOCK_POINTS) * BLOCK) as u64

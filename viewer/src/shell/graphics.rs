@@ -24,6 +24,8 @@ pub(super) struct Size {
     pub(super) width: f32,
     pub(super) height: f32,
     pub(super) ratio: f32,
+    /// Height of what lies over the upper edge.
+    pub(super) covered: f32,
 }
 
 /// The renderer, if there is one, and the pointer on its canvas.

@@ -12,7 +12,7 @@ use leptos::prelude::*;
 use std::rc::Rc;
 use std::time::Duration;
 use wasm_bindgen::prelude::*;
-use web_sys::{Document, Element, KeyboardEvent, MediaQueryListEvent, ResizeObserver, Window};
+use web_sys::{Document, Element, HtmlElement, KeyboardEvent, MediaQueryListEvent, ResizeObserver, Window};
 
 /// Where the chosen theme is kept; `www/boot.js` reads it before the first paint.
 const THEME_KEY: &str = "semascan.theme";
@@ -56,13 +56,28 @@ pub(super) fn size(window: &Window, viewport: &Rc<Viewport>, place: Element) -> 
     let (window, viewport, element) = (window.clone(), viewport.clone(), place.clone());
     let measure = move || {
         let ratio = window.device_pixel_ratio().min(MOST_RATIO) as f32;
-        viewport.resize(Size { width: element.client_width() as f32, height: element.client_height() as f32, ratio });
+        let covered = covered_height(&element).unwrap_or(0.0);
+        viewport.resize(Size {
+            width: element.client_width() as f32,
+            height: element.client_height() as f32,
+            ratio,
+            covered,
+        });
     };
     measure();
     let on_size = Closure::<dyn FnMut(JsValue)>::new(move |_| measure());
     ResizeObserver::new(on_size.as_ref().unchecked_ref())?.observe(&place);
     on_size.forget();
     Ok(())
+}
+
+/// Height of what lies over the upper edge of the 3D view, CSS pixels of the view; `None` where nothing does.
+fn covered_height(place: &Element) -> Option<f32> {
+    let overlay = place.query_selector("#overlay").ok()??;
+    let bar = overlay.query_selector(".overlay-top").ok()??.dyn_into::<HtmlElement>().ok()?;
+    // On large pages the overlay has pixels of its own.
+    let enlarged = place.client_height() as f32 / overlay.client_height().max(1) as f32;
+    Some((bar.offset_top() + bar.offset_height()) as f32 * enlarged)
 }
 
 /// The system's preference for dark pages, now and when it changes.

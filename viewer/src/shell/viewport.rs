@@ -154,6 +154,7 @@ impl Viewport {
         if self.size.replace(size) != size {
             let mut camera = self.camera.get();
             camera.set_viewport(size.width, size.height);
+            camera.set_covered(size.covered);
             self.camera.set(camera);
             self.redraw();
         }

@@ -92,6 +92,22 @@ fn fit_shows_every_corner_in_any_viewport() {
 }
 
 #[test]
+fn fit_stays_out_of_what_is_covered() {
+    let bounds = Bounds::from_corners(Vec3::new(-0.05, -0.05, 0.0), Vec3::new(0.05, 0.05, 0.3));
+    for (width, height) in [(800.0, 600.0), (300.0, 900.0), (320.0, 240.0)] {
+        let mut camera = camera();
+        camera.set_viewport(width, height);
+        camera.set_covered(60.0);
+        camera.fit(bounds);
+        let seen: Vec<f32> = bounds.corners().map(|corner| pixel(&camera, corner).y).collect();
+        let low = seen.iter().copied().fold(f32::INFINITY, f32::min);
+        let high = seen.iter().copied().fold(f32::NEG_INFINITY, f32::max);
+        assert!(low >= 60.0 && high <= height, "{low} to {high} of {height}");
+        assert!(((low - 60.0) - (height - high)).abs() < 0.2 * height, "in the middle of the rest: {low} to {high}");
+    }
+}
+
+#[test]
 fn near_and_far_enclose_the_scene_from_outside_and_inside() {
     let scene = Bounds::from_corners(Vec3::splat(-0.2), Vec3::splat(0.2));
     let mut camera = camera();

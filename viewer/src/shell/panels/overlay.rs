@@ -72,7 +72,7 @@ fn ColorScale(ui: Ui) -> impl IntoView {
         view! {
             <p class="scale-unknown" data-testid="scale-unknown">
                 <span class="scale-dot" style:background-color=css_color(UNKNOWN)></span>
-                <span>{what} <span class="scale-why">{why}</span></span>
+                <span>{what} <span class="scale-why">{format!(" {why}")}</span></span>
             </p>
         }
     };
