@@ -13,20 +13,51 @@
   }
   if (THEMES.includes(theme)) document.documentElement.dataset.theme = theme;
 
+  // Says in place of the model that there will be none. The panels may be gone or dead: nothing of them is used.
   const fail = (title, text) => {
-    const box = document.getElementById("boot");
-    if (!box) return;
+    if (document.documentElement.dataset.viewer === "failed") return;
+    document.documentElement.dataset.viewer = "failed";
+    const box = document.createElement("div");
+    box.id = "failure";
+    box.className = "message is-raised";
     box.dataset.state = "failed";
-    document.getElementById("boot-title").textContent = title;
-    document.getElementById("boot-text").textContent = text;
-    document.getElementById("status").textContent = `${title}. ${text}`;
+    box.setAttribute("role", "alert");
+    const heading = document.createElement("h2");
+    heading.textContent = title;
+    const paragraph = document.createElement("p");
+    paragraph.textContent = text;
     const retry = document.createElement("button");
     retry.type = "button";
     retry.className = "button";
     retry.textContent = "Reload";
     retry.addEventListener("click", () => location.reload());
-    box.append(retry);
+    box.append(heading, paragraph, retry);
+    document.getElementById("boot")?.remove();
+    (document.querySelector(".viewport") ?? document.body).append(box);
+    // What said that the viewer was at work does so no longer.
+    const link = document.querySelector("[data-testid=connection]");
+    if (link) {
+      link.dataset.state = "broken";
+      link.textContent = "Stopped";
+    }
   };
+
+  // A panic of the viewer, or memory that is not there, ends its module: whatever the page shows from then on is old. What
+  // happened is in the console. Errors of other scripts, such as extensions, are none of its business.
+  const onError = (error) => {
+    if (error instanceof WebAssembly.RuntimeError) {
+      fail(
+        "The viewer has stopped",
+        "An internal error ended it; what is shown is no longer live. The inspection goes on: reload the page to see it. " +
+          "If it happens again, the browser's console says what to report.",
+      );
+    }
+  };
+  addEventListener("error", (event) => onError(event.error));
+  addEventListener("unhandledrejection", (event) => onError(event.reason));
+
+  // Kept as long as the page: what is dropped stops.
+  let running = null;
 
   const start = async () => {
     if (typeof WebAssembly !== "object") {
@@ -36,12 +67,13 @@
     try {
       const viewer = await import("./semascan_viewer.js");
       await viewer.default();
-      const page = viewer.start();
-      // A hook for the browser tests: loses the connection as a broken network would.
-      window.semascanTest = { cutLink: () => page.cut_link() };
+      running = viewer.start();
     } catch (error) {
       console.error(error);
-      fail("The viewer could not be loaded", String(error?.message ?? error));
+      fail(
+        "The viewer could not be loaded",
+        "A part of it did not arrive, or this browser does not run it. Check the connection, update the browser, then reload.",
+      );
     }
   };
 

@@ -35,6 +35,9 @@ describe('graphics', () => {
       const message = page.getByTestId('viewport-message');
       await message.waitFor({ state: 'visible', timeout: 60_000 });
       assert.equal(await message.getAttribute('data-state'), 'gpu');
+      const text = await message.innerText();
+      assert.match(text, /hardware/i, 'what helps is not said');
+      assert.doesNotMatch(text, /webgl2|webgpu|Error|[{}]|::/, 'what a program says is no text for people');
       await viewer.until((s) => s.phase === 'finished', null, 'the end of the inspection');
       const ply = new Ply((await viewer.export('ply')).bytes);
       assert.ok(ply.count > 1000, `${ply.count} points`);

@@ -64,13 +64,6 @@ onEveryBackend('a cut link', (session) => {
     const [again, newcomer] = cutLink.sockets.slice(before).map((connection) => connection.down);
     assert.ok(again < 0.5 * newcomer, `${again} B to one that held everything, ${newcomer} B to a newcomer`);
   });
-
-  it('can be cut by the page itself', LIMIT, async () => {
-    const { hash, resumed } = await steady.finished();
-    await steady.page.evaluate(() => window.semascanTest.cutLink());
-    await steady.until((s, before) => Number(s.resumed) > before, Number(resumed), 'another resumption', 30_000);
-    assert.equal((await steady.finished()).hash, hash);
-  });
 });
 
 /** Bytes that came down over every WebSocket of a link. */

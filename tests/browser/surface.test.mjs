@@ -100,6 +100,43 @@ onEveryBackend(
       assert.ok(await viewer.page.getByTestId('color-mode-component').isChecked());
     });
 
+    it('is not painted by a reference in another unit or place: the page says so and offers the unit', LIMIT, async () => {
+      const { page } = viewer;
+      // The part's own mesh with other numbers: in another unit, in another place.
+      const changed = (scale, shift) => {
+        const bytes = Buffer.from(file.bytes);
+        const ply = new Ply(file.bytes);
+        const start = bytes.indexOf('end_header\n') + 'end_header\n'.length;
+        for (let v = 0; v < ply.count; v += 1) {
+          for (const axis of [0, 1, 2]) {
+            const at = start + v * ply.stride + 4 * axis;
+            bytes.writeFloatLE(bytes.readFloatLE(at) * scale + (axis === 0 ? shift : 0), at);
+          }
+        }
+        return bytes;
+      };
+      const load = async (name, buffer) => {
+        await page.getByTestId('reference-file').setInputFiles({ name, mimeType: 'application/octet-stream', buffer });
+        await page.getByTestId('reference').getByText(name).waitFor();
+        await page.locator('[data-testid=deviation][data-p95-mm]').waitFor();
+      };
+      await load('inches.ply', changed(1 / 0.0254, 0));
+      const mismatch = page.getByTestId('reference-mismatch');
+      await mismatch.waitFor();
+      assert.match(await mismatch.innerText(), /times (as large|smaller).*In inch the two would be alike/s);
+      assert.equal(await page.getByTestId('color-mode-deviation').isChecked(), false, 'painted all the same');
+      await page.getByTestId('reference-unit-offer').click();
+      await mismatch.waitFor({ state: 'detached' });
+      assert.ok(await page.getByTestId('color-mode-deviation').isChecked());
+      assert.equal(await page.getByTestId('reference-unit').inputValue(), 'inch');
+
+      await load('elsewhere.ply', changed(1, 1));
+      await mismatch.waitFor();
+      assert.match(await mismatch.innerText(), /lies 1\.0 m away.*another frame.*--align/s);
+      assert.equal(await page.getByTestId('color-mode-deviation').isChecked(), false);
+      await page.getByTestId('reference-forget').click();
+    });
+
     it('gives way to the points again', LIMIT, async () => {
       await viewer.choose('show-points');
       await viewer.until((s) => s.triangles === '0' && Number(s.points) > 0, null, 'the points in the picture');

@@ -36,11 +36,11 @@ export class Agent {
    * Starts `semascan demo`, or `semascan serve` if trained networks are to label the views, and waits until it listens.
    * @param {{source?: string, port?: number, pace?: number, voxel?: number, models?: string}} options `port` 0 takes a
    *   free one; `pace` is the shortest time of a view in seconds, so that a test can act in the middle of an inspection;
-   *   `voxel` is in millimetres; `models` names networks
+   *   `voxel` is in millimetres; `models` names networks; `args` are passed on as they are
    */
-  static async start({ source = SOURCE, port = 0, pace = 0, voxel, models } = {}) {
+  static async start({ source = SOURCE, port = 0, pace = 0, voxel, models, args: more = [] } = {}) {
     const command = models ? ['serve', '--labels', 'network', '--models', models] : ['demo', '--no-open'];
-    const args = [...command, '--source', source, '--port', String(port), '--pace', String(pace)];
+    const args = [...command, '--source', source, '--port', String(port), '--pace', String(pace), ...more];
     if (voxel !== undefined) args.push('--voxel', String(voxel));
     const agent = new Agent(spawn(BINARY, args, { stdio: ['ignore', 'pipe', 'pipe'] }));
     agent.url = await agent.#listening();

@@ -38,6 +38,30 @@ impl Bounds {
         Self { min: self.min.min(other.min), max: self.max.max(other.max) }
     }
 
+    /// What both hold; empty if that is nothing.
+    pub fn intersection(self, other: Self) -> Self {
+        let both = Self { min: self.min.max(other.min), max: self.max.min(other.max) };
+        if both.is_empty() { Self::EMPTY } else { both }
+    }
+
+    /// It with its radius to every side so many times over; empty if it is empty.
+    pub fn grown(self, times: f32) -> Self {
+        if self.is_empty() {
+            return Self::EMPTY;
+        }
+        let margin = Vec3::splat(self.radius() * times);
+        Self { min: self.min - margin, max: self.max + margin }
+    }
+
+    /// Its eight corners; none if it is empty.
+    pub fn corners(self) -> impl Iterator<Item = Vec3> {
+        let corner = move |i: u32| {
+            let pick = |axis: u32| if i & (1 << axis) == 0 { self.min } else { self.max };
+            Vec3::new(pick(0).x, pick(1).y, pick(2).z)
+        };
+        (0..if self.is_empty() { 0 } else { 8 }).map(corner)
+    }
+
     /// Its middle; the origin if it is empty.
     pub fn center(&self) -> Vec3 {
         if self.is_empty() { Vec3::ZERO } else { (self.min + self.max) / 2.0 }
@@ -60,6 +84,24 @@ mod tests {
         assert!(Bounds::EMPTY.is_empty());
         assert_eq!(Bounds::EMPTY.radius(), 0.0);
         assert_eq!(one.center(), Vec3::ZERO);
+    }
+
+    #[test]
+    fn corners_intersections_and_margins() {
+        let a = Bounds::from_corners(Vec3::ZERO, Vec3::ONE);
+        let b = Bounds::from_corners(Vec3::splat(0.5), Vec3::splat(9.0));
+        assert_eq!(a.intersection(b), Bounds::from_corners(Vec3::splat(0.5), Vec3::ONE));
+        assert!(a.intersection(Bounds::from_corners(Vec3::splat(2.0), Vec3::splat(3.0))).is_empty());
+        assert_eq!(
+            a.corners().fold(Bounds::EMPTY, |mut all, c| {
+                all.include(c);
+                all
+            }),
+            a
+        );
+        assert_eq!(Bounds::EMPTY.corners().count(), 0);
+        assert!(Bounds::EMPTY.grown(3.0).is_empty());
+        assert!((a.grown(1.0).min.x + a.radius()).abs() < 1e-6);
     }
 
     #[test]

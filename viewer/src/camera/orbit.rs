@@ -17,6 +17,11 @@ const MAX_ELEVATION: f32 = FRAC_PI_2 - 1e-3;
 /// Vertical field of view: 35 degrees, narrow enough that lengths near and far compare.
 const FOV_Y: f32 = 35.0 * PI / 180.0;
 
+/// What is fitted into view leaves this much room around it.
+const MARGIN: f32 = 1.08;
+/// Radius of the smallest thing that fills the view, metres.
+const SMALLEST: f32 = 0.002;
+
 /// A perspective camera that orbits a target with z up.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OrbitCamera {
@@ -25,6 +30,8 @@ pub struct OrbitCamera {
     azimuth: f32,
     elevation: f32,
     viewport: Vec2,
+    /// Height of what lies over the upper edge of the viewport, CSS pixels.
+    covered: f32,
 }
 
 impl Default for OrbitCamera {
@@ -35,6 +42,7 @@ impl Default for OrbitCamera {
             azimuth: 0.0,
             elevation: 0.0,
             viewport: Vec2::new(1280.0, 720.0),
+            covered: 0.0,
         };
         camera.look_from(StandardView::Isometric);
         camera
@@ -47,7 +55,13 @@ impl OrbitCamera {
         self.viewport = Vec2::new(width.max(1.0), height.max(1.0));
     }
 
-    /// Follows an input; `bounds` is the box around the model (see `HeldModel::bounds`), for [`CameraInput::Fit`].
+    /// Says how much of the viewport's height, in CSS pixels from its upper edge, is covered by something: what is fitted
+    /// into view stays out of it.
+    pub fn set_covered(&mut self, height: f32) {
+        self.covered = if height.is_finite() { height.clamp(0.0, self.viewport.y / 2.0) } else { 0.0 };
+    }
+
+    /// Follows an input; `bounds` is the box around the model (see `HeldModel::focus`), for [`CameraInput::Fit`].
     pub fn apply(&mut self, input: CameraInput, bounds: Option<Bounds>) {
         match input {
             CameraInput::Orbit { pixels } => self.orbit(pixels),
@@ -94,12 +108,37 @@ impl OrbitCamera {
         }
     }
 
-    /// Shows the whole box from the present direction; an empty box changes nothing.
+    /// Shows the whole box from the present direction, as large as the viewport allows; an empty box changes nothing.
     pub fn fit(&mut self, bounds: Bounds) {
-        if bounds.is_empty() {
+        let (center, radius) = (bounds.center(), bounds.radius());
+        if bounds.is_empty() || !(center.is_finite() && radius.is_finite()) {
             return;
         }
-        self.frame(bounds.center(), bounds.radius());
+        if radius < SMALLEST {
+            return self.frame(center, radius);
+        }
+        let (forward, (right, up)) = (self.forward(), self.right_and_up());
+        let tangent = (FOV_Y / 2.0).tan() / MARGIN;
+        let aside = tangent * self.viewport.x / self.viewport.y;
+        let above = tangent * (1.0 - 2.0 * self.covered / self.viewport.y).max(0.1);
+        // A corner at (x, z), z along the direction of view, is inside the edges of the picture of a camera at (s, -d) if
+        // x - s <= (z + d) t and s - x <= (z + d) t', where t and t' are the tangents of the edges. So d + s / t and
+        // d - s / t' are at least what the most demanding corner on either side asks for.
+        let demand = |axis: Vec3, edge: f32| {
+            let of = |p: Vec3| (p - center).dot(axis) / edge - (p - center).dot(forward);
+            bounds.corners().map(of).fold(f32::NEG_INFINITY, f32::max)
+        };
+        let (east, west) = (demand(right, aside), demand(-right, aside));
+        let (north, south) = (demand(up, above), demand(-up, tangent));
+        let across = (east + west) / 2.0;
+        let along = (north * above + south * tangent) / (above + tangent);
+        let distance = across.max(along);
+        // In the middle of the room that there is.
+        let middle = |low: f32, high: f32| (low + high) / 2.0;
+        let shift_x = middle((east - distance) * aside, (distance - west) * aside);
+        let shift_y = middle((north - distance) * above, (distance - south) * tangent);
+        self.target = center + right * shift_x + up * shift_y;
+        self.distance = distance.clamp(*DISTANCE.start(), *DISTANCE.end());
     }
 
     /// Shows a sphere (`center` and `radius` in metres, table frame) from the present direction.
@@ -110,7 +149,7 @@ impl OrbitCamera {
         let aspect = self.viewport.x / self.viewport.y;
         let half = (FOV_Y / 2.0).min(((FOV_Y / 2.0).tan() * aspect).atan());
         self.target = center;
-        self.distance = (radius.max(0.002) * 1.08 / half.sin()).clamp(*DISTANCE.start(), *DISTANCE.end());
+        self.distance = (radius.max(SMALLEST) * MARGIN / half.sin()).clamp(*DISTANCE.start(), *DISTANCE.end());
     }
 
     /// Looks from a standard direction at the same target.

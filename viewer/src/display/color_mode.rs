@@ -1,8 +1,5 @@
 //! What the colours of the model mean.
 
-/// Top of the scale in [`ColorMode::Sigma`]; a label is hardly worth having from there on.
-pub const SIGMA_TOP: f32 = 0.5;
-
 /// What the colours of points and mesh mean.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ColorMode {
@@ -11,13 +8,13 @@ pub enum ColorMode {
     Appearance,
     /// Component classes in their palette.
     Component,
-    /// Share of the best component class, 0..=1, by [`super::color_ramp`].
+    /// Share of the best component class by [`super::color_ramp`], on the scale of the data.
     Confidence,
     /// Number of views, 0..=`views_top`, by [`super::color_ramp`].
     Views,
     /// Defect classes in their palette; sound surface is grey.
     Defect,
-    /// Uncertainty of the component label (sigma), 0..=[`SIGMA_TOP`], by [`super::color_ramp`].
+    /// Uncertainty of the component label (sigma) by [`super::color_ramp`], on the scale of the data.
     Sigma,
     /// Signed distance of the mesh from a reference, by [`super::deviation_colors`].
     Deviation,
@@ -39,6 +36,11 @@ impl ColorMode {
             Self::Sigma => "sigma",
             Self::Deviation => "deviation",
         }
+    }
+
+    /// The mode of that name.
+    pub fn from_key(key: &str) -> Option<Self> {
+        Self::ALL.into_iter().chain([Self::Deviation]).find(|mode| mode.key() == key)
     }
 
     /// Name for people.

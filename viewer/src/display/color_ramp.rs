@@ -5,6 +5,9 @@
 
 use semascan_model::Color;
 
+/// The colour of what is not known, which is on no ramp: neither sure nor unsure, neither near nor far.
+pub const UNKNOWN: Color = [0x8c, 0x93, 0x9c];
+
 const VIRIDIS: [Color; 16] = [
     [68, 1, 84],
     [72, 26, 108],

@@ -1,14 +1,12 @@
 //! The colours of deviations, shared by picture and legend: one green band within tolerance, then yellow to red where the
 //! surface stands out and cyan to blue where it falls short, up to four tolerances.
 
+use super::color_ramp::UNKNOWN;
 use super::css_color;
 use semascan_model::Color;
 
 /// Ends of the scale, in tolerances.
 pub const TOP: f32 = 4.0;
-
-/// Where there is nothing to compare with.
-pub const UNKNOWN: Color = [0x8c, 0x93, 0x9c];
 
 const WITHIN: Color = [0x3f, 0xa3, 0x5c];
 /// From just out of tolerance to the end of the scale.

@@ -6,6 +6,7 @@
 //! | `color_mode` | what the colours mean |
 //! | [`color_ramp`], [`deviation_colors`] | the colours of scalars and of deviations, the same in picture and legend |
 //! | `palette` | the colours of the classes |
+//! | `scalar_scale` | from which share to which the ramp goes |
 //! | `theme` | light or dark |
 //! | `visibility` | which points are shown |
 
@@ -13,12 +14,14 @@ mod color_mode;
 pub mod color_ramp;
 pub mod deviation_colors;
 mod palette;
+mod scalar_scale;
 mod settings;
 mod theme;
 mod visibility;
 
-pub use color_mode::{ColorMode, SIGMA_TOP};
+pub use color_mode::ColorMode;
 pub use palette::{Palette, css_color};
+pub use scalar_scale::{ScalarScale, ShareHistogram, ShareScales};
 pub use settings::{Display, Representation};
 pub use theme::{ColorScheme, Theme};
 pub use visibility::{ClassMask, HiddenFlags};

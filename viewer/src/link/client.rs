@@ -8,9 +8,6 @@ use web_sys::{ErrorEvent, MessageEvent, Worker, WorkerOptions, WorkerType};
 /// Address of the worker's script, relative to the page.
 const WORKER_SCRIPT: &str = "./link_worker.js";
 
-/// What the page may send the worker after the start.
-pub(super) const DROP_CONNECTION: &str = "drop";
-
 /// A live link; it reconnects by itself until it is closed or dropped.
 pub struct Link {
     worker: Worker,
@@ -41,11 +38,11 @@ impl Link {
         });
         worker.set_onmessage(Some(on_message.as_ref().unchecked_ref()));
         let on_error = Closure::<dyn FnMut(ErrorEvent)>::new(move |error: ErrorEvent| {
-            // A script that does not load comes without a message.
+            // A script that does not load comes without a message; the browser logs what there is to say.
             let why = Reflect::get(&error, &"message".into()).ok().and_then(|m| m.as_string()).unwrap_or_default();
-            let reason =
-                format!("the decoding worker failed: {}", if why.is_empty() { "it did not load" } else { &why });
-            (sink.borrow_mut())(LinkEvent::Refused { reason });
+            let what = if why.is_empty() { "could not be loaded" } else { "has stopped because of an internal error" };
+            let reason = format!("The part of the viewer that receives the model {what}.");
+            (sink.borrow_mut())(LinkEvent::Broken { reason });
         });
         worker.set_onerror(Some(on_error.as_ref().unchecked_ref()));
 
@@ -54,14 +51,6 @@ impl Link {
         Reflect::set(&start, &"module".into(), &wasm_bindgen::module())?;
         worker.post_message(&start)?;
         Ok(Self { worker, _on_message: on_message, _on_error: on_error })
-    }
-
-    /// Loses the connection on purpose, as a broken network would; the link then resumes by itself. For tests.
-    ///
-    /// # Errors
-    /// What the browser says when the worker cannot be reached.
-    pub fn drop_connection(&self) -> Result<(), JsValue> {
-        self.worker.post_message(&DROP_CONNECTION.into())
     }
 
     /// What asks the agent for more, wherever the link itself is kept.

@@ -36,6 +36,11 @@ pub enum LinkEvent {
         /// Why, for people.
         reason: String,
     },
+    /// The viewer's own side of the link has stopped; there will be no further attempt.
+    Broken {
+        /// Why, for people.
+        reason: String,
+    },
     /// A new inspection or a rebuilt map: drop every chunk.
     Cleared(wire::Inspection),
     /// Any other control message, as the agent sent it: progress, stages, views.
@@ -44,6 +49,11 @@ pub enum LinkEvent {
     Chunk(DecodedChunk),
     /// A chunk emptied.
     ChunkGone {
+        /// Chunk coordinates.
+        id: [i32; 3],
+    },
+    /// This chunk is more than the viewer can hold: it is not shown, and what was held of it goes.
+    LeftOut {
         /// Chunk coordinates.
         id: [i32; 3],
     },

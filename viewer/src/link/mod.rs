@@ -5,6 +5,7 @@
 //! | `event` | what happens on the link |
 //! | [`session`] | messages to events; what to ask for after a lost connection |
 //! | [`reconnect`] | when to try again |
+//! | [`refusal`] | why a connection is not made, and what helps |
 //! | [`transfer`] | events as bytes between worker and page |
 //! | `worker` | the worker's side: socket and timers (browser only) |
 //! | `client` | the page's side: `Link` (browser only) |
@@ -16,6 +17,7 @@
 
 mod event;
 pub mod reconnect;
+pub mod refusal;
 pub mod session;
 pub mod transfer;
 

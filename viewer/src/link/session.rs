@@ -5,6 +5,7 @@
 
 use super::LinkEvent;
 use super::event::required;
+use semascan_model::SemanticPoint;
 use semascan_protocol::chunk::ChunkDecoder;
 use semascan_protocol::server_message::Body;
 use semascan_protocol::{
@@ -13,20 +14,65 @@ use semascan_protocol::{
 };
 use std::collections::BTreeMap;
 
+/// Memory that the page may need for the points of a model, bytes. While a model is exchanged for that of a new epoch it
+/// holds both, and a page has 4 GB.
+const MOST_BYTES: u64 = 1_200_000_000;
+
+/// Memory that the page needs for a chunk of so many points, bytes: its columns, its entries in tables, and on the
+/// graphics device whole blocks of 256 points of 32 bytes each.
+fn chunk_bytes(points: usize) -> u64 {
+    const ENTRY: usize = 2048;
+    const BLOCK_POINTS: usize = 256;
+    const BLOCK: usize = BLOCK_POINTS * 32;
+    (points * size_of::<SemanticPoint>() + ENTRY + points.div_ceil(BLOCK_POINTS) * BLOCK) as u64
+}
+
 /// What is held, of which inspection.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct Session {
     inspection_id: String,
     epoch: u32,
-    held: BTreeMap<[i32; 3], u32>,
+    held: BTreeMap<[i32; 3], Held>,
+    /// Memory for all that is held, and the most that it may be, bytes.
+    bytes: u64,
+    most_bytes: u64,
+    /// Something of the present model was left out.
+    left_out: bool,
     welcomed: bool,
     decoder: ChunkDecoder,
+}
+
+/// What is known of a chunk that is held.
+#[derive(Clone, Copy, Debug)]
+struct Held {
+    revision: u32,
+    bytes: u64,
+}
+
+impl Default for Session {
+    fn default() -> Self {
+        Self::within(MOST_BYTES)
+    }
 }
 
 impl Session {
     /// Holds nothing yet.
     pub fn new() -> Self {
         Self::default()
+    }
+
+    /// Holds nothing yet, and never more than needs `most_bytes` of the page's memory.
+    fn within(most_bytes: u64) -> Self {
+        Self {
+            inspection_id: String::new(),
+            epoch: 0,
+            held: BTreeMap::new(),
+            bytes: 0,
+            most_bytes,
+            left_out: false,
+            welcomed: false,
+            decoder: ChunkDecoder::default(),
+        }
     }
 
     /// The first message of a new connection.
@@ -42,7 +88,7 @@ impl Session {
             hello.held.extend(
                 self.held
                     .iter()
-                    .map(|(id, revision)| HeldChunk { id: Some(ChunkId::from_array(*id)), revision: *revision }),
+                    .map(|(id, held)| HeldChunk { id: Some(ChunkId::from_array(*id)), revision: held.revision }),
             );
         }
         ClientMessage { body: Some(client_message::Body::Hello(hello)) }
@@ -102,6 +148,7 @@ impl Session {
         self.inspection_id.clone_from(&inspection.id);
         self.epoch = inspection.epoch;
         self.held.clear();
+        (self.bytes, self.left_out) = (0, false);
     }
 
     fn chunk(&mut self, update: &ChunkUpdate) -> Result<Option<LinkEvent>, WireError> {
@@ -109,19 +156,29 @@ impl Session {
             return Ok(None);
         }
         let decoded = self.decoder.decode(update)?;
-        if self.held.get(&decoded.id).is_some_and(|held| *held >= decoded.revision) {
+        let id = decoded.id;
+        if self.held.get(&id).is_some_and(|held| held.revision >= decoded.revision) {
             return Ok(None);
         }
-        self.held.insert(decoded.id, decoded.revision);
+        let before = self.held.remove(&id);
+        self.bytes -= before.map_or(0, |held| held.bytes);
+        let held = Held { revision: decoded.revision, bytes: chunk_bytes(decoded.cloud.len()) };
+        if self.bytes + held.bytes > self.most_bytes {
+            // Said once; after that, where something of it is in the picture.
+            let said = std::mem::replace(&mut self.left_out, true);
+            return Ok((before.is_some() || !said).then_some(LinkEvent::LeftOut { id }));
+        }
+        self.bytes += held.bytes;
+        self.held.insert(id, held);
         Ok(Some(LinkEvent::Chunk(decoded)))
     }
 
     fn gone(&mut self, gone: &ChunkGone) -> Result<Option<LinkEvent>, WireError> {
         let id = required("gone.id", gone.id)?.to_array();
-        if gone.epoch != self.epoch || self.held.get(&id).is_none_or(|held| *held > gone.revision) {
+        if gone.epoch != self.epoch || self.held.get(&id).is_none_or(|held| held.revision > gone.revision) {
             return Ok(None);
         }
-        self.held.remove(&id);
+        self.bytes -= self.held.remove(&id).map_or(0, |held| held.bytes);
         Ok(Some(LinkEvent::ChunkGone { id }))
     }
 }
@@ -132,7 +189,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
     use prost::Message;
-    use semascan_model::{PointFlags, SemanticPoint};
+    use semascan_model::PointFlags;
     use semascan_protocol::chunk::{VoxelChunk, encode};
     use semascan_protocol::{Clear, Progress, Refused, ServerMessage, Welcome};
 
@@ -207,6 +264,33 @@ mod tests {
         assert!(session.receive(&gone(0, 2, 4)).is_none(), "emptied before it was filled again");
         assert!(session.receive(&gone(9, 2, 4)).is_none(), "never held");
         assert!(matches!(session.receive(&chunk(0, 2, 6)), Some(LinkEvent::Chunk(_))));
+    }
+
+    #[test]
+    fn no_more_is_taken_than_there_is_memory_for_and_that_is_said_once() {
+        let one = chunk_bytes(1);
+        let mut session = Session::within(2 * one);
+        session.receive(&welcome("a", 1, false));
+        assert!(matches!(session.receive(&chunk(0, 1, 1)), Some(LinkEvent::Chunk(_))));
+        assert!(matches!(session.receive(&chunk(1, 1, 1)), Some(LinkEvent::Chunk(_))));
+        assert_eq!(session.receive(&chunk(2, 1, 1)), Some(LinkEvent::LeftOut { id: [2, 0, 0] }));
+        assert_eq!(session.receive(&chunk(3, 1, 1)), None, "said already");
+        assert!(matches!(session.receive(&chunk(1, 1, 2)), Some(LinkEvent::Chunk(_))), "no more than before");
+        assert!(matches!(session.receive(&gone(0, 1, 2)), Some(LinkEvent::ChunkGone { .. })));
+        assert!(matches!(session.receive(&chunk(2, 1, 2)), Some(LinkEvent::Chunk(_))), "there is room again");
+        assert_eq!((session.bytes, session.held.len()), (2 * one, 2));
+        session.receive(&welcome("a", 2, false));
+        assert_eq!((session.bytes, session.left_out), (0, false));
+        session.most_bytes = one - 1;
+        assert!(matches!(session.receive(&chunk(1, 2, 1)), Some(LinkEvent::LeftOut { .. })));
+    }
+
+    #[test]
+    fn chunks_of_single_points_count_for_what_they_need() {
+        // 21 MB of such chunks once filled 6.5 GB.
+        let most = MOST_BYTES / chunk_bytes(1);
+        assert!(most < 150_000, "{most} chunks of one point");
+        assert!(MOST_BYTES / chunk_bytes(1200) * 1200 > 10_000_000, "a model of ten million points is shown whole");
     }
 
     #[test]

@@ -32,6 +32,8 @@ mod kind {
     pub(super) const DISCONNECTED: u8 = 5;
     pub(super) const REFUSED: u8 = 6;
     pub(super) const MALFORMED: u8 = 7;
+    pub(super) const BROKEN: u8 = 8;
+    pub(super) const LEFT_OUT: u8 = 9;
 }
 
 /// Bytes of a chunk before its columns.
@@ -52,6 +54,8 @@ pub fn encode(event: &LinkEvent, message: &[u8]) -> Vec<u8> {
         }
         LinkEvent::Refused { reason } => block(kind::REFUSED, &[reason.as_bytes()]),
         LinkEvent::Malformed { reason } => block(kind::MALFORMED, &[reason.as_bytes()]),
+        LinkEvent::Broken { reason } => block(kind::BROKEN, &[reason.as_bytes()]),
+        LinkEvent::LeftOut { id } => block(kind::LEFT_OUT, &[bytemuck::cast_slice(id)]),
     }
 }
 
@@ -73,6 +77,8 @@ pub fn decode(bytes: &[u8]) -> Result<LinkEvent, TransferError> {
         }
         kind::REFUSED => LinkEvent::Refused { reason: reader.text() },
         kind::MALFORMED => LinkEvent::Malformed { reason: reader.text() },
+        kind::BROKEN => LinkEvent::Broken { reason: reader.text() },
+        kind::LEFT_OUT => LinkEvent::LeftOut { id: reader.id()? },
         other => return Err(TransferError::Kind(other)),
     })
 }
@@ -181,6 +187,8 @@ mod tests {
             LinkEvent::Refused { reason: "no".into() },
             LinkEvent::ChunkGone { id: [1, -2, 3] },
             LinkEvent::Malformed { reason: "field".into() },
+            LinkEvent::Broken { reason: "stopped".into() },
+            LinkEvent::LeftOut { id: [4, -5, 6] },
         ];
         for event in events {
             assert_eq!(decode(&encode(&event, &[])).expect("what was encoded decodes"), event);

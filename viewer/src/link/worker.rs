@@ -5,7 +5,7 @@
 
 use super::reconnect::{Action, Reconnect, WELCOME_TIMEOUT_MS, protocol_mismatch};
 use super::session::Session;
-use super::{LinkEvent, client, transfer};
+use super::{LinkEvent, refusal, transfer};
 use js_sys::{Array, ArrayBuffer, Uint8Array};
 use prost::Message;
 use semascan_protocol::SUBPROTOCOL;
@@ -27,14 +27,20 @@ pub fn link_worker_start(url: String) -> Result<(), JsValue> {
     let shared = Rc::new(RefCell::new(worker));
     let this = shared.clone();
     let on_message = Closure::<dyn FnMut(MessageEvent)>::new(move |message: MessageEvent| {
-        if message.data().as_string().as_deref() == Some(client::DROP_CONNECTION) {
-            lose(&this, "dropped on request");
-        } else if let Some(before) = message.data().as_f64() {
+        if let Some(before) = message.data().as_f64() {
             this.borrow().ask_earlier_views(before as u32);
         }
     });
     // Lives as long as the worker does.
     scope.set_onmessage(Some(on_message.into_js_value().unchecked_ref()));
+    let this = shared.clone();
+    // The socket itself only fails; that its address was forbidden is told to the scope.
+    let on_violation = Closure::<dyn FnMut(Event)>::new(move |_: Event| {
+        let reason = refusal::forbidden_by_own_server(&this.borrow().url);
+        this.borrow_mut().refuse(reason);
+    });
+    let on_violation = on_violation.into_js_value();
+    scope.add_event_listener_with_callback("securitypolicyviolation", on_violation.unchecked_ref())?;
     follow(&shared, first);
     Ok(())
 }
@@ -122,7 +128,10 @@ fn follow(shared: &Shared, action: Action) {
                     worker.socket = Some(socket);
                     worker.timer = timer.ok();
                 }
-                Err(error) => shared.borrow_mut().refuse(format!("{url}: {error:?}")),
+                Err(error) => {
+                    web_sys::console::error_1(&error);
+                    shared.borrow_mut().refuse(refusal::forbidden_by_browser(&url));
+                }
             }
         }
         Action::Wait { ms } => {
@@ -134,7 +143,10 @@ fn follow(shared: &Shared, action: Action) {
             let mut worker = shared.borrow_mut();
             match timer {
                 Ok(timer) => worker.timer = Some(timer),
-                Err(error) => worker.refuse(format!("no timer: {error:?}")),
+                Err(error) => {
+                    web_sys::console::error_1(&error);
+                    worker.refuse("the browser gives the page no timer".to_owned());
+                }
             }
         }
         Action::Nothing => {}
@@ -174,8 +186,10 @@ impl Socket {
             Closure::<dyn FnMut(MessageEvent)>::new(move |m: MessageEvent| this.borrow_mut().receive(&m.data()));
         let this = shared.clone();
         // A failed connection fires `error` without any detail and then `close`: one handler is enough.
-        let on_close =
-            Closure::<dyn FnMut(CloseEvent)>::new(move |event: CloseEvent| lose(&this, &close_reason(&event)));
+        let on_close = Closure::<dyn FnMut(CloseEvent)>::new(move |event: CloseEvent| {
+            let reason = close_reason(&event, &this.borrow());
+            lose(&this, &reason);
+        });
         socket.set_onopen(Some(on_open.as_ref().unchecked_ref()));
         socket.set_onmessage(Some(on_message.as_ref().unchecked_ref()));
         socket.set_onclose(Some(on_close.as_ref().unchecked_ref()));
@@ -193,11 +207,12 @@ impl Drop for Socket {
     }
 }
 
-fn close_reason(event: &CloseEvent) -> String {
+fn close_reason(event: &CloseEvent, worker: &Worker) -> String {
+    let location = worker.scope.location();
     match (event.reason(), event.code()) {
         (reason, _) if !reason.is_empty() => reason,
         (_, 1000 | 1001) => "the agent ended the connection".to_owned(),
-        (_, 1006) => "the agent cannot be reached".to_owned(),
+        (_, 1006) => refusal::not_reached(&worker.url, &location.host(), &location.origin()),
         (_, code) => format!("the connection ended with code {code}"),
     }
 }

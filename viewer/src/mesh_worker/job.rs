@@ -1,6 +1,7 @@
 //! What the mesh worker does: a state machine that takes requests and works a little at a time.
 
 use super::message::{DeviationFigures, ReferenceInfo, Reply, Request};
+use super::placement::{Extent, Mismatch};
 use super::reference::Reference;
 use semascan_geometry::measure::percentile;
 use semascan_geometry::mesh::{MeshOptions, Mesher};
@@ -57,13 +58,15 @@ impl Job {
                 vec![Reply::Progress { done: 0, total: total as u32 }]
             }
             Request::Cancel => self.meshing.take().map(|_| Reply::Cancelled).into_iter().collect(),
-            Request::Reference { name, bytes } => match Reference::read(&name, &bytes) {
+            Request::Reference { name, unit, bytes } => match Reference::read(&name, &bytes, unit) {
                 Ok(reference) => {
                     let info = ReferenceInfo {
                         name,
                         triangles: reference.triangles as u32,
                         points: reference.points as u32,
-                        millimetres: reference.millimetres,
+                        unit: reference.unit,
+                        is_guess: reference.is_guess,
+                        warnings: reference.warnings.clone(),
                     };
                     self.reference = Some(reference);
                     self.compare();
@@ -103,7 +106,8 @@ impl Job {
             return Vec::new();
         }
         let of_vertices = self.compared.take().unwrap_or_default();
-        let figures = figures(&of_vertices);
+        let mut figures = figures(&of_vertices);
+        figures.mismatch = mismatch(&self.vertices, reference, &of_vertices);
         vec![Reply::Deviation { of_vertices, figures }]
     }
 
@@ -128,6 +132,13 @@ impl Job {
     }
 }
 
+/// Whether the mesh lies on the reference at all.
+fn mismatch(vertices: &[[f32; 3]], reference: &Reference, deviations: &[f32]) -> Option<Mismatch> {
+    let mut sizes: Vec<f64> = deviations.iter().filter(|d| d.is_finite()).map(|d| f64::from(d.abs())).collect();
+    let median = percentile(&mut sizes, 0.5)?;
+    Mismatch::of(&Extent::of(vertices)?, &reference.extent, reference.unit, median)
+}
+
 /// Deviations in figures, those that are not numbers left out.
 fn figures(deviations: &[f32]) -> DeviationFigures {
     let all = || deviations.iter().copied().filter(|d| d.is_finite());
@@ -141,6 +152,7 @@ fn figures(deviations: &[f32]) -> DeviationFigures {
         mean: sum(|d| d) as f32,
         rms: sum(|d| d * d).sqrt() as f32,
         p95: percentile(&mut sizes, 0.95).unwrap_or(0.0) as f32,
+        mismatch: None,
         range: [all().fold(f32::INFINITY, f32::min), all().fold(f32::NEG_INFINITY, f32::max)],
     }
 }
@@ -150,6 +162,7 @@ fn figures(deviations: &[f32]) -> DeviationFigures {
 mod tests {
     use super::*;
     use semascan_geometry::mesh::mesh_cloud;
+    use semascan_model::LengthUnit;
     use semascan_model::{PointFlags, SemanticMesh, SemanticPoint};
 
     const VOXEL: f32 = 0.001;
@@ -228,8 +241,11 @@ mod tests {
     fn every_mesh_is_compared_with_the_reference() {
         let mut job = Job::default();
         let square = b"v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nf 1 2 3 4\n".to_vec();
-        let loaded = job.handle(Request::Reference { name: "plate.obj".into(), bytes: square.into() });
-        assert!(matches!(&loaded[..], [Reply::Reference(ReferenceInfo { triangles: 2, millimetres: false, .. })]));
+        let loaded = job.handle(Request::Reference { name: "plate.obj".into(), unit: None, bytes: square.into() });
+        assert!(matches!(
+            &loaded[..],
+            [Reply::Reference(ReferenceInfo { triangles: 2, unit: LengthUnit::Metres, is_guess: true, .. })]
+        ));
         for z in [0.0004, -0.0002] {
             plate(z).into_iter().for_each(|c| drop(job.handle(c)));
             job.handle(Request::Mesh);
@@ -241,11 +257,35 @@ mod tests {
             }
             assert!((figures.p95 - z.abs()).abs() < 1e-5 && (figures.rms - z.abs()).abs() < 1e-5);
         }
+        // The same plate in the numbers of another unit, and in another place.
+        let file = |x: f32, unit: f32| {
+            let corners = [[0.0, 0.0], [0.096, 0.0], [0.096, 0.03], [0.0, 0.03]];
+            let line = |[a, b]: [f32; 2]| format!("v {} {} 0\n", (a + x) * unit, b * unit);
+            (corners.map(line).concat() + "f 1 2 3 4\n").into_bytes()
+        };
+        for (file, unit, expected) in [
+            (file(0.0, 1.0), None, "none"),
+            (file(0.0, 1.0), Some(LengthUnit::Inches), "unit m"),
+            (file(0.0, 100.0), None, "unit cm"),
+            (file(0.0, 1000.0), None, "none"),
+            (file(0.4, 1.0), None, "place"),
+        ] {
+            job.handle(Request::Reference { name: "plate.obj".into(), unit, bytes: file.into() });
+            let said = finish(&mut job);
+            let Some(Reply::Deviation { figures, .. }) = said.last() else { panic!("{said:?}") };
+            let found = match figures.mismatch {
+                None => "none".to_owned(),
+                Some(Mismatch::LengthUnit { fits, .. }) => format!("unit {}", fits.name()),
+                Some(Mismatch::Place { .. }) => "place".to_owned(),
+                other => format!("{other:?}"),
+            };
+            assert_eq!(found, expected);
+        }
         job.handle(Request::Forget);
         job.handle(Request::Mesh);
         assert!(!finish(&mut job).iter().any(|r| matches!(r, Reply::Deviation { .. })));
         assert!(matches!(
-            job.handle(Request::Reference { name: "a.xyz".into(), bytes: [].into() })[..],
+            job.handle(Request::Reference { name: "a.xyz".into(), unit: None, bytes: [].into() })[..],
             [Reply::NoReference(_)]
         ));
     }

@@ -3,7 +3,9 @@
 //! Layout, little endian: one byte of kind, three of padding, then the body. Both ends are the same build: the layout is no
 //! public contract, but lengths are checked all the same.
 
+use super::placement::Mismatch;
 use crate::columns;
+use semascan_model::LengthUnit;
 use semascan_model::{SemanticCloud, SemanticMesh};
 use std::sync::Arc;
 
@@ -31,6 +33,8 @@ pub enum Request {
     Reference {
         /// Name of the file.
         name: String,
+        /// LengthUnit of its numbers, if a person says it.
+        unit: Option<LengthUnit>,
         /// Its content.
         bytes: Arc<[u8]>,
     },
@@ -47,8 +51,12 @@ pub struct ReferenceInfo {
     pub triangles: u32,
     /// Vertices or points.
     pub points: u32,
-    /// Whether its numbers were taken for millimetres.
-    pub millimetres: bool,
+    /// What its numbers were taken for.
+    pub unit: LengthUnit,
+    /// Whether that was guessed from its size.
+    pub is_guess: bool,
+    /// What the reader of the file had to say, a sentence each.
+    pub warnings: Vec<String>,
 }
 
 /// How far a mesh deviates from a reference. Lengths in metres.
@@ -62,6 +70,8 @@ pub struct DeviationFigures {
     pub p95: f32,
     /// Least and greatest.
     pub range: [f32; 2],
+    /// Why they mean nothing, if that is so.
+    pub mismatch: Option<Mismatch>,
 }
 
 /// What the worker answers.
@@ -115,8 +125,10 @@ impl Request {
             Self::Gone(id) => block(2, &[bytemuck::cast_slice(id)]),
             Self::Mesh => block(3, &[]),
             Self::Cancel => block(4, &[]),
-            Self::Reference { name, bytes } => {
-                block(5, &[&(name.len() as u32).to_le_bytes(), name.as_bytes(), bytes.as_ref()])
+            Self::Reference { name, unit, bytes } => {
+                let unit = unit.map_or(u32::MAX, unit_number);
+                let lengths = [unit, name.len() as u32];
+                block(5, &[bytemuck::cast_slice(&lengths), name.as_bytes(), bytes.as_ref()])
             }
             Self::Forget => block(6, &[]),
         }
@@ -142,9 +154,12 @@ impl Request {
             3 => Self::Mesh,
             4 => Self::Cancel,
             5 => {
-                let length = reader.number()?;
-                let name = String::from_utf8_lossy(&reader.column::<u8>(length)?).into_owned();
-                Self::Reference { name, bytes: reader.0.into() }
+                let unit = match reader.number()? {
+                    none if none == u32::MAX as usize => None,
+                    number => Some(unit_of(number)?),
+                };
+                let name = reader.string()?;
+                Self::Reference { name, unit, bytes: reader.0.into() }
             }
             6 => Self::Forget,
             _ => return Err(Broken),
@@ -160,13 +175,25 @@ impl Reply {
             Self::Mesh(mesh) => encode_mesh(mesh),
             Self::Cancelled => block(2, &[]),
             Self::Failed(reason) => block(3, &[reason.as_bytes()]),
-            Self::Reference(ReferenceInfo { name, triangles, points, millimetres }) => {
-                let numbers = [*triangles, *points, u32::from(*millimetres)];
-                block(4, &[bytemuck::cast_slice(&numbers), name.as_bytes()])
+            Self::Reference(ReferenceInfo { name, triangles, points, unit, is_guess, warnings }) => {
+                let numbers = [*triangles, *points, unit_number(*unit), u32::from(*is_guess)];
+                let mut bytes = block(4, &[bytemuck::cast_slice(&numbers)]);
+                for text in std::iter::once(name).chain(warnings) {
+                    bytes.extend_from_slice(&(text.len() as u32).to_le_bytes());
+                    bytes.extend_from_slice(text.as_bytes());
+                }
+                bytes
             }
             Self::NoReference(reason) => block(5, &[reason.as_bytes()]),
             Self::Deviation { of_vertices, figures: f } => {
-                let numbers = [f.mean, f.rms, f.p95, f.range[0], f.range[1]];
+                let (kind, unit, size) = match f.mismatch {
+                    None => (0.0, 0.0, 0.0),
+                    Some(Mismatch::LengthUnit { ratio, fits }) => (1.0, unit_number(fits) as f32, ratio),
+                    Some(Mismatch::Size { ratio }) => (2.0, 0.0, ratio),
+                    Some(Mismatch::Place { distance }) => (3.0, 0.0, distance),
+                    Some(Mismatch::Surface { median }) => (4.0, 0.0, median),
+                };
+                let numbers = [f.mean, f.rms, f.p95, f.range[0], f.range[1], kind, unit, size as f32];
                 block(6, &[bytemuck::cast_slice(&numbers), bytemuck::cast_slice(of_vertices)])
             }
         }
@@ -184,19 +211,41 @@ impl Reply {
             2 => Self::Cancelled,
             3 => Self::Failed(reader.text()),
             4 => {
-                let n = reader.column::<u32>(3)?;
-                let (triangles, points, millimetres) = (n[0], n[1], n[2] != 0);
-                Self::Reference(ReferenceInfo { name: reader.text(), triangles, points, millimetres })
+                let n = reader.column::<u32>(4)?;
+                let (unit, name) = (unit_of(n[2] as usize)?, reader.string()?);
+                let mut warnings = Vec::new();
+                while !reader.0.is_empty() {
+                    warnings.push(reader.string()?);
+                }
+                let (triangles, points, is_guess) = (n[0], n[1], n[3] != 0);
+                Self::Reference(ReferenceInfo { name, triangles, points, unit, is_guess, warnings })
             }
             5 => Self::NoReference(reader.text()),
             6 => {
-                let f = reader.column::<f32>(5)?;
-                let figures = DeviationFigures { mean: f[0], rms: f[1], p95: f[2], range: [f[3], f[4]] };
+                let f = reader.column::<f32>(8)?;
+                let size = f64::from(f[7]);
+                let mismatch = match f[5] as u32 {
+                    0 => None,
+                    1 => Some(Mismatch::LengthUnit { ratio: size, fits: unit_of(f[6] as usize)? }),
+                    2 => Some(Mismatch::Size { ratio: size }),
+                    3 => Some(Mismatch::Place { distance: size }),
+                    4 => Some(Mismatch::Surface { median: size }),
+                    _ => return Err(Broken),
+                };
+                let figures = DeviationFigures { mean: f[0], rms: f[1], p95: f[2], range: [f[3], f[4]], mismatch };
                 Self::Deviation { of_vertices: reader.column(reader.0.len() / 4)?, figures }
             }
             _ => return Err(Broken),
         })
     }
+}
+
+fn unit_number(unit: LengthUnit) -> u32 {
+    LengthUnit::ALL.iter().position(|other| *other == unit).unwrap_or(0) as u32
+}
+
+fn unit_of(number: usize) -> Result<LengthUnit, Broken> {
+    LengthUnit::ALL.get(number).copied().ok_or(Broken)
 }
 
 fn block(kind: u8, body: &[&[u8]]) -> Vec<u8> {
@@ -246,6 +295,12 @@ impl Reader<'_> {
 
     fn cloud(&mut self, n: usize) -> Result<SemanticCloud, Broken> {
         columns::take_cloud(&mut self.0, n).ok_or(Broken)
+    }
+
+    /// A text with its length before it.
+    fn string(&mut self) -> Result<String, Broken> {
+        let length = self.number()?;
+        Ok(String::from_utf8_lossy(&self.column::<u8>(length)?).into_owned())
     }
 
     /// The rest, as text.

@@ -5,6 +5,7 @@
 //! |---|---|---|
 //! | [`job`] | what the worker does, a slice at a time | anywhere |
 //! | [`message`] | the messages between page and worker | anywhere |
+//! | [`placement`] | whether a reference lies where the model lies and is as large |
 //! | [`mod@reference`] | a file that the mesh is compared with | anywhere |
 //! | `worker` | the worker's entry point (browser only) | |
 //! | `client` | the page's side (browser only) | |
@@ -14,6 +15,7 @@
 
 pub mod job;
 pub mod message;
+pub mod placement;
 pub mod reference;
 
 #[cfg(target_arch = "wasm32")]

@@ -1,5 +1,6 @@
 //! A file that the mesh is compared with: a mesh, or a cloud where it has no triangles.
 
+use super::placement::Extent;
 use semascan_formats::offset::{common_offset, relative};
 use semascan_formats::{Geometry, ReadError, no_files};
 use semascan_geometry::measure::{NearestPoints, PseudoNormals, SurfaceIndex};
@@ -27,8 +28,14 @@ pub struct Reference {
     pub triangles: usize,
     /// Vertices or points.
     pub points: usize,
-    /// Whether its numbers were taken for millimetres.
-    pub millimetres: bool,
+    /// What its numbers were taken for.
+    pub unit: LengthUnit,
+    /// Whether that was guessed from its size: neither its file nor a person said it.
+    pub is_guess: bool,
+    /// What the reader had to say, a sentence each.
+    pub warnings: Vec<String>,
+    /// Where it lies.
+    pub extent: Extent,
     /// What is taken off all that is compared, in metres: zero unless the reference lies far from the origin.
     offset: [f64; 3],
     index: Index,
@@ -48,33 +55,32 @@ impl std::fmt::Debug for Reference {
 impl Reference {
     /// Reads a file; its frame is the table's.
     ///
+    /// * `unit`: of its numbers, if a person says it.
+    ///
     /// # Errors
     /// [`ReferenceError`] if it cannot be read or holds nothing.
-    pub fn read(name: &str, bytes: &[u8]) -> Result<Self, ReferenceError> {
+    pub fn read(name: &str, bytes: &[u8], unit: Option<LengthUnit>) -> Result<Self, ReferenceError> {
         let geometry = Geometry::read(name, bytes, &no_files)?;
-        let unit = geometry.assumed_unit();
+        let is_guess = unit.is_none() && geometry.unit.is_none();
+        let unit = unit.unwrap_or_else(|| geometry.assumed_unit());
         let offset = common_offset(&geometry.positions, unit.in_metres());
         let positions = relative(&geometry.positions, unit.in_metres(), offset);
-        let Geometry { normals, triangles, .. } = geometry;
+        let Geometry { normals, triangles, warnings, .. } = geometry;
+        let empty = || ReferenceError::Empty { name: name.to_owned() };
+        let mut extent = Extent::of(&positions).ok_or_else(empty)?;
+        (0..3).for_each(|axis| extent.center[axis] += offset[axis]);
         let (points, count) = (positions.len(), triangles.len());
         let surface = SurfaceIndex::new(&positions, &triangles);
         let index = if surface.is_empty() {
             let index = NearestPoints::new(&positions);
             if index.is_empty() {
-                return Err(ReferenceError::Empty { name: name.to_owned() });
+                return Err(empty());
             }
             Index::Cloud { index, positions, normals }
         } else {
             Index::Surface(Box::new(surface), PseudoNormals::new(&positions, &triangles))
         };
-        Ok(Self {
-            name: name.to_owned(),
-            triangles: count,
-            points,
-            millimetres: unit == LengthUnit::Millimetres,
-            offset,
-            index,
-        })
+        Ok(Self { name: name.to_owned(), triangles: count, points, unit, is_guess, warnings, extent, offset, index })
     }
 
     /// Distances of points from the reference in metres, positive outside (along the reference's normals), negative
@@ -128,12 +134,25 @@ mod tests {
     #[test]
     fn deviations_have_a_sign_and_millimetres_are_recognized() {
         let points = [[0.2, 0.1, 0.0013], [0.2, 0.1, -0.0007]];
-        for (unit, millimetres) in [(1.0, false), (1000.0, true)] {
-            let reference = Reference::read("plate.obj", &square(0.0, unit)).expect("valid");
-            assert_eq!((reference.triangles, reference.millimetres), (2, millimetres));
+        for (unit, name) in [(1.0, "m"), (1000.0, "mm")] {
+            let reference = Reference::read("plate.obj", &square(0.0, unit), None).expect("valid");
+            assert_eq!((reference.triangles, reference.unit.name(), reference.is_guess), (2, name, true));
             let d = reference.deviations(&points);
             assert!((d[0] - 0.0013).abs() < 1e-6 && (d[1] + 0.0007).abs() < 1e-6, "{d:?}");
         }
+    }
+
+    #[test]
+    fn a_person_has_the_last_word_on_the_unit_and_what_the_reader_says_is_kept() {
+        let file = [square(0.0, 1.0), b"usemtl missing\n".to_vec()].concat();
+        let reference = Reference::read("plate.obj", &file, Some(LengthUnit::Inches)).expect("valid");
+        assert!(!reference.is_guess && reference.unit == LengthUnit::Inches);
+        assert!((reference.extent.size[0] - 2.0 * 0.0254).abs() < 1e-6, "{:?}", reference.extent);
+        let stl = [&[0; 80][..], &0_u32.to_le_bytes(), &[0; 12], &[0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0]].concat();
+        let corners: [f32; 6] = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0];
+        let stl = [stl, corners.iter().flat_map(|c| c.to_le_bytes()).collect(), vec![0; 2]].concat();
+        let counted_wrong = Reference::read("a.stl", &stl, None).expect("one triangle");
+        assert!(counted_wrong.warnings[0].contains("triangles"), "{:?}", counted_wrong.warnings);
     }
 
     #[test]
@@ -145,16 +164,16 @@ mod tests {
             )
         };
         let below = [[0.0, 0.0, -0.002]];
-        let oriented = Reference::read("a.ply", ply("0 0 1").as_bytes()).expect("valid");
+        let oriented = Reference::read("a.ply", ply("0 0 1").as_bytes(), None).expect("valid");
         assert!((oriented.deviations(&below)[0] + 0.002).abs() < 1e-7);
-        let bare = Reference::read("a.ply", ply("0 0 0").as_bytes()).expect("valid");
+        let bare = Reference::read("a.ply", ply("0 0 0").as_bytes(), None).expect("valid");
         assert!((bare.deviations(&below)[0] - 0.002).abs() < 1e-7);
     }
 
     #[test]
     fn what_is_no_reference_is_refused() {
-        assert!(Reference::read("a.obj", b"# nothing\n").is_err());
-        assert!(Reference::read("a.stl", b"solid but no more").is_err());
-        assert!(Reference::read("a.step", b"ISO-10303-21;").is_err());
+        assert!(Reference::read("a.obj", b"# nothing\n", None).is_err());
+        assert!(Reference::read("a.stl", b"solid but no more", None).is_err());
+        assert!(Reference::read("a.step", b"ISO-10303-21;", None).is_err());
     }
 }

@@ -3,7 +3,7 @@
 
 use super::gpu::Gpu;
 use super::request::DrawRequest;
-use crate::display::color_ramp::ramp;
+use crate::display::color_ramp::{UNKNOWN, ramp};
 use crate::display::{ClassMask, Palette, deviation_colors};
 use wgpu::{
     Extent3d, TexelCopyBufferLayout, Texture, TextureDescriptor, TextureDimension, TextureFormat, TextureUsages,
@@ -12,9 +12,6 @@ use wgpu::{
 
 const WIDTH: usize = 256;
 const ROWS: usize = 4;
-
-/// Grey of classes that the palette does not know.
-const UNKNOWN: [u8; 3] = [0x8c, 0x93, 0x9c];
 
 pub(super) struct Lookup {
     texture: Texture,

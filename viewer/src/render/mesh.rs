@@ -20,6 +20,7 @@ use wgpu::{
 #[derive(Clone, Copy, Pod, Zeroable)]
 struct Content {
     scale: [f32; 4],
+    share: [f32; 4],
     select: [u32; 4],
 }
 
@@ -125,6 +126,7 @@ impl Mesh {
                 1.0 / f32::from(request.content.views_top.max(1)),
                 shading,
             ],
+            share: request.content.share_scale(),
             select: [mode, 0, 0, 0],
         };
         gpu.queue.write_buffer(&self.uniform, 0, bytemuck::bytes_of(&content));

@@ -4,6 +4,8 @@
 struct Mesh {
     // 1 / tolerance (1 / metres); end of the scale in tolerances; 1 / top of the scale of views; strength of shading.
     scale: vec4<f32>,
+    // Low end of the scale of shares; 1 / its length; 1 if shares are known; unused.
+    share: vec4<f32>,
     // Colour mode; unused.
     select: vec4<u32>,
 }
@@ -19,11 +21,11 @@ const VIEWS: u32 = 3u;
 const DEVIATION: u32 = 5u;
 const SIGMA: u32 = 6u;
 
-// Top of the scale of sigma (request.rs).
-const SIGMA_TOP: f32 = 0.5;
+// What is not known (color_ramp.rs).
+const UNKNOWN: vec3<f32> = vec3<f32>(140.0, 147.0, 156.0) / 255.0;
 
 // Deviations from here on are not known.
-const UNKNOWN: f32 = 1e20;
+const UNKNOWN_DEVIATION: f32 = 1e20;
 
 struct Vertex {
     @location(0) position: vec3<f32>,
@@ -47,8 +49,16 @@ fn table_color(index: u32, row: u32) -> vec3<f32> {
     return textureLoad(lookup, vec2<u32>(min(index, 255u), row), 0).rgb;
 }
 
-fn share_color(share: f32, row: u32) -> vec3<f32> {
+fn row_color(share: f32, row: u32) -> vec3<f32> {
     return table_color(u32(clamp(share, 0.0, 1.0) * 255.0 + 0.5), row);
+}
+
+// A share of the evidence on its scale; without evidence for a component there is none.
+fn share_color(share: f32, label: u32) -> vec3<f32> {
+    if label == 0u || mesh.share.z < 0.5 {
+        return UNKNOWN;
+    }
+    return row_color((share - mesh.share.x) * mesh.share.y, 2u);
 }
 
 fn own_color(vertex: Vertex) -> vec3<f32> {
@@ -60,13 +70,13 @@ fn own_color(vertex: Vertex) -> vec3<f32> {
         return table_color(vertex.classes.x, 0u);
     }
     if mode == CONFIDENCE {
-        return share_color(vertex.color.a, 2u);
+        return share_color(vertex.color.a, vertex.classes.x);
     }
     if mode == VIEWS {
-        return share_color(f32(vertex.classes.z) * mesh.scale.z, 2u);
+        return row_color(f32(vertex.classes.z) * mesh.scale.z, 2u);
     }
     if mode == SIGMA {
-        return share_color(f32(vertex.classes.w) / (255.0 * SIGMA_TOP), 2u);
+        return share_color(f32(vertex.classes.w) / 255.0, vertex.classes.x);
     }
     if vertex.classes.y == 0u || mode == DEVIATION {
         let luma = dot(vertex.color.rgb, vec3<f32>(0.2126, 0.7152, 0.0722));
@@ -82,7 +92,7 @@ fn vs_mesh(vertex: Vertex) -> Surface {
     surface.view = (frame.view_from_table * vec4<f32>(vertex.position, 1.0)).xyz;
     surface.normal = vertex.normal;
     surface.color = own_color(vertex);
-    let known = vertex.deviation < UNKNOWN;
+    let known = vertex.deviation < UNKNOWN_DEVIATION;
     surface.deviation = vec2<f32>(select(0.0, vertex.deviation * mesh.scale.x, known), select(0.0, 1.0, known));
     return surface;
 }
@@ -92,7 +102,7 @@ fn fs_mesh(surface: Surface) -> @location(0) vec4<f32> {
     var color = surface.color;
     if mesh.select.x == DEVIATION && surface.deviation.y > 0.5 {
         let top = mesh.scale.y;
-        color = share_color(surface.deviation.x / surface.deviation.y / (2.0 * top) + 0.5, 3u);
+        color = row_color(surface.deviation.x / surface.deviation.y / (2.0 * top) + 0.5, 3u);
     }
     let table = normalize(surface.normal.xyz + vec3<f32>(0.0, 0.0, 1e-6));
     let normal = normalize((frame.view_from_table * vec4<f32>(table, 0.0)).xyz);

@@ -7,7 +7,7 @@
 //! | [`pool`], [`thinning`], [`point_counts`] | where a chunk's points lie, in which order, how many of them show |
 //! | [`frustum`], [`axes`] | camera poses and the table frame as line [`segment`]s |
 //! | [`scale`] | round distances of grid lines |
-//! | [`device_lost`] | the loss of the device |
+//! | [`device_lost`], `error` | the loss of the device; why there is no picture |
 //! | `points`, `mesh`, `background`, `turntable`, `floor`, `lines` | the primitives (browser only) |
 //! | `frame`, `pipeline`, `lookup` | what primitives share (browser only) |
 //! | `gpu`, `frames_in_flight`, `renderer` | device and canvas, frames not finished yet, the frame (browser only) |
@@ -33,6 +33,7 @@
 
 pub mod axes;
 pub mod device_lost;
+mod error;
 pub mod frustum;
 pub mod mesh_vertex;
 pub mod point_counts;
@@ -45,8 +46,6 @@ pub mod thinning;
 
 #[cfg(target_arch = "wasm32")]
 mod background;
-#[cfg(target_arch = "wasm32")]
-mod error;
 #[cfg(target_arch = "wasm32")]
 mod floor;
 #[cfg(target_arch = "wasm32")]
@@ -76,7 +75,6 @@ mod turntable;
 
 pub use request::{BackendChoice, CameraFrustum, DrawRequest, FrameContent, Turntable};
 
-#[cfg(target_arch = "wasm32")]
 pub use error::RenderError;
 #[cfg(target_arch = "wasm32")]
 pub use gpu::Backend;

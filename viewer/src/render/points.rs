@@ -36,6 +36,7 @@ const TEXEL_BYTES: usize = 16;
 #[derive(Clone, Copy, Pod, Zeroable)]
 struct Content {
     size: [f32; 4],
+    share: [f32; 4],
     select: [u32; 4],
 }
 
@@ -165,6 +166,7 @@ impl Points {
         let views_scale = 1.0 / f32::from(request.content.views_top.max(1));
         let content = Content {
             size: [voxel * RADIUS_VOXELS * growth, MIN_PIXELS / 2.0, views_scale, shading],
+            share: request.content.share_scale(),
             select: [self.slots, mode, u32::from(request.content.hidden_flags.bits()), 0],
         };
         gpu.queue.write_buffer(&self.uniform, 0, bytemuck::bytes_of(&content));

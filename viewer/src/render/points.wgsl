@@ -9,6 +9,8 @@
 struct Points {
     // Radius in metres; least radius in pixels; 1 / top of the scale of views; strength of shading, 0..1.
     size: vec4<f32>,
+    // Low end of the scale of shares; 1 / its length; 1 if shares are known; unused.
+    share: vec4<f32>,
     // Slots drawn of each block; colour mode; flags that hide; unused.
     select: vec4<u32>,
 }
@@ -27,8 +29,8 @@ const CONFIDENCE: u32 = 2u;
 const VIEWS: u32 = 3u;
 const SIGMA: u32 = 6u;
 
-// Top of the scale of sigma (request.rs).
-const SIGMA_TOP: f32 = 0.5;
+// What is not known (color_ramp.rs).
+const UNKNOWN: vec3<f32> = vec3<f32>(140.0, 147.0, 156.0) / 255.0;
 
 // How far the paraboloid falls away at the rim, in radii.
 const BULGE: f32 = 0.5;
@@ -61,6 +63,14 @@ fn ramp(share: f32) -> vec3<f32> {
     return textureLoad(lookup, vec2<u32>(u32(clamp(share, 0.0, 1.0) * 255.0 + 0.5), 2u), 0).rgb;
 }
 
+// A share of the evidence on its scale; without evidence for a component there is none.
+fn share_color(share: f32, label: u32) -> vec3<f32> {
+    if label == 0u || points.share.z < 0.5 {
+        return UNKNOWN;
+    }
+    return ramp((share - points.share.x) * points.share.y);
+}
+
 fn base_color(record: vec4<u32>) -> vec3<f32> {
     let own = unpack4x8unorm(record.x);
     let mode = points.select.y;
@@ -71,13 +81,13 @@ fn base_color(record: vec4<u32>) -> vec3<f32> {
         return class_color(record.y & 0xffffu, 0u).rgb;
     }
     if mode == CONFIDENCE {
-        return ramp(own.a);
+        return share_color(own.a, record.y & 0xffffu);
     }
     if mode == VIEWS {
         return ramp(f32(record.z & 0xffffu) * points.size.z);
     }
     if mode == SIGMA {
-        return ramp(f32(record.w & 0xffu) / (255.0 * SIGMA_TOP));
+        return share_color(f32(record.w & 0xffu) / 255.0, record.y & 0xffffu);
     }
     let defect = record.y >> 16u;
     if defect == 0u {

@@ -32,6 +32,9 @@ use wgpu::{
 const AXES_SIDE: f32 = 84.0;
 const AXES_MARGIN: f32 = 8.0;
 
+/// How far what is drawn may lie from what is looked at, in its radii.
+const REACH: f32 = 20.0;
+
 /// What a frame showed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FrameStats {
@@ -217,8 +220,10 @@ impl Renderer {
     fn prepare(&mut self, request: &DrawRequest) {
         let gpu = &self.gpu;
         let pixels = Vec2::new(gpu.config.width as f32, gpu.config.height as f32);
-        let model = request.bounds.filter(|b| !b.is_empty());
-        let mut scene = model.unwrap_or(Bounds::EMPTY);
+        let model = request.focus.filter(|b| !b.is_empty());
+        let reach = model.map_or(Bounds::EMPTY, |focus| focus.grown(REACH));
+        let mut scene =
+            model.unwrap_or(Bounds::EMPTY).union(request.bounds.unwrap_or(Bounds::EMPTY).intersection(reach));
         match &request.content.turntable {
             Some(disc) => {
                 self.turntable.prepare(gpu, disc, request.content.color_scheme);

@@ -1,7 +1,7 @@
 //! What a frame shall show: plain data, made of the state, read by the renderer.
 
 use crate::camera::{Bounds, OrbitCamera};
-use crate::display::{ClassMask, ColorMode, ColorScheme, HiddenFlags, Palette};
+use crate::display::{ClassMask, ColorMode, ColorScheme, HiddenFlags, Palette, ShareScales};
 use glam::{Quat, Vec3};
 use semascan_protocol as wire;
 
@@ -85,6 +85,8 @@ pub struct FrameContent {
     pub palette: Palette,
     /// Top of the scale in [`ColorMode::Views`]; at least 1.
     pub views_top: u16,
+    /// Scales of [`ColorMode::Confidence`] and [`ColorMode::Sigma`].
+    pub scales: ShareScales,
     /// Whether background and furniture are light or dark.
     pub color_scheme: ColorScheme,
     /// The disc; a floor grid where there is none.
@@ -97,6 +99,19 @@ pub struct FrameContent {
     pub tolerance: f32,
 }
 
+impl FrameContent {
+    /// The scale of the shares that the colours mean, as shaders take it: its low end, one over its length, and 1 if the
+    /// share is known at all, else 0.
+    pub fn share_scale(&self) -> [f32; 4] {
+        let scale = match self.color_mode {
+            ColorMode::Confidence => self.scales.confidence,
+            ColorMode::Sigma => self.scales.sigma,
+            _ => None,
+        };
+        scale.map_or([0.0; 4], |s| [s.low, 1.0 / (s.high - s.low), 1.0, 0.0])
+    }
+}
+
 impl Default for FrameContent {
     fn default() -> Self {
         Self {
@@ -105,6 +120,7 @@ impl Default for FrameContent {
             hidden_flags: HiddenFlags::default(),
             palette: Palette::default(),
             views_top: 1,
+            scales: ShareScales::default(),
             color_scheme: ColorScheme::default(),
             turntable: None,
             frusta: Vec::new(),
@@ -119,7 +135,10 @@ impl Default for FrameContent {
 pub struct DrawRequest {
     /// Where from.
     pub camera: OrbitCamera,
-    /// Box around the model (`HeldModel::bounds`); sets near and far planes and the floor.
+    /// Box around what is looked at (`HeldModel::focus`); sets the floor and the size of the cameras.
+    pub focus: Option<Bounds>,
+    /// Box around the model (`HeldModel::bounds`), for near and far planes, within reach of `focus`: points that lie far
+    /// beyond would cost the depth of all others its resolution.
     pub bounds: Option<Bounds>,
     /// Voxel edge in metres: the points' size.
     pub voxel: f32,
@@ -133,6 +152,18 @@ pub struct DrawRequest {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::display::ScalarScale;
+
+    #[test]
+    fn a_share_that_nobody_estimated_has_no_scale() {
+        let scales = ShareScales {
+            confidence: Some(ScalarScale { low: 0.5, high: 1.0, reaches_below: false, reaches_above: false }),
+            sigma: None,
+        };
+        let of = |color_mode| FrameContent { color_mode, scales, ..FrameContent::default() }.share_scale();
+        assert_eq!(of(ColorMode::Confidence), [0.5, 2.0, 1.0, 0.0]);
+        assert_eq!((of(ColorMode::Sigma)[2], of(ColorMode::Views)[2]), (0.0, 0.0));
+    }
 
     #[test]
     fn cameras_from_hostile_reports_are_not_drawn() {

@@ -29,6 +29,7 @@ pub(super) async fn run(renderer: &mut Renderer) -> Result<(), RenderError> {
     camera.frame(Vec3::ZERO, 0.01);
     let request = DrawRequest {
         camera,
+        focus: Some(bounds),
         bounds: Some(bounds),
         voxel: 0.02,
         point_budget: None,

@@ -23,7 +23,10 @@ pub fn class_counts(model: &HeldModel, hidden: HiddenFlags) -> Vec<ClassCount> {
         at(class, &|count| count.shown = stats.points as u64);
     }
     for (class, stats) in model.class_stats(0) {
-        at(class, &|count| count.held = stats.points as u64);
+        at(class, &|count| (count.held, count.background) = (stats.points as u64, stats.points as u64));
+    }
+    for (class, stats) in model.class_stats(PointFlags::BACKGROUND) {
+        at(class, &|count| count.background -= stats.points as u64);
     }
     list
 }

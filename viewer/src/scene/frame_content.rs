@@ -16,6 +16,7 @@ pub fn frame_content(state: &AppState) -> FrameContent {
         hidden_flags: state.display.hidden_flags(),
         palette: Palette::from_taxonomy(&state.inspection.taxonomy()),
         views_top: u16::try_from(state.views_scale()).unwrap_or(u16::MAX),
+        scales: state.scales,
         color_scheme: state.display.color_scheme(),
         turntable: state.inspection.turntable.as_ref().and_then(Turntable::from_wire),
         frusta: frusta(state),

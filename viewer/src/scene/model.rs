@@ -4,15 +4,24 @@
 //! only that chunk, nothing drifts, and the sums do not depend on the order of arrival.
 
 use crate::camera::Bounds;
+use crate::display::{ScalarScale, ShareHistogram, ShareScales};
 use crate::link::{DecodedChunk, LinkEvent};
 use semascan_model::{PointFlags, SemanticCloud};
 use semascan_protocol::chunk::model_hash;
 use semascan_protocol::server_message::Body;
 use semascan_protocol::{Inspection, Phase, Progress};
-use std::collections::BTreeMap;
+use std::cell::Cell;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// The marks that can hide a point.
 const HIDING: u16 = PointFlags::LEFT_OUT;
+
+/// Points with a component are what is looked at if they are this share of the surface.
+const LABELLED: f64 = 0.1;
+/// Share of the points that may lie beyond either side of what is looked at.
+const STRAY: f64 = 0.005;
+/// Chunks with few points count if they are so many chunks, at most, from others.
+const RINGS: usize = 2;
 
 /// What an event did to the model: what a renderer must redraw.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -50,6 +59,36 @@ impl ClassStats {
     }
 }
 
+/// The shares of the points that are part of the surface and have evidence for a component; of the others neither is
+/// known.
+#[derive(Clone, Debug, Default, PartialEq)]
+struct Shares {
+    confidence: ShareHistogram,
+    sigma: ShareHistogram,
+}
+
+impl Shares {
+    fn add(&mut self, cloud: &SemanticCloud) {
+        for (confidence, sigma) in known_shares(cloud) {
+            self.confidence.add(confidence);
+            self.sigma.add(sigma);
+        }
+    }
+
+    fn remove(&mut self, cloud: &SemanticCloud) {
+        for (confidence, sigma) in known_shares(cloud) {
+            self.confidence.remove(confidence);
+            self.sigma.remove(sigma);
+        }
+    }
+}
+
+/// Confidence and sigma of the points whose component is known.
+fn known_shares(cloud: &SemanticCloud) -> impl Iterator<Item = (f32, f32)> {
+    let known = cloud.iter().filter(|p| p.label != 0 && !p.flags.has(PointFlags::LEFT_OUT));
+    known.map(|p| (p.confidence, p.sigma))
+}
+
 /// One chunk as held.
 #[derive(Clone, Debug)]
 pub struct ModelChunk {
@@ -63,6 +102,11 @@ pub struct ModelChunk {
     stats: BTreeMap<(u16, u16), ClassStats>,
     bounds: Bounds,
     foreground: Bounds,
+    /// Points in `foreground`, and how many of them have a component.
+    surface_points: u32,
+    labelled: u32,
+    /// Box of the latter.
+    labelled_bounds: Bounds,
     most_views: u16,
 }
 
@@ -78,6 +122,10 @@ pub struct HeldModel {
     inspection: (String, u32),
     /// Chunks of that epoch while they arrive.
     arriving: Option<BTreeMap<[i32; 3], ModelChunk>>,
+    /// Of the chunks held, brought level with each of them.
+    shares: Shares,
+    /// What [`HeldModel::focus`] came to for the chunks held.
+    focus: Cell<Option<Option<Bounds>>>,
 }
 
 impl HeldModel {
@@ -93,21 +141,27 @@ impl HeldModel {
             LinkEvent::Connected { inspection, .. } | LinkEvent::Cleared(inspection) => self.begin(inspection),
             LinkEvent::Message(Body::Progress(progress)) => self.arrive(progress),
             LinkEvent::Chunk(chunk) => self.replace(chunk),
-            LinkEvent::ChunkGone { id } if self.arriving.is_some() => {
+            LinkEvent::ChunkGone { id } | LinkEvent::LeftOut { id } if self.arriving.is_some() => {
                 self.arriving.as_mut().and_then(|chunks| chunks.remove(id));
                 ModelChange::None
             }
-            LinkEvent::ChunkGone { id } => match self.chunks.remove(id) {
-                Some(_) => ModelChange::Removed(*id),
-                None => ModelChange::None,
-            },
+            LinkEvent::ChunkGone { id } | LinkEvent::LeftOut { id } => self.remove(*id),
             _ => ModelChange::None,
         }
+    }
+
+    fn remove(&mut self, id: [i32; 3]) -> ModelChange {
+        let Some(chunk) = self.chunks.remove(&id) else { return ModelChange::None };
+        self.shares.remove(&chunk.cloud);
+        self.focus.take();
+        ModelChange::Removed(id)
     }
 
     fn clear(&mut self) -> ModelChange {
         self.chunks.clear();
         self.arriving = None;
+        self.shares = Shares::default();
+        self.focus.take();
         ModelChange::Cleared
     }
 
@@ -120,6 +174,9 @@ impl HeldModel {
         }
         let Some(chunks) = self.arriving.take() else { return ModelChange::None };
         self.chunks = chunks;
+        self.shares = Shares::default();
+        self.chunks.values().for_each(|chunk| self.shares.add(&chunk.cloud));
+        self.focus.take();
         ModelChange::Exchanged
     }
 
@@ -144,6 +201,9 @@ impl HeldModel {
             stats: BTreeMap::new(),
             bounds: Bounds::EMPTY,
             foreground: Bounds::EMPTY,
+            surface_points: 0,
+            labelled: 0,
+            labelled_bounds: Bounds::EMPTY,
             most_views: 0,
             cloud: chunk.cloud.clone(),
         };
@@ -154,6 +214,11 @@ impl HeldModel {
             held.bounds.include(p.position.into());
             if !p.flags.has(PointFlags::LEFT_OUT) {
                 held.foreground.include(p.position.into());
+                held.surface_points += 1;
+                if p.label != 0 {
+                    held.labelled_bounds.include(p.position.into());
+                    held.labelled += 1;
+                }
             }
             held.most_views = held.most_views.max(p.views);
         }
@@ -161,7 +226,11 @@ impl HeldModel {
             arriving.insert(chunk.id, held);
             return ModelChange::None;
         }
-        self.chunks.insert(chunk.id, held);
+        self.shares.add(&held.cloud);
+        if let Some(before) = self.chunks.insert(chunk.id, held) {
+            self.shares.remove(&before.cloud);
+        }
+        self.focus.take();
         ModelChange::Replaced(chunk.id)
     }
 
@@ -212,15 +281,38 @@ impl HeldModel {
         sum
     }
 
-    /// Box around every point that is neither outlier nor background, metres, table frame; around every point if there
-    /// is no such; `None` without points.
+    /// Box around every point, metres, table frame; `None` without points.
     pub fn bounds(&self) -> Option<Bounds> {
-        let (mut foreground, mut all) = (Bounds::EMPTY, Bounds::EMPTY);
-        for chunk in self.chunks.values() {
-            foreground = foreground.union(chunk.foreground);
-            all = all.union(chunk.bounds);
+        let all = self.chunks.values().fold(Bounds::EMPTY, |all, chunk| all.union(chunk.bounds));
+        (!all.is_empty()).then_some(all)
+    }
+
+    /// Box around what a person wants to see, metres, table frame: of the points that are neither outlier nor background
+    /// those with a component, if these are a good part of them; without the few that lie apart from the rest. `None`
+    /// without points.
+    pub fn focus(&self) -> Option<Bounds> {
+        if let Some(found) = self.focus.get() {
+            return found;
         }
-        [foreground, all].into_iter().find(|bounds| !bounds.is_empty())
+        let sum = |of: fn(&ModelChunk) -> u32| self.chunks.values().map(|c| u64::from(of(c))).sum::<u64>();
+        let enough = sum(|c| c.labelled) as f64 >= LABELLED * sum(|c| c.surface_points) as f64;
+        let of = |bounds: fn(&ModelChunk) -> Bounds, points: fn(&ModelChunk) -> u32| {
+            trimmed_bounds(self.chunks.iter().map(|(id, chunk)| (*id, bounds(chunk), points(chunk))))
+        };
+        let found = if enough { of(|c| c.labelled_bounds, |c| c.labelled) } else { None }
+            .or_else(|| of(|c| c.foreground, |c| c.surface_points))
+            .or_else(|| of(|c| c.bounds, |c| c.cloud.len() as u32));
+        self.focus.set(Some(found));
+        found
+    }
+
+    /// Scales of the colours that mean shares, as the points held need them.
+    pub fn share_scales(&self) -> ShareScales {
+        let sigma = &self.shares.sigma;
+        ShareScales {
+            confidence: ScalarScale::of(&self.shares.confidence),
+            sigma: ScalarScale::of(sigma).filter(|_| sigma.is_any_positive()),
+        }
     }
 
     /// Every point as one cloud, chunks in the order of their coordinates; for exports.
@@ -231,6 +323,46 @@ impl HeldModel {
         }
         cloud
     }
+}
+
+/// The box around the points of `chunks` (where they are, in which box, how many) without those that lie apart: a chunk at
+/// either end of an axis, where few points are in all, counts only if it is next to others.
+fn trimmed_bounds(chunks: impl Iterator<Item = ([i32; 3], Bounds, u32)>) -> Option<Bounds> {
+    let chunks: Vec<_> = chunks.filter(|(_, bounds, _)| !bounds.is_empty()).collect();
+    let total: u64 = chunks.iter().map(|(_, _, points)| u64::from(*points)).sum();
+    let least = (STRAY * total as f64) as u64;
+    let mut trimmed = BTreeSet::new();
+    let mut order: Vec<usize> = (0..chunks.len()).collect();
+    for axis in 0..3 {
+        order.sort_unstable_by_key(|i| chunks[*i].0[axis]);
+        for from_low in [true, false] {
+            let mut passed = 0;
+            for place in 0..order.len() {
+                let i = order[if from_low { place } else { order.len() - 1 - place }];
+                passed += u64::from(chunks[i].2);
+                if passed > least {
+                    break;
+                }
+                trimmed.insert(i);
+            }
+        }
+    }
+    let mut kept: BTreeSet<[i32; 3]> =
+        chunks.iter().enumerate().filter(|(i, _)| !trimmed.contains(i)).map(|(_, (id, _, _))| *id).collect();
+    for _ in 0..RINGS {
+        let near = |id: &[i32; 3]| neighbours(*id).any(|other| kept.contains(&other));
+        let back: Vec<[i32; 3]> = trimmed.iter().map(|i| chunks[*i].0).filter(near).collect();
+        kept.extend(back);
+    }
+    let all = chunks.iter().filter(|(id, _, _)| kept.contains(id));
+    let bounds = all.fold(Bounds::EMPTY, |sum, (_, bounds, _)| sum.union(*bounds));
+    (!bounds.is_empty()).then_some(bounds)
+}
+
+/// The chunk and the 26 around it.
+fn neighbours([x, y, z]: [i32; 3]) -> impl Iterator<Item = [i32; 3]> {
+    let steps = move |i: i32| [i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1];
+    (0..27).map(steps).map(move |[a, b, c]| [x.saturating_add(a), y.saturating_add(b), z.saturating_add(c)])
 }
 
 #[cfg(test)]

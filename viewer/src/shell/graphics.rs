@@ -1,7 +1,7 @@
 //! Getting a renderer, feeding it, and getting another one when its device is lost. The panels do not depend on any of
 //! it: without a renderer the page says why, and goes on.
 
-use super::test_hooks;
+use super::canvas_data;
 use crate::camera::{CameraInput, CameraPointer};
 use crate::render::{BackendChoice, DrawRequest, RenderError, Renderer};
 use crate::scene::{HeldModel, ModelChange};
@@ -24,6 +24,8 @@ pub(super) struct Size {
     pub(super) width: f32,
     pub(super) height: f32,
     pub(super) ratio: f32,
+    /// Height of what lies over the upper edge.
+    pub(super) covered: f32,
 }
 
 /// The renderer, if there is one, and the pointer on its canvas.
@@ -129,7 +131,7 @@ impl Graphics {
         self.pointer.borrow_mut().take();
         self.losses.set(self.losses.get() + 1);
         if self.losses.get() > MOST_LOSSES {
-            return self.unavailable(format!("The graphics device was lost again and again: {reason}."));
+            return self.unavailable(&RenderError::Lost(reason.to_owned()));
         }
         web_sys::console::warn_1(&format!("semascan: graphics device lost: {reason}; opening another").into());
         self.ui.send(Event::Graphics(GraphicsStatus::Starting));
@@ -143,7 +145,7 @@ impl Graphics {
     fn take(self: &Rc<Self>, opened: Result<Renderer, RenderError>) {
         let renderer = match opened {
             Ok(renderer) => renderer,
-            Err(error) => return self.unavailable(error.to_string()),
+            Err(error) => return self.unavailable(&error),
         };
         let this = self.clone();
         match CameraPointer::attach(renderer.canvas(), move |input| (this.on_input)(input)) {
@@ -162,9 +164,11 @@ impl Graphics {
         (self.on_ready)();
     }
 
-    fn unavailable(&self, reason: String) {
-        web_sys::console::error_1(&JsValue::from_str(&format!("semascan: {reason}")));
-        test_hooks::write_no_backend(&self.document);
+    /// Says what a person can do; what the interfaces said goes to the console.
+    fn unavailable(&self, error: &RenderError) {
+        web_sys::console::error_1(&JsValue::from_str(&format!("semascan: {error}")));
+        let reason = error.advice().to_owned();
+        canvas_data::write_no_backend(&self.document);
         self.ui.send(Event::Graphics(GraphicsStatus::Unavailable { reason }));
     }
 }

@@ -5,17 +5,19 @@ use super::graphics::Size;
 use super::shortcuts::{Action, Focus, action};
 use super::viewport::Viewport;
 use crate::camera::Modifiers;
-use crate::display::Theme;
+use crate::display::{ColorMode, Theme};
 use crate::state::{AppState, Event};
 use crate::ui::Ui;
 use leptos::prelude::*;
 use std::rc::Rc;
 use std::time::Duration;
 use wasm_bindgen::prelude::*;
-use web_sys::{Document, Element, KeyboardEvent, MediaQueryListEvent, ResizeObserver, Window};
+use web_sys::{Document, Element, HtmlElement, KeyboardEvent, MediaQueryListEvent, ResizeObserver, Window};
 
 /// Where the chosen theme is kept; `www/boot.js` reads it before the first paint.
 const THEME_KEY: &str = "semascan.theme";
+/// Where the chosen meaning of colours is kept.
+const COLOR_KEY: &str = "semascan.color-mode";
 /// Step of the clock while something counts down, milliseconds.
 const CLOCK_MS: u32 = 250;
 /// Finer pictures cost more than they show.
@@ -54,13 +56,28 @@ pub(super) fn size(window: &Window, viewport: &Rc<Viewport>, place: Element) -> 
     let (window, viewport, element) = (window.clone(), viewport.clone(), place.clone());
     let measure = move || {
         let ratio = window.device_pixel_ratio().min(MOST_RATIO) as f32;
-        viewport.resize(Size { width: element.client_width() as f32, height: element.client_height() as f32, ratio });
+        let covered = covered_height(&element).unwrap_or(0.0);
+        viewport.resize(Size {
+            width: element.client_width() as f32,
+            height: element.client_height() as f32,
+            ratio,
+            covered,
+        });
     };
     measure();
     let on_size = Closure::<dyn FnMut(JsValue)>::new(move |_| measure());
     ResizeObserver::new(on_size.as_ref().unchecked_ref())?.observe(&place);
     on_size.forget();
     Ok(())
+}
+
+/// Height of what lies over the upper edge of the 3D view, CSS pixels of the view; `None` where nothing does.
+fn covered_height(place: &Element) -> Option<f32> {
+    let overlay = place.query_selector("#overlay").ok()??;
+    let bar = overlay.query_selector(".overlay-top").ok()??.dyn_into::<HtmlElement>().ok()?;
+    // On large pages the overlay has pixels of its own.
+    let enlarged = place.client_height() as f32 / overlay.client_height().max(1) as f32;
+    Some((bar.offset_top() + bar.offset_height()) as f32 * enlarged)
 }
 
 /// The system's preference for dark pages, now and when it changes.
@@ -77,36 +94,49 @@ pub(super) fn system_theme(window: &Window, ui: Ui) -> Result<(), JsValue> {
     Ok(())
 }
 
-/// Sets the theme before anything is shown: from the address, else as it was chosen the last time.
-pub(super) fn initial_theme(window: &Window, ui: Ui, asked: Option<Theme>) {
-    let theme = asked.or_else(|| {
-        let stored = storage(window)?.get_item(THEME_KEY).ok().flatten()?;
-        Theme::from_key(&stored)
-    });
+/// Sets theme and meaning of colours before anything is shown: the theme from the address, else both as they were chosen the
+/// last time. Deviations need a reference, which is not kept.
+pub(super) fn initial_display(window: &Window, ui: Ui, asked: Option<Theme>) {
+    let stored = |key: &str| storage(window)?.get_item(key).ok().flatten();
+    let theme = asked.or_else(|| Theme::from_key(&stored(THEME_KEY)?));
     ui.send(Event::Theme(theme.unwrap_or_default()));
+    if let Some(mode) = stored(COLOR_KEY).and_then(|key| ColorMode::from_key(&key)) {
+        ui.send(Event::ColorMode(mode));
+    }
 }
 
-/// The page's theme and title follow the state. A theme that the person chooses is kept for the next visit.
+/// The page's theme and title follow the state. What the person chooses is kept for the next visit.
 pub(super) fn frame_of_page(window: &Window, document: &Document, ui: Ui) {
     let theme = ui.part(|s| s.display.theme);
-    let (page, kept) = (document.clone(), storage(window));
-    Effect::new(move |before: Option<Theme>| {
-        let theme = theme.get();
-        if let Some(root) = page.document_element() {
-            // Fails only for names that are no identifiers.
-            let _ = root.set_attribute("data-theme", theme.key());
-        }
-        if let (Some(storage), Some(_)) = (&kept, before) {
-            // Storage may be full or forbidden; the choice then holds for this visit.
-            let _ = storage.set_item(THEME_KEY, theme.key());
-        }
-        theme
-    });
-    let part = ui.part(|s| s.inspection.part.clone());
     let page = document.clone();
     Effect::new(move |_| {
-        let part = part.get();
-        page.set_title(&if part.is_empty() { "Semascan".into() } else { format!("{part} · Semascan") });
+        if let Some(root) = page.document_element() {
+            // Fails only for names that are no identifiers.
+            let _ = root.set_attribute("data-theme", theme.get().key());
+        }
+    });
+    keep_choice(window, THEME_KEY, ui.part(|s| s.display.theme.key()));
+    keep_choice(window, COLOR_KEY, ui.part(|s| s.display.color_mode.key()));
+    let title = ui.part(|s| {
+        let part = Some(s.inspection.part.clone()).filter(|part| !part.is_empty());
+        part.into_iter().chain(s.foreign_agent.clone()).chain(["Semascan".to_owned()]).collect::<Vec<_>>().join(" · ")
+    });
+    let page = document.clone();
+    Effect::new(move |_| page.set_title(&title.get()));
+}
+
+/// Keeps what a person chooses for the next visit, from the first change on.
+fn keep_choice(window: &Window, key: &'static str, choice: Memo<&'static str>) {
+    let kept = storage(window);
+    Effect::new(move |before: Option<&'static str>| {
+        let choice = choice.get();
+        if let (Some(storage), Some(before)) = (&kept, before)
+            && before != choice
+        {
+            // Storage may be full or forbidden; the choice then holds for this visit.
+            let _ = storage.set_item(key, choice);
+        }
+        choice
     });
 }
 

@@ -11,13 +11,15 @@
 //! | `graphics` | getting a renderer, and another one after a loss (browser only) |
 //! | `ticker` | animation frames on demand (browser only) |
 //! | `listeners` | keyboard, size, theme, clock (browser only) |
-//! | `test_hooks` | what the canvas says to tests (browser only) |
+//! | `canvas_data` | what the canvas says in its data attributes (browser only) |
 //! | `save` | exports: files for the person (browser only) |
 
 pub mod options;
 pub mod point_budget;
 pub mod shortcuts;
 
+#[cfg(target_arch = "wasm32")]
+mod canvas_data;
 #[cfg(target_arch = "wasm32")]
 mod graphics;
 #[cfg(target_arch = "wasm32")]
@@ -28,8 +30,6 @@ mod panels;
 mod save;
 #[cfg(target_arch = "wasm32")]
 mod start;
-#[cfg(target_arch = "wasm32")]
-mod test_hooks;
 #[cfg(target_arch = "wasm32")]
 mod ticker;
 #[cfg(target_arch = "wasm32")]

@@ -1,6 +1,7 @@
 //! What the page's address asks for: `?renderer=`, `?theme=`, `?ws=`.
 
 use crate::display::Theme;
+use crate::link::refusal::host_of;
 use crate::render::BackendChoice;
 
 /// Path of the live stream on the server that served the page.
@@ -15,6 +16,8 @@ pub struct Options {
     pub theme: Option<Theme>,
     /// Address of the live stream.
     pub stream: String,
+    /// Host of the stream where it is not the page's own: whose model is shown.
+    pub foreign_host: Option<String>,
     /// What was asked for and is not understood, for people.
     pub complaints: Vec<String>,
 }
@@ -42,14 +45,17 @@ impl Options {
         });
         let own = format!("{}://{host}{STREAM_PATH}", if secure { "wss" } else { "ws" });
         let stream = match parameter("ws") {
-            Some(value) if value.starts_with("ws://") || value.starts_with("wss://") => value,
+            // Without a path, as the operator's list of agents has it, it is the stream's own.
+            Some(value) if host_of(&value).is_some_and(|host| value.ends_with(host)) => format!("{value}{STREAM_PATH}"),
+            Some(value) if host_of(&value).is_some() => value,
             Some(value) => {
                 complaints.push(format!("ws={value} is no address of a live stream; it begins with ws:// or wss://."));
                 own
             }
             None => own,
         };
-        Self { backend: backend.unwrap_or_default(), theme, stream, complaints }
+        let foreign_host = host_of(&stream).filter(|h| !h.eq_ignore_ascii_case(host)).map(str::to_owned);
+        Self { backend: backend.unwrap_or_default(), theme, stream, foreign_host, complaints }
     }
 }
 
@@ -75,8 +81,21 @@ mod tests {
     #[test]
     fn parameters_override() {
         let options = read(&[("renderer", "webgl2"), ("theme", "dark"), ("ws", "wss://other/ws")]);
-        assert_eq!(options.stream, "wss://other/ws");
+        assert_eq!((options.stream.as_str(), options.foreign_host.as_deref()), ("wss://other/ws", Some("other")));
         assert_eq!((options.backend, options.theme), (BackendChoice::WebGl2, Some(Theme::Dark)));
+    }
+
+    #[test]
+    fn another_agent_is_named_and_the_own_one_is_not_another() {
+        let bare = read(&[("ws", "ws://10.0.0.7:8787")]);
+        assert_eq!(
+            (bare.stream.as_str(), bare.foreign_host.as_deref()),
+            ("ws://10.0.0.7:8787/ws", Some("10.0.0.7:8787"))
+        );
+        assert_eq!(read(&[("ws", "ws://127.0.0.1:8787/ws")]).foreign_host, None);
+        let disguised = read(&[("ws", "ws://127.0.0.1:8787@evil.example/ws")]);
+        assert_eq!(disguised.foreign_host.as_deref(), Some("evil.example"));
+        assert_eq!(read(&[("ws", "ws:///ws")]).complaints.len(), 1);
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use super::viewport::Viewport;
 use crate::scene::export::{ExportFile, MeshFormat, PointFormat, export_mesh, export_points};
-use crate::state::notices::Level;
+use crate::state::notices::{Level, Topic};
 use crate::state::units;
 use wasm_bindgen::prelude::*;
 use web_sys::{Blob, BlobPropertyBag, Document, HtmlAnchorElement, Url};
@@ -26,9 +26,10 @@ pub(super) fn save_mesh(viewport: &Viewport, format: MeshFormat) {
 /// Hands files to the browser's downloads, and says so.
 fn save(viewport: &Viewport, files: Result<Vec<ExportFile>, String>, mime: &str, what: &str) {
     let saved = files.and_then(|files| {
-        files.iter().try_for_each(|f| download(&viewport.document, f, mime).map_err(|e| format!("{e:?}")))?;
+        files.iter().try_for_each(|f| download(&viewport.document, f, mime).map_err(refused))?;
         Ok(files)
     });
+    viewport.ui.retract(Topic::Export);
     match saved {
         Ok(files) => {
             for file in files {
@@ -37,11 +38,21 @@ fn save(viewport: &Viewport, files: Result<Vec<ExportFile>, String>, mime: &str,
                     0 => String::new(),
                     n => format!(" {} {what} that are hidden were left out.", units::count(n as u64)),
                 };
-                viewport.ui.notify(Level::Info, format!("{} saved: {count} {what}, {size}.{left_out}", file.name));
+                viewport.ui.notify(
+                    Level::Info,
+                    Topic::Export,
+                    format!("{} saved: {count} {what}, {size}.{left_out}", file.name),
+                );
             }
         }
-        Err(reason) => viewport.ui.notify(Level::Error, format!("The export failed: {reason}")),
+        Err(reason) => viewport.ui.notify(Level::Error, Topic::Export, format!("The export failed: {reason}")),
     }
+}
+
+/// What a person is told when the browser does not take a file; the console has the details.
+fn refused(error: JsValue) -> String {
+    web_sys::console::error_1(&error);
+    "the browser did not take the file; is there memory and space for it?".to_owned()
 }
 
 /// Hands `file` to the browser's downloads.

@@ -2,10 +2,10 @@
 
 use super::options::Options;
 use super::viewport::Viewport;
-use super::{listeners, panels, save, test_hooks};
+use super::{canvas_data, listeners, panels, save};
 use crate::link::{Inquiry, Link, LinkEvent};
 use crate::scene::frame_content::frame_content;
-use crate::state::notices::Level;
+use crate::state::notices::{Level, Topic};
 use crate::state::{AppState, Event};
 use crate::ui::{Command, Ui};
 use leptos::prelude::*;
@@ -14,22 +14,11 @@ use std::rc::Rc;
 use wasm_bindgen::prelude::*;
 use web_sys::{Document, HtmlCanvasElement, UrlSearchParams, Window};
 
-/// A running page. It lives as long as the page does; scripts of the page keep it for the test hook alone.
+/// A running page: it runs as long as this is kept.
 #[wasm_bindgen]
 pub struct Viewer {
-    link: Option<Link>,
+    _link: Option<Link>,
     _owner: Owner,
-}
-
-#[wasm_bindgen]
-impl Viewer {
-    /// Test hook: loses the connection as a broken network would; it is then resumed by itself.
-    ///
-    /// # Errors
-    /// If there is no link to lose.
-    pub fn cut_link(&self) -> Result<(), JsValue> {
-        self.link.as_ref().ok_or("the link has not started")?.drop_connection()
-    }
 }
 
 /// Starts the viewer in the page that loaded the module. Called once by `www/boot.js`, never in a worker.
@@ -43,7 +32,7 @@ pub fn start() -> Result<Viewer, JsValue> {
     let document = window.document().ok_or("the window has no page")?;
     let owner = Owner::new();
     let link = owner.with(|| run(&window, &document))?;
-    Ok(Viewer { link, _owner: owner })
+    Ok(Viewer { _link: link, _owner: owner })
 }
 
 fn run(window: &Window, document: &Document) -> Result<Option<Link>, JsValue> {
@@ -56,9 +45,12 @@ fn run(window: &Window, document: &Document) -> Result<Option<Link>, JsValue> {
     // Set once, here.
     let _ = there.set(viewport.clone());
     listeners::system_theme(window, ui)?;
-    listeners::initial_theme(window, ui, options.theme);
+    listeners::initial_display(window, ui, options.theme);
+    if let Some(host) = options.foreign_host {
+        ui.send(Event::ForeignAgent(host));
+    }
     for text in options.complaints {
-        ui.notify(Level::Warning, text);
+        ui.notify(Level::Warning, Topic::Address, text);
     }
     panels::mount(document, ui)?;
     listeners::frame_of_page(window, document, ui);
@@ -78,16 +70,20 @@ fn run(window: &Window, document: &Document) -> Result<Option<Link>, JsValue> {
             Ok(Some(link))
         }
         Err(error) => {
-            let reason = format!("The decoding worker cannot start: {error:?}");
-            ui.send(Event::from(LinkEvent::Refused { reason }));
+            web_sys::console::error_1(&error);
+            let reason = "The part of the viewer that receives the model cannot start.".to_owned();
+            ui.send(Event::from(LinkEvent::Broken { reason }));
             Ok(None)
         }
     }
 }
 
+/// What is there a little later than that which uses it.
+type Later<T> = Rc<OnceCell<T>>;
+
 /// The state with the ways to it. What happened goes to the state and then to the viewport, what is wanted to the viewport:
 /// both as soon as that is put where the second value says. What is asked of the agent goes where the third says.
-fn ui() -> (Ui, Rc<OnceCell<Rc<Viewport>>>, Rc<OnceCell<Inquiry>>) {
+fn ui() -> (Ui, Later<Rc<Viewport>>, Later<Inquiry>) {
     let state = RwSignal::new(AppState::default());
     let viewport: Rc<OnceCell<Rc<Viewport>>> = Rc::default();
     let handles = viewport.clone();
@@ -108,7 +104,7 @@ fn ui() -> (Ui, Rc<OnceCell<Rc<Viewport>>>, Rc<OnceCell<Inquiry>>) {
     (Ui::new(state, send, ask), viewport, inquiry)
 }
 
-/// The picture, the figures and the test hooks follow the state.
+/// The picture, the figures and what the canvas says follow the state.
 fn follow_state(viewport: &Rc<Viewport>) {
     let ui = viewport.ui;
     let content = ui.part(frame_content);
@@ -121,14 +117,17 @@ fn follow_state(viewport: &Rc<Viewport>) {
     let counted = viewport.clone();
     Effect::new(move |_| hidden.with(|_| counted.recount()));
     let document = viewport.document.clone();
-    Effect::new(move |_| ui.follow(|s| test_hooks::write_state(&document, s)));
+    Effect::new(move |_| ui.follow(|s| canvas_data::write_state(&document, s)));
 }
 
 fn execute(viewport: &Viewport, inquiry: Option<&Inquiry>, command: Command) {
     match command {
         Command::EarlierViews(before) => {
+            viewport.ui.retract(Topic::EarlierViews);
             if let Some(Err(error)) = inquiry.map(|inquiry| inquiry.earlier_views(before)) {
-                viewport.ui.notify(Level::Warning, format!("The agent cannot be asked: {error:?}"));
+                web_sys::console::error_1(&error);
+                let text = "The agent cannot be asked for earlier views now. Try again once it is connected.";
+                viewport.ui.notify(Level::Warning, Topic::EarlierViews, text);
             }
         }
         Command::Camera(input) => viewport.steer(input),

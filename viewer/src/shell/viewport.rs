@@ -1,8 +1,8 @@
 //! The 3D view: model, mesh, camera and renderer; draws a frame when one is due, and no other.
 
+use super::canvas_data;
 use super::graphics::{Graphics, Size};
 use super::point_budget::PointBudget;
-use super::test_hooks;
 use super::ticker::Ticker;
 use crate::camera::{CameraInput, OrbitCamera};
 use crate::features::view::{Controller, Host};
@@ -143,7 +143,7 @@ impl Viewport {
     pub(super) fn steer(&self, input: CameraInput) {
         self.follows.set(matches!(input, CameraInput::Fit | CameraInput::View(_)));
         let mut camera = self.camera.get();
-        camera.apply(input, self.model.borrow().bounds());
+        camera.apply(input, self.model.borrow().focus());
         self.camera.set(camera);
         self.steered.set(true);
         self.redraw();
@@ -154,6 +154,7 @@ impl Viewport {
         if self.size.replace(size) != size {
             let mut camera = self.camera.get();
             camera.set_viewport(size.width, size.height);
+            camera.set_covered(size.covered);
             self.camera.set(camera);
             self.redraw();
         }
@@ -215,18 +216,18 @@ impl Viewport {
                 self.graphics.show_mesh(mesh.mesh().map(|m| (m.as_ref(), mesh.deviations())));
             }
         }
-        let (bounds, voxel) = {
+        let (focus, bounds, voxel) = {
             let model = self.model.borrow();
-            (model.bounds(), model.voxel())
+            (model.focus(), model.bounds(), model.voxel())
         };
         let mut camera = self.camera.get();
-        if let Some(bounds) = bounds.filter(|_| self.follows.get()) {
+        if let Some(focus) = focus.filter(|_| self.follows.get()) {
             // Each time: the viewport may have changed as well as the model.
-            camera.fit(bounds);
+            camera.fit(focus);
             self.camera.set(camera);
         }
         let content = self.ui.read(frame_content);
-        self.graphics.draw(&DrawRequest { camera, bounds, voxel, point_budget, content }, size);
+        self.graphics.draw(&DrawRequest { camera, focus, bounds, voxel, point_budget, content }, size);
     }
 
     /// Counts the model's figures for the state.
@@ -234,12 +235,12 @@ impl Viewport {
         if self.figures_due.replace(false) {
             self.figures_at.set(self.now.get());
             let hidden = self.ui.read(|s| s.display.hidden_flags());
-            let (classes, voxel, hash) = {
+            let (classes, voxel, scales, hash) = {
                 let model = self.model.borrow();
-                (class_counts(&model, hidden), model.voxel().into(), model.hash())
+                (class_counts(&model, hidden), model.voxel().into(), model.share_scales(), model.hash())
             };
-            test_hooks::write_hash(&self.document, hash);
-            self.ui.send(Event::Figures { classes, voxel, hash });
+            canvas_data::write_hash(&self.document, hash);
+            self.ui.send(Event::Figures { classes, voxel, scales, hash });
         }
     }
 }

@@ -24,8 +24,13 @@ pub enum Connection {
         /// Milliseconds until the next try; 0 while it is under way.
         retry_ms: u32,
     },
-    /// The agent refused the viewer for good.
+    /// The agent refused the viewer for good, or the viewer may not connect to it.
     Refused {
+        /// Why.
+        reason: String,
+    },
+    /// The viewer's own side has stopped for good.
+    Broken {
         /// Why.
         reason: String,
     },
@@ -69,7 +74,13 @@ impl Connection {
             Self::Connected { .. } => "connected",
             Self::Reconnecting { .. } => "reconnecting",
             Self::Refused { .. } => "refused",
+            Self::Broken { .. } => "broken",
         }
+    }
+
+    /// Whether messages flow, so that what the agent said last is how things stand.
+    pub fn is_live(&self) -> bool {
+        matches!(self, Self::Connected { .. })
     }
 
     /// Short label for the header.
@@ -82,6 +93,7 @@ impl Connection {
                 format!("Reconnecting in {} s", retry_ms.div_ceil(1000))
             }
             Self::Refused { .. } => "Refused".into(),
+            Self::Broken { .. } => "Stopped".into(),
         }
     }
 
@@ -91,7 +103,8 @@ impl Connection {
             Self::Connecting { .. } => "Connecting to the agent.".into(),
             Self::Connected { .. } => "Connected.".into(),
             Self::Reconnecting { .. } => "Connection lost. Reconnecting.".into(),
-            Self::Refused { reason } => format!("The agent refused the connection. {}", units::sentence(reason)),
+            Self::Refused { reason } => format!("The connection was refused. {}", units::sentence(reason)),
+            Self::Broken { reason } => format!("The viewer has stopped. {}", units::sentence(reason)),
         }
     }
 }

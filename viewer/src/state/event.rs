@@ -2,8 +2,8 @@
 
 use super::connection::GraphicsStatus;
 use super::legend::ClassCount;
-use super::notices::Level;
-use crate::display::{ColorMode, Theme};
+use super::notices::{Level, Topic};
+use crate::display::{ColorMode, ShareScales, Theme};
 use crate::features::FeatureEvent;
 use crate::link::LinkEvent;
 
@@ -19,11 +19,15 @@ pub enum Event {
         /// Voxel edge that came with the points, in metres; 0 without points. An inspection that has not captured its
         /// first view when the viewer connects does not know it yet.
         voxel: f64,
+        /// Scales of the colours that mean shares.
+        scales: ShareScales,
         /// Hash of the model as held.
         hash: u64,
     },
     /// The graphics device changed.
     Graphics(GraphicsStatus),
+    /// The agent is not the one that the page came from: its host.
+    ForeignAgent(String),
     /// The person chose what the colours mean.
     ColorMode(ColorMode),
     /// The person chose a theme.
@@ -52,9 +56,13 @@ pub enum Event {
     Notify {
         /// How urgent it is.
         level: Level,
+        /// What it is about.
+        topic: Topic,
         /// What to say.
         text: String,
     },
+    /// What was said of a topic holds no more.
+    Retract(Topic),
     /// The person has read a notice.
     Dismiss(u64),
     /// Time went by.

@@ -1,5 +1,6 @@
 //! The component classes: which are shown, and what the model holds of each.
 
+use crate::display::HiddenFlags;
 use semascan_model::{ClassDef, Taxonomy};
 use semascan_protocol::Inspection;
 
@@ -14,6 +15,19 @@ pub struct ClassCount {
     pub shown: u64,
     /// Number of points, whatever their marks.
     pub held: u64,
+    /// Number of points outside the measuring volume.
+    pub background: u64,
+}
+
+/// Points of the model that the picture and exports are without, by the reason.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct HiddenPoints {
+    /// Of components that are not shown.
+    pub components: u64,
+    /// Marked as outliers or as too uncertain, of shown components.
+    pub stray: u64,
+    /// Outside the measuring volume, of shown components.
+    pub background: u64,
 }
 
 /// What the legend says of a component class.
@@ -130,6 +144,24 @@ impl Legend {
     /// Number of points of the model, whatever is hidden.
     pub fn held_points(&self) -> u64 {
         self.rows.iter().fold(0, |sum, row| sum.saturating_add(row.count.held))
+    }
+
+    /// The points that are hidden, by the reason.
+    ///
+    /// * `hidden`: the marks that hide a point.
+    pub fn hidden_points(&self, hidden: HiddenFlags) -> HiddenPoints {
+        let mut sum = HiddenPoints::default();
+        for Row { visible, count, .. } in &self.rows {
+            if !visible {
+                sum.components = sum.components.saturating_add(count.held);
+                continue;
+            }
+            let marked = count.held.saturating_sub(count.shown);
+            let background = if hidden.background { count.background.min(marked) } else { 0 };
+            sum.background = sum.background.saturating_add(background);
+            sum.stray = sum.stray.saturating_add(marked - background);
+        }
+        sum
     }
 
     /// Number of points of visible classes that are part of the surface: what a mesh is made of.

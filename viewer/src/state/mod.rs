@@ -29,13 +29,13 @@ pub mod views;
 
 pub use event::Event;
 
-use crate::display::Display;
+use crate::display::{Display, ShareScales};
 use crate::features::Features;
 use crate::link::LinkEvent;
 use connection::{Connection, GraphicsStatus};
 use legend::{ClassFigures, Legend};
-use notices::{Level, Notices};
-use progress::RunProgress;
+use notices::{Level, Notices, Topic};
+use progress::{RunProgress, Standing};
 use semascan_model::ModelFigures;
 use semascan_protocol::server_message::Body;
 use semascan_protocol::{Figures, Inspection, Phase, StageState};
@@ -49,6 +49,10 @@ pub struct AppState {
     pub connection: Connection,
     /// How often a lost connection was resumed by difference.
     pub resumptions: u32,
+    /// Host of the agent where it is not the one that the page came from: whose model is shown.
+    pub foreign_agent: Option<String>,
+    /// Whether a part of the model is left out because the page holds as much as it can.
+    pub is_cut: bool,
     /// The graphics device.
     pub graphics: GraphicsStatus,
     /// What is being inspected; the default before the first connection.
@@ -63,6 +67,8 @@ pub struct AppState {
     pub views: Views,
     /// The component classes.
     pub legend: Legend,
+    /// Scales of the colours that mean shares, as the model held needs them.
+    pub scales: ShareScales,
     /// The figures of the final model, as the agent measured it; `None` before its end.
     pub measured: Option<ModelFigures>,
     /// How the model is shown.
@@ -80,14 +86,16 @@ impl AppState {
     pub fn reduce(&mut self, event: &Event) {
         match event {
             Event::Link(event) => self.reduce_link(event),
-            Event::Figures { classes, voxel, hash } => {
+            Event::Figures { classes, voxel, scales, hash } => {
                 self.held_hash = *hash;
+                self.scales = *scales;
                 self.legend.set_counts(classes);
                 if *voxel > 0.0 && self.inspection.voxel <= 0.0 {
                     self.inspection.voxel = *voxel;
                 }
             }
             Event::Graphics(status) => self.graphics = status.clone(),
+            Event::ForeignAgent(host) => self.foreign_agent = Some(host.clone()),
             Event::ColorMode(mode) => self.display.set_color_mode(*mode),
             Event::Theme(theme) => self.display.theme = *theme,
             Event::SystemDark(dark) => self.display.system_dark = *dark,
@@ -100,7 +108,8 @@ impl AppState {
             Event::SelectView(view) => self.views.select(*view),
             Event::StepView(step) => self.views.step(*step),
             Event::Help(open) => self.help_open = *open,
-            Event::Notify { level, text } => self.notices.push(*level, text.clone()),
+            Event::Notify { level, topic, text } => self.notices.push(*level, *topic, text.clone()),
+            Event::Retract(topic) => self.notices.retract(*topic),
             Event::Dismiss(id) => self.notices.dismiss(*id),
             Event::Elapsed { ms } => {
                 self.connection.elapsed(*ms);
@@ -121,15 +130,29 @@ impl AppState {
                     self.begin(inspection);
                 }
             }
-            LinkEvent::Disconnected { reason, retry_ms } => self.connection.lost(reason.clone(), *retry_ms),
-            LinkEvent::Refused { reason } => self.connection = Connection::Refused { reason: reason.clone() },
+            LinkEvent::Disconnected { reason, retry_ms } => {
+                self.connection.lost(reason.clone(), *retry_ms);
+                self.timings.idle();
+            }
+            LinkEvent::Refused { reason } => {
+                self.connection = Connection::Refused { reason: reason.clone() };
+                self.timings.idle();
+            }
+            LinkEvent::Broken { reason } => {
+                self.connection = Connection::Broken { reason: reason.clone() };
+                self.timings.idle();
+            }
+            LinkEvent::LeftOut { .. } => self.is_cut = true,
             // The same inspection from a rebuilt map: what was said of its views still holds.
-            LinkEvent::Cleared(inspection) if self.is_rebuilt(inspection) => self.follow(inspection),
+            LinkEvent::Cleared(inspection) if self.is_rebuilt(inspection) => {
+                self.is_cut = false;
+                self.follow(inspection);
+            }
             LinkEvent::Cleared(inspection) => self.begin(inspection),
             LinkEvent::Message(message) => self.reduce_message(message),
             LinkEvent::Malformed { reason } => {
                 let text = format!("A message of the agent was not understood: {reason}");
-                self.notices.push_on("malformed", Level::Warning, text);
+                self.notices.push(Level::Warning, Topic::Malformed, text);
             }
             // The model follows these.
             LinkEvent::Chunk(_) | LinkEvent::ChunkGone { .. } => {}
@@ -155,7 +178,7 @@ impl AppState {
                 self.views.report(report);
                 if report.out_of_domain {
                     let text = "A view is unlike those that the networks were trained for: its labels do not count.";
-                    self.notices.push_on("domain", Level::Warning, text.into());
+                    self.notices.push(Level::Warning, Topic::Domain, text.into());
                 }
             }
             Body::Page(page) => self.views.page(page),
@@ -175,6 +198,14 @@ impl AppState {
         match self.connection {
             Connection::Connected { .. } => format!("{link} {}", self.progress.sentence()),
             _ => link,
+        }
+    }
+
+    /// Where the inspection stands, as far as that is known: without a connection nobody knows whether it still runs.
+    pub fn standing(&self) -> Standing {
+        match self.progress.phase {
+            _ if !self.connection.is_live() && self.progress.may_change() => Standing::Unknown,
+            phase => Standing::Known(phase),
         }
     }
 
@@ -199,8 +230,7 @@ impl AppState {
     /// Whether the finished model on screen is not the agent's: something of it was lost or not understood.
     pub fn model_differs(&self) -> bool {
         let agents = self.progress.model_hash;
-        let live = matches!(self.connection, Connection::Connected { .. });
-        live && self.progress.phase == Phase::Finished && agents != 0 && agents != self.held_hash
+        self.connection.is_live() && self.progress.phase == Phase::Finished && agents != 0 && agents != self.held_hash
     }
 
     /// Largest number of the scale of the colour mode "views": absolute, so that a colour means the same number of
@@ -214,9 +244,12 @@ impl AppState {
 
     /// A new inspection, or the same one from an empty map; how the person set up the display stays.
     fn begin(&mut self, inspection: &Inspection) {
+        self.notices.begin();
+        self.is_cut = false;
         self.legend.set_taxonomy(inspection);
         self.legend.clear_counts();
         self.measured = None;
+        self.scales = ShareScales::default();
         self.progress = RunProgress::default();
         self.timings = Timings::default();
         self.views = Views::default();
@@ -240,7 +273,7 @@ impl AppState {
             let why = &self.progress.message;
             let text =
                 if why.is_empty() { "The inspection failed.".into() } else { format!("The inspection failed: {why}") };
-            self.notices.push(Level::Error, text);
+            self.notices.push(Level::Error, Topic::Outcome, text);
         }
     }
 }

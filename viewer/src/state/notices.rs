@@ -31,6 +31,37 @@ impl Level {
     }
 }
 
+/// What a message is about. A message holds only until what it is about is as it should be again: then it goes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Topic {
+    /// Messages of the agent that were not understood; the latest stands for all.
+    Malformed,
+    /// Views that the networks were not trained for; the latest stands for all.
+    Domain,
+    /// The end of the inspection.
+    Outcome,
+    /// The mesh.
+    Mesh,
+    /// The file that the mesh is compared with.
+    Reference,
+    /// A file that is saved.
+    Export,
+    /// Earlier views, which the agent is asked for.
+    EarlierViews,
+    /// The page's address.
+    Address,
+}
+
+impl Topic {
+    /// Those that are of one inspection.
+    const OF_INSPECTION: [Self; 5] = [Self::Malformed, Self::Domain, Self::Outcome, Self::Mesh, Self::EarlierViews];
+
+    /// Whether its messages come in floods, so that the latest stands for all.
+    fn is_flood(self) -> bool {
+        matches!(self, Self::Malformed | Self::Domain)
+    }
+}
+
 /// A message on screen.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Notice {
@@ -42,7 +73,7 @@ pub struct Notice {
     pub text: String,
     /// How often it was said.
     pub count: u32,
-    topic: Option<&'static str>,
+    topic: Topic,
     left_ms: Option<u32>,
 }
 
@@ -65,21 +96,12 @@ impl Notices {
     }
 
     /// Shows a message; one that is on screen already is counted instead of repeated.
-    pub(super) fn push(&mut self, level: Level, text: String) {
-        self.show(level, None, text);
-    }
-
-    /// Shows a message of a kind that may come in floods: the latest of its `topic` stands for all, with their number.
-    pub(super) fn push_on(&mut self, topic: &'static str, level: Level, text: String) {
-        self.show(level, Some(topic), text);
-    }
-
-    fn show(&mut self, level: Level, topic: Option<&'static str>, mut text: String) {
+    pub(super) fn push(&mut self, level: Level, topic: Topic, mut text: String) {
         if let Some((end, _)) = text.char_indices().nth(Self::MAX_TEXT) {
             text.truncate(end);
             text.push('…');
         }
-        let same = |n: &&mut Notice| n.level == level && n.topic == topic && (topic.is_some() || n.text == text);
+        let same = |n: &&mut Notice| n.level == level && n.topic == topic && (topic.is_flood() || n.text == text);
         if let Some(same) = self.shown.iter_mut().find(same) {
             same.count = same.count.saturating_add(1);
             same.text = text;
@@ -91,6 +113,16 @@ impl Notices {
         }
         self.shown.push(Notice { id: self.next_id, level, text, count: 1, topic, left_ms: level.lifetime_ms() });
         self.next_id += 1;
+    }
+
+    /// Takes away what was said of a topic: it holds no more.
+    pub(super) fn retract(&mut self, topic: Topic) {
+        self.shown.retain(|n| n.topic != topic);
+    }
+
+    /// Another inspection begins: takes away what was said of the one before.
+    pub(super) fn begin(&mut self) {
+        Topic::OF_INSPECTION.into_iter().for_each(|topic| self.retract(topic));
     }
 
     /// Takes a message away.

@@ -23,6 +23,41 @@ pub struct RunProgress {
     pub message: String,
 }
 
+/// Where the inspection stands, as far as the viewer knows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Standing {
+    /// As the agent said last.
+    Known(Phase),
+    /// It was under way when the connection was lost.
+    Unknown,
+}
+
+impl Standing {
+    /// Stable name for styles and tests.
+    pub fn key(self) -> &'static str {
+        match self {
+            Self::Known(Phase::Unspecified) => "unknown",
+            Self::Known(Phase::Waiting) => "waiting",
+            Self::Known(Phase::Running) => "running",
+            Self::Known(Phase::Finished) => "finished",
+            Self::Known(Phase::Failed) => "failed",
+            Self::Unknown => "interrupted",
+        }
+    }
+
+    /// Name for people.
+    pub fn label(self) -> &'static str {
+        match self {
+            Self::Known(Phase::Unspecified) => "Unknown",
+            Self::Known(Phase::Waiting) => "Waiting",
+            Self::Known(Phase::Running) => "Running",
+            Self::Known(Phase::Finished) => "Finished",
+            Self::Known(Phase::Failed) => "Failed",
+            Self::Unknown => "Not known",
+        }
+    }
+}
+
 impl RunProgress {
     /// Takes what the agent says.
     pub(super) fn update(&mut self, p: &wire::Progress) {
@@ -48,26 +83,14 @@ impl RunProgress {
         (self.views_expected > 0).then(|| f64::from(self.views_done) / f64::from(self.views_expected))
     }
 
-    /// Stable name of the phase for styles and tests.
-    pub fn phase_key(&self) -> &'static str {
-        match self.phase {
-            Phase::Unspecified => "unknown",
-            Phase::Waiting => "waiting",
-            Phase::Running => "running",
-            Phase::Finished => "finished",
-            Phase::Failed => "failed",
-        }
+    /// Whether the phase may be another one by the time that the agent speaks again.
+    pub(super) fn may_change(&self) -> bool {
+        matches!(self.phase, Phase::Running | Phase::Waiting)
     }
 
-    /// Name of the phase for people.
-    pub fn phase_label(&self) -> &'static str {
-        match self.phase {
-            Phase::Unspecified => "Unknown",
-            Phase::Waiting => "Waiting",
-            Phase::Running => "Running",
-            Phase::Finished => "Finished",
-            Phase::Failed => "Failed",
-        }
+    /// Stable name of the phase for styles and tests.
+    pub fn phase_key(&self) -> &'static str {
+        Standing::Known(self.phase).key()
     }
 
     /// A sentence for the live region.

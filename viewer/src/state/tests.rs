@@ -2,16 +2,18 @@
 
 use super::connection::{Connection, GraphicsStatus};
 use super::legend::ClassCount;
-use super::notices::{Level, Notices};
+use super::notices::{Level, Notices, Topic};
+use super::progress::Standing;
 use super::timings::STAGES;
 use super::views::Views;
 use super::{AppState, Event};
-use crate::display::{ColorMode, Display, Representation, Theme};
+use crate::display::{ColorMode, Display, HiddenFlags, Representation, ShareScales, Theme};
 use crate::features::deviation::DeviationEvent;
 use crate::features::mesh::MeshEvent;
 use crate::link::LinkEvent;
 use crate::mesh_worker::{DeviationFigures, ReferenceInfo};
 use proptest::prelude::*;
+use semascan_model::LengthUnit;
 use semascan_model::{FeatureFigures, ModelFigures, Taxonomy};
 use semascan_protocol::server_message::Body;
 use semascan_protocol::{
@@ -52,6 +54,11 @@ fn view_report(report: ViewReport) -> Event {
     Event::from(LinkEvent::Message(Body::View(report)))
 }
 
+fn any_reference(name: &str) -> ReferenceInfo {
+    let (unit, warnings) = (LengthUnit::Metres, Vec::new());
+    ReferenceInfo { name: name.into(), triangles: 9, points: 5, unit, is_guess: true, warnings }
+}
+
 fn state_after(events: impl IntoIterator<Item = Event>) -> AppState {
     let mut state = AppState::default();
     for event in events {
@@ -82,8 +89,9 @@ fn visibility_outlives_an_epoch_but_not_another_taxonomy() {
         connected(inspection("a", 0, &["housing", "pinion"]), false),
         Event::ToggleComponent(2),
         Event::Figures {
-            classes: vec![ClassCount { points: 4, confidence: 0.9, shown: 5, held: 6 }; 3],
+            classes: vec![ClassCount { points: 4, confidence: 0.9, shown: 5, held: 6, background: 1 }; 3],
             voxel: 0.001,
+            scales: ShareScales::default(),
             hash: 0,
         },
     ]);
@@ -91,6 +99,10 @@ fn visibility_outlives_an_epoch_but_not_another_taxonomy() {
     assert_eq!(state.legend.visibility(), [true, true, false]);
     assert_eq!(state.legend.visible_points(), 10);
     assert_eq!((state.legend.held_points(), state.legend.surface_points()), (18, 8));
+    let hidden = state.legend.hidden_points(HiddenFlags { outliers: true, background: true });
+    assert_eq!((hidden.components, hidden.stray, hidden.background), (6, 0, 2));
+    let hidden = state.legend.hidden_points(HiddenFlags { outliers: true, background: false });
+    assert_eq!((hidden.components, hidden.stray, hidden.background), (6, 2, 0));
     state.reduce(&cleared(inspection("a", 1, &["housing", "pinion"])));
     assert_eq!(state.legend.visibility(), [true, true, false]);
     assert_eq!(state.legend.visible_points(), 10, "the old model is seen until the new one is there");
@@ -114,8 +126,9 @@ fn areas_are_the_agents_or_those_of_the_mesh_or_unknown() {
     let mut state = state_after([
         connected(inspection("a", 0, &["housing", "pinion"]), false),
         Event::Figures {
-            classes: vec![ClassCount { points: 4, confidence: 0.9, shown: 5, held: 6 }; 3],
+            classes: vec![ClassCount { points: 4, confidence: 0.9, shown: 5, held: 6, background: 1 }; 3],
             voxel: 0.001,
+            scales: ShareScales::default(),
             hash: 0,
         },
     ]);
@@ -262,6 +275,60 @@ fn a_repeated_notice_is_counted_and_a_failure_stays() {
 }
 
 #[test]
+fn what_no_longer_holds_is_no_longer_said() {
+    let failed = Progress { phase: Phase::Failed.into(), message: "no depth".into(), ..Progress::default() };
+    let notify = |topic| Event::Notify { level: Level::Error, topic, text: format!("{topic:?}") };
+    let mut state = state_after([
+        connected(inspection("a", 0, &["housing"]), false),
+        progress(failed),
+        notify(Topic::Reference),
+        notify(Topic::Export),
+    ]);
+    let said = |state: &AppState| state.notices.iter().map(|n| n.text.clone()).collect::<Vec<_>>();
+    assert_eq!(said(&state), ["The inspection failed: no depth", "Reference", "Export"]);
+    state.reduce(&Event::Retract(Topic::Reference));
+    assert_eq!(said(&state), ["The inspection failed: no depth", "Export"]);
+    state.reduce(&cleared(inspection("b", 0, &["housing"])));
+    assert_eq!(said(&state), ["Export"], "the next inspection has not failed");
+}
+
+#[test]
+fn without_a_connection_nothing_is_said_to_run() {
+    let running = || progress(Progress { phase: Phase::Running.into(), views_done: 1, ..Progress::default() });
+    let started =
+        StageEvent { view: 1, stage: Stage::Fuse.into(), state: StageState::Started.into(), ..StageEvent::default() };
+    let begun = [connected(inspection("a", 0, &[]), false), running(), stage_event(started)];
+    for end in [
+        disconnected("closed", 500),
+        Event::from(LinkEvent::Refused { reason: "full".into() }),
+        Event::from(LinkEvent::Broken { reason: "memory".into() }),
+    ] {
+        let mut state = state_after(begun.clone());
+        assert_eq!(state.standing(), Standing::Known(Phase::Running));
+        assert!(state.timings.of(Stage::Fuse).active.is_some());
+        state.reduce(&end);
+        assert_eq!((state.standing(), state.timings.of(Stage::Fuse).active), (Standing::Unknown, None));
+        state.reduce(&connected(inspection("a", 0, &[]), true));
+        assert_eq!(state.standing(), Standing::Known(Phase::Running));
+        state.reduce(&progress(Progress { phase: Phase::Finished.into(), ..Progress::default() }));
+        state.reduce(&disconnected("closed", 500));
+        assert_eq!(state.standing(), Standing::Known(Phase::Finished), "what is over stays over");
+    }
+}
+
+#[test]
+fn a_model_that_is_cut_says_so_until_another_begins() {
+    let left_out = || Event::from(LinkEvent::LeftOut { id: [0; 3] });
+    let mut state = state_after([connected(inspection("a", 0, &[]), false), left_out()]);
+    assert!(state.is_cut);
+    state.reduce(&cleared(inspection("a", 1, &[])));
+    assert!(!state.is_cut);
+    state.reduce(&left_out());
+    state.reduce(&cleared(inspection("b", 0, &[])));
+    assert!(!state.is_cut);
+}
+
+#[test]
 fn views_out_of_domain_are_marked_and_said_once() {
     let outside = |index| view_report(ViewReport { out_of_domain: true, ..view(index) });
     let state =
@@ -285,7 +352,7 @@ fn a_flood_of_malformed_messages_is_one_notice() {
 #[test]
 fn a_finished_model_that_is_not_the_agents_is_not_passed_off_as_its() {
     let finished = Progress { phase: Phase::Finished.into(), model_hash: 5, points: 1, ..Progress::default() };
-    let counted = |hash| Event::Figures { classes: Vec::new(), voxel: 0.001, hash };
+    let counted = |hash| Event::Figures { classes: Vec::new(), voxel: 0.001, scales: ShareScales::default(), hash };
     let mut state = state_after([connected(inspection("a", 0, &[]), false), counted(4), progress(finished)]);
     assert!(state.model_differs());
     state.reduce(&counted(5));
@@ -294,7 +361,7 @@ fn a_finished_model_that_is_not_the_agents_is_not_passed_off_as_its() {
 
 #[test]
 fn another_inspection_voids_mesh_and_deviations_and_keeps_the_reference() {
-    let reference = ReferenceInfo { name: "motor.stl".into(), triangles: 9, points: 5, millimetres: false };
+    let reference = any_reference("motor.stl");
     let mut state = state_after([
         connected(inspection("a", 0, &["housing"]), false),
         Event::Feature(MeshEvent::Made { triangles: 5 }.into()),
@@ -356,8 +423,14 @@ fn any_event() -> impl Strategy<Value = Event> {
         }),
         ".{0,900}".prop_map(malformed),
         prop::collection::vec((any::<u64>(), any::<u64>(), any::<f64>()), 0..7).prop_map(|list| {
-            let count = |(points, shown, confidence)| ClassCount { points, confidence, shown, held: shown };
-            Event::Figures { classes: list.into_iter().map(count).collect(), voxel: f64::NAN, hash: 7 }
+            let count =
+                |(points, shown, confidence)| ClassCount { points, confidence, shown, held: shown, background: 0 };
+            Event::Figures {
+                classes: list.into_iter().map(count).collect(),
+                voxel: f64::NAN,
+                scales: ShareScales::default(),
+                hash: 7,
+            }
         }),
         Just(Event::Graphics(GraphicsStatus::Unavailable { reason: "lost".into() })),
         prop::sample::select(ColorMode::ALL.to_vec()).prop_map(Event::ColorMode),
@@ -367,15 +440,7 @@ fn any_event() -> impl Strategy<Value = Event> {
             .prop_map(|shown| Event::Feature(MeshEvent::Show(shown).into())),
         any::<u8>().prop_map(|n| Event::Feature(MeshEvent::Made { triangles: n.into() }.into())),
         Just(Event::Feature(DeviationEvent::Removed.into())),
-        Just(Event::Feature(
-            DeviationEvent::Reference(ReferenceInfo {
-                name: "a.ply".into(),
-                triangles: 0,
-                points: 1,
-                millimetres: false,
-            })
-            .into(),
-        )),
+        Just(Event::Feature(DeviationEvent::Reference(any_reference("a.ply")).into(),)),
         any::<u16>().prop_map(|c| Event::ToggleComponent(c % 8)),
         any::<u16>().prop_map(|c| Event::OnlyComponent(c % 8)),
         Just(Event::AllComponents),

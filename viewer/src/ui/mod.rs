@@ -7,7 +7,7 @@ pub(crate) mod icons;
 use crate::camera::CameraInput;
 use crate::features::FeatureEvent;
 use crate::scene::export::{MeshFormat, PointFormat};
-use crate::state::notices::Level;
+use crate::state::notices::{Level, Topic};
 use crate::state::{AppState, Event};
 use leptos::prelude::*;
 
@@ -71,8 +71,13 @@ impl Ui {
     }
 
     /// Shows a short message to the person.
-    pub fn notify(self, level: Level, text: impl Into<String>) {
-        self.send(Event::Notify { level, text: text.into() });
+    pub fn notify(self, level: Level, topic: Topic, text: impl Into<String>) {
+        self.send(Event::Notify { level, topic, text: text.into() });
+    }
+
+    /// Takes away what was said of a topic: it holds no more.
+    pub fn retract(self, topic: Topic) {
+        self.send(Event::Retract(topic));
     }
 
     /// Says what is wanted.

@@ -79,16 +79,31 @@ fn fit_shows_every_corner_in_any_viewport() {
         let mut camera = camera();
         camera.set_viewport(width, height);
         camera.fit(bounds);
-        for corner in 0..8 {
-            let pick = |bit: u32, lo: f32, hi: f32| if corner & (1 << bit) == 0 { lo } else { hi };
-            let corner = Vec3::new(
-                pick(0, bounds.min.x, bounds.max.x),
-                pick(1, bounds.min.y, bounds.max.y),
-                pick(2, bounds.min.z, bounds.max.z),
-            );
-            let seen = pixel(&camera, corner);
-            assert!(seen.cmpge(Vec2::ZERO).all() && seen.cmple(camera.viewport).all(), "{seen}");
+        let seen: Vec<Vec2> = bounds.corners().map(|corner| pixel(&camera, corner)).collect();
+        for place in &seen {
+            assert!(place.cmpge(Vec2::ZERO).all() && place.cmple(camera.viewport).all(), "{place}");
         }
+        // One pair of edges is touched up to the margin.
+        let low = seen.iter().copied().fold(Vec2::INFINITY, Vec2::min) / camera.viewport;
+        let high = seen.iter().copied().fold(Vec2::NEG_INFINITY, Vec2::max) / camera.viewport;
+        let filled = (high - low).max_element();
+        assert!((0.9..0.95).contains(&filled), "{filled} of {width} x {height}");
+    }
+}
+
+#[test]
+fn fit_stays_out_of_what_is_covered() {
+    let bounds = Bounds::from_corners(Vec3::new(-0.05, -0.05, 0.0), Vec3::new(0.05, 0.05, 0.3));
+    for (width, height) in [(800.0, 600.0), (300.0, 900.0), (320.0, 240.0)] {
+        let mut camera = camera();
+        camera.set_viewport(width, height);
+        camera.set_covered(60.0);
+        camera.fit(bounds);
+        let seen: Vec<f32> = bounds.corners().map(|corner| pixel(&camera, corner).y).collect();
+        let low = seen.iter().copied().fold(f32::INFINITY, f32::min);
+        let high = seen.iter().copied().fold(f32::NEG_INFINITY, f32::max);
+        assert!(low >= 60.0 && high <= height, "{low} to {high} of {height}");
+        assert!(((low - 60.0) - (height - high)).abs() < 0.2 * height, "in the middle of the rest: {low} to {high}");
     }
 }
 

@@ -5,17 +5,21 @@ use crate::features::FeatureEvent;
 use crate::features::mesh::MeshEvent;
 use crate::features::view::{Controller, Host};
 use crate::mesh_worker::{Reply, Request};
-use crate::state::notices::Level;
+use crate::state::notices::{Level, Topic};
+use std::cell::RefCell;
 use std::rc::Rc;
+use std::sync::Arc;
 
 /// See the module.
 pub(super) struct DeviationController {
     host: Host,
+    /// Name and content of the file that is compared with, to be read again in another unit.
+    file: RefCell<Option<(String, Arc<[u8]>)>>,
 }
 
 impl DeviationController {
     pub(super) fn new(host: &Host) -> Rc<Self> {
-        let controller = Rc::new(Self { host: host.clone() });
+        let controller = Rc::new(Self { host: host.clone(), file: RefCell::default() });
         let receiver = Rc::downgrade(&controller);
         host.mesh_worker.subscribe(move |reply| {
             if let Some(controller) = receiver.upgrade() {
@@ -36,7 +40,7 @@ impl DeviationController {
                 DeviationEvent::Reference(reference.clone())
             }
             Reply::NoReference(reason) => {
-                ui.notify(Level::Error, format!("No reference: {reason}"));
+                ui.notify(Level::Error, Topic::Reference, format!("No reference: {reason}"));
                 DeviationEvent::NoReference
             }
             Reply::Deviation { of_vertices, figures } => {
@@ -55,7 +59,7 @@ impl DeviationController {
 
     fn request(&self, request: &Request) {
         if let Err(reason) = self.host.mesh_worker.send(request) {
-            self.host.ui.notify(Level::Error, reason);
+            self.host.ui.notify(Level::Error, Topic::Reference, reason);
             self.host.ui.send_feature(DeviationEvent::NoReference);
         }
     }
@@ -65,9 +69,17 @@ impl Controller for DeviationController {
     fn handle(&self, event: &FeatureEvent) {
         match event {
             FeatureEvent::Deviation(DeviationEvent::FileRead { name, bytes }) => {
-                self.request(&Request::Reference { name: name.clone(), bytes: bytes.clone() });
+                *self.file.borrow_mut() = Some((name.clone(), bytes.clone()));
+                self.request(&Request::Reference { name: name.clone(), unit: None, bytes: bytes.clone() });
+            }
+            FeatureEvent::Deviation(DeviationEvent::Unit(unit)) => {
+                let file = self.file.borrow().clone();
+                if let Some((name, bytes)) = file {
+                    self.request(&Request::Reference { name, unit: *unit, bytes });
+                }
             }
             FeatureEvent::Deviation(DeviationEvent::Removed) => {
+                self.file.take();
                 self.set_deviations(Vec::new());
                 self.request(&Request::Forget);
             }

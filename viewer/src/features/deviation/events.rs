@@ -1,6 +1,7 @@
 //! What happens to the comparison with a reference.
 
 use crate::mesh_worker::{DeviationFigures, ReferenceInfo};
+use semascan_model::LengthUnit;
 use std::sync::Arc;
 
 /// One thing that happens to the comparison.
@@ -15,6 +16,8 @@ pub enum DeviationEvent {
         /// Its content.
         bytes: Arc<[u8]>,
     },
+    /// The person says what unit the numbers of the reference are in; `None` leaves it to the file or its size.
+    LengthUnit(Option<LengthUnit>),
     /// The file holds a reference.
     Reference(ReferenceInfo),
     /// The file holds no reference; one that was there before stays.

@@ -11,6 +11,7 @@ use leptos::prelude::*;
 pub(super) fn DeviationScale(ui: Ui) -> impl IntoView {
     let shown = ui.part(|s| s.display.color_mode == ColorMode::Deviation);
     let tolerance = ui.part(|s| s.features.deviation.tolerance);
+    let is_doubtful = ui.part(|s| s.features.deviation.figures.is_some_and(|f| f.mismatch.is_some()));
     let top = f64::from(deviation_colors::TOP);
     let ticks = move || [-top, -1.0, 1.0, top].map(|tolerances| tick(tolerances * tolerance.get()));
     view! {
@@ -21,6 +22,9 @@ pub(super) fn DeviationScale(ui: Ui) -> impl IntoView {
                 <div class="scale-ticks is-banded">
                     {move || ticks().into_iter().map(|text| view! { <span>{text}</span> }).collect_view()}
                 </div>
+                {move || is_doubtful.get().then(|| view! {
+                    <p class="scale-unknown" data-testid="scale-doubt">"The reference does not lie on the model: see the panel."</p>
+                })}
                 <div class="scale-ticks"><span>"inside"</span><span>"within"</span><span>"outside"</span></div>
             </figure>
         </Show>

@@ -2,19 +2,23 @@
 
 use super::controller::DeviationController;
 use super::{Deviation, DeviationEvent, overlay};
+use crate::display::ColorMode;
 use crate::features::view::{Controller, FeatureView, Host};
+use crate::mesh_worker::placement::Mismatch;
 use crate::mesh_worker::{DeviationFigures, ReferenceInfo};
-use crate::state::notices::Level;
+use crate::state::notices::{Level, Topic};
 use crate::state::units;
 use crate::ui::Ui;
+use crate::ui::icons::{Icon, WARNING};
 use leptos::prelude::*;
+use semascan_model::LengthUnit;
 use std::rc::Rc;
 use wasm_bindgen::JsCast;
 use wasm_bindgen_futures::{JsFuture, spawn_local};
 use web_sys::{File, HtmlInputElement};
 
 /// Files that a reference is read from.
-const ACCEPT: &str = ".ply,.obj,.stl,.glb";
+const ACCEPT: &str = ".ply,.obj,.stl,.glb,.pcd";
 
 impl FeatureView for Deviation {
     fn panel(ui: Ui) -> AnyView {
@@ -78,11 +82,82 @@ fn DeviationPanel(ui: Ui) -> impl IntoView {
                 </span>
             </div>
             <Show when=move || reference.get().is_some()>
+                <UnitChoice ui/>
+                <Doubts ui/>
                 <Figures ui/>
             </Show>
         </section>
     }
 }
+
+/// What unit the reference is in: as the file says or its size suggests, or as the person says.
+#[component]
+fn UnitChoice(ui: Ui) -> impl IntoView {
+    let chosen = ui.part(|s| s.features.deviation.unit);
+    let option = move |unit: LengthUnit| {
+        view! { <option value=unit.name() prop:selected=move || chosen.get() == Some(unit)>{unit.name()}</option> }
+    };
+    let choose = move |event: web_sys::Event| {
+        ui.send_feature(DeviationEvent::LengthUnit(LengthUnit::parse(&event_target_value(&event))));
+    };
+    view! {
+        <label class="switch-row">
+            <span>"LengthUnit of the file" <small>"of its lengths"</small></span>
+            <select class="number" data-testid="reference-unit" on:change=choose>
+                <option value="" prop:selected=move || chosen.get().is_none()>"automatic"</option>
+                {LengthUnit::ALL.into_iter().map(option).collect_view()}
+            </select>
+        </label>
+    }
+}
+
+/// What the reader of the file had to say, and why the deviations may mean nothing.
+#[component]
+fn Doubts(ui: Ui) -> impl IntoView {
+    let warnings = ui.part(|s| s.features.deviation.reference.as_ref().map(|r| r.warnings.clone()).unwrap_or_default());
+    let mismatch = ui.part(|s| s.features.deviation.figures.and_then(|f| f.mismatch));
+    let shown = ui.part(|s| s.display.color_mode == ColorMode::Deviation);
+    let other_unit = move |mismatch: Mismatch| match mismatch {
+        Mismatch::LengthUnit { fits, .. } => Some(view! {
+            <button
+                class="button" type="button" data-testid="reference-unit-offer"
+                on:click=move |_| ui.send_feature(DeviationEvent::LengthUnit(Some(fits)))
+            >
+                {format!("Take it for {}", fits.name())}
+            </button>
+        }),
+        _ => None,
+    };
+    view! {
+        {move || mismatch.get().map(|mismatch| view! {
+            <div class="callout callout-warning" role="alert" data-testid="reference-mismatch">
+                <Icon path=WARNING/>
+                <div>
+                    <p>
+                        {mismatch.sentence()}
+                        {(!shown.get()).then_some(" The mesh is not coloured by deviations that mean nothing.")}
+                    </p>
+                    {other_unit(mismatch)}
+                </div>
+            </div>
+        })}
+        {move || (!warnings.with(Vec::is_empty)).then(|| view! {
+            <div class="callout callout-warning" data-testid="reference-warnings">
+                <Icon path=WARNING/>
+                <div>
+                    {warnings.get().into_iter().take(MOST_WARNINGS).map(|w| view! { <p>{units::sentence(&w)}</p> }).collect_view()}
+                    {move || {
+                        let more = warnings.with(Vec::len).saturating_sub(MOST_WARNINGS);
+                        (more > 0).then(|| view! { <p>{format!("And {more} more.")}</p> })
+                    }}
+                </div>
+            </div>
+        })}
+    }
+}
+
+/// Warnings of a reader that are shown; the others are counted.
+const MOST_WARNINGS: usize = 4;
 
 /// The tolerance, and the deviations in figures.
 #[component]
@@ -135,13 +210,15 @@ fn description(reference: &ReferenceInfo) -> String {
         0 => (reference.points, "points"),
         triangles => (triangles, "triangles"),
     };
-    let unit = if reference.millimetres { ", taken for millimetres" } else { ", taken for metres" };
-    format!("{} {what}{unit}", units::count(count.into()))
+    let unit = reference.unit.name();
+    let unit = if reference.is_guess { format!("taken for {unit} by its size") } else { format!("in {unit}") };
+    format!("{} {what}, {unit}", units::count(count.into()))
 }
 
 /// Reads a file and compares with it from then on.
 fn read_file(ui: Ui, file: File) {
     let name = file.name();
+    ui.retract(Topic::Reference);
     ui.send_feature(DeviationEvent::Reading(name.clone()));
     spawn_local(async move {
         match JsFuture::from(file.array_buffer()).await {
@@ -150,7 +227,8 @@ fn read_file(ui: Ui, file: File) {
                 ui.send_feature(DeviationEvent::FileRead { name, bytes });
             }
             Err(error) => {
-                ui.notify(Level::Error, format!("No reference: {name} could not be read: {error:?}"));
+                web_sys::console::error_1(&error);
+                ui.notify(Level::Error, Topic::Reference, format!("No reference: the browser could not read {name}."));
                 ui.send_feature(DeviationEvent::NoReference);
             }
         }

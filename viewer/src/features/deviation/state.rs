@@ -5,6 +5,7 @@ use crate::display::{ColorMode, Display};
 use crate::features::Feature;
 use crate::mesh_worker::{DeviationFigures, ReferenceInfo};
 use crate::render::FrameContent;
+use semascan_model::LengthUnit;
 
 /// Tolerance until the person sets another, metres.
 const TOLERANCE: f64 = 0.5e-3;
@@ -18,6 +19,10 @@ pub struct Deviation {
     pub reading: Option<String>,
     /// The reference.
     pub reference: Option<ReferenceInfo>,
+    /// LengthUnit of its numbers, if the person has said it.
+    pub unit: Option<LengthUnit>,
+    /// Colours were taken away from deviations that mean nothing. That is done once: a person may want to see them.
+    is_warned: bool,
     /// How far the mesh deviates from it.
     pub figures: Option<DeviationFigures>,
     /// Largest deviation within tolerance, metres.
@@ -26,7 +31,7 @@ pub struct Deviation {
 
 impl Default for Deviation {
     fn default() -> Self {
-        Self { reading: None, reference: None, figures: None, tolerance: TOLERANCE }
+        Self { reading: None, reference: None, unit: None, is_warned: false, figures: None, tolerance: TOLERANCE }
     }
 }
 
@@ -35,19 +40,25 @@ impl Feature for Deviation {
 
     fn reduce(&mut self, event: &DeviationEvent, display: &mut Display) {
         match event {
-            DeviationEvent::Reading(name) => self.reading = Some(name.clone()),
+            DeviationEvent::Reading(name) => {
+                self.reading = Some(name.clone());
+                self.unit = None;
+            }
+            DeviationEvent::LengthUnit(unit) => self.unit = *unit,
             // The controller's business.
             DeviationEvent::FileRead { .. } => {}
             DeviationEvent::Reference(reference) => {
                 self.reading = None;
                 self.reference = Some(reference.clone());
                 self.figures = None;
+                self.is_warned = false;
                 display.has_reference = true;
                 display.set_color_mode(ColorMode::Deviation);
             }
             DeviationEvent::NoReference => self.reading = None,
             DeviationEvent::Removed => {
                 self.reference = None;
+                self.unit = None;
                 self.figures = None;
                 display.has_reference = false;
                 display.leave_deviations();
@@ -56,6 +67,9 @@ impl Feature for Deviation {
             DeviationEvent::Compared(figures) => {
                 if self.reference.is_some() {
                     self.figures = Some(*figures);
+                    if figures.mismatch.is_some() && !std::mem::replace(&mut self.is_warned, true) {
+                        display.leave_deviations();
+                    }
                 }
             }
             DeviationEvent::Tolerance(metres) => {
@@ -81,10 +95,18 @@ impl Feature for Deviation {
 mod tests {
     use super::*;
     use crate::display::Representation;
+    use crate::mesh_worker::placement::Mismatch;
     use DeviationEvent::{Compared, MeshReplaced, NoReference, Reading, Reference, Removed, Tolerance};
 
     fn reference() -> DeviationEvent {
-        Reference(ReferenceInfo { name: "motor.stl".into(), triangles: 9, points: 5, millimetres: true })
+        Reference(ReferenceInfo {
+            name: "motor.stl".into(),
+            triangles: 9,
+            points: 5,
+            unit: LengthUnit::Millimetres,
+            is_guess: true,
+            warnings: Vec::new(),
+        })
     }
 
     fn after(events: impl IntoIterator<Item = DeviationEvent>) -> (Deviation, Display) {
@@ -123,6 +145,31 @@ mod tests {
         assert_eq!(display.representation, Representation::Mesh);
         d.reduce(&Removed, &mut display);
         assert_eq!((display.color_mode, display.has_reference), (ColorMode::Component, false));
+    }
+
+    #[test]
+    fn deviations_that_mean_nothing_are_not_painted_unless_a_person_wants_it() {
+        let (mut d, mut display) = after([reference()]);
+        let mismatch = Some(Mismatch::LengthUnit { ratio: 1000.0, fits: LengthUnit::Millimetres });
+        let off = Compared(DeviationFigures { mismatch, ..DeviationFigures::default() });
+        d.reduce(&off, &mut display);
+        assert_eq!(display.color_mode, ColorMode::Component);
+        assert_eq!(d.figures.and_then(|f| f.mismatch), mismatch, "the panel says why");
+        display.set_color_mode(ColorMode::Deviation);
+        d.reduce(&off, &mut display);
+        assert_eq!(display.color_mode, ColorMode::Deviation, "the person has been warned");
+        d.reduce(&reference(), &mut display);
+        d.reduce(&Compared(DeviationFigures::default()), &mut display);
+        assert_eq!(display.color_mode, ColorMode::Deviation, "in its right unit");
+    }
+
+    #[test]
+    fn a_unit_is_said_of_one_file() {
+        let (mut d, mut display) =
+            after([Reading("a.stl".into()), DeviationEvent::LengthUnit(Some(LengthUnit::Inches)), reference()]);
+        assert_eq!(d.unit, Some(LengthUnit::Inches));
+        d.reduce(&Reading("b.stl".into()), &mut display);
+        assert_eq!(d.unit, None);
     }
 
     #[test]

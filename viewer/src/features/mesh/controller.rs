@@ -5,7 +5,7 @@ use crate::features::FeatureEvent;
 use crate::features::view::{Controller, Host};
 use crate::mesh_worker::{Reply, Request};
 use crate::scene::ModelChange;
-use crate::state::notices::Level;
+use crate::state::notices::{Level, Topic};
 use semascan_geometry::measure::model_figures;
 use std::cell::{Cell, RefCell};
 use std::collections::BTreeSet;
@@ -67,13 +67,14 @@ impl MeshController {
             Reply::Mesh(mesh) => {
                 self.host.mesh.borrow_mut().set(mesh.clone());
                 (self.host.redraw)();
+                ui.retract(Topic::Mesh);
                 ui.send_feature(MeshEvent::Made { triangles: mesh.triangles.len() as u64 });
                 let model = self.host.model.borrow();
                 MeshEvent::Measured(Box::new(model_figures(&model.to_cloud(), mesh, model.voxel())))
             }
             Reply::Cancelled => MeshEvent::Cancelled,
             Reply::Failed(reason) => {
-                ui.notify(Level::Error, format!("There is no mesh: {reason}"));
+                ui.notify(Level::Error, Topic::Mesh, format!("There is no mesh: {reason}"));
                 // A worker that failed may have lost what it knew.
                 self.host.mesh_worker.stop();
                 MeshEvent::Cancelled
@@ -92,7 +93,7 @@ impl Controller for MeshController {
             _ => return,
         };
         if let Err(reason) = done {
-            self.host.ui.notify(Level::Error, reason);
+            self.host.ui.notify(Level::Error, Topic::Mesh, reason);
             self.host.ui.send_feature(MeshEvent::Cancelled);
         }
     }

@@ -29,14 +29,29 @@ fn mesh(n: usize) -> SemanticMesh {
 
 #[test]
 fn replies_cross_unchanged() {
-    let figures = DeviationFigures { mean: 0.1, rms: 0.2, p95: 0.3, range: [-0.4, 0.5] };
+    let figures = DeviationFigures { mean: 0.1, rms: 0.2, p95: 0.3, range: [-0.4, 0.5], mismatch: None };
+    let off = |mismatch| Reply::Deviation {
+        of_vertices: vec![0.5],
+        figures: DeviationFigures { mismatch: Some(mismatch), ..figures },
+    };
     let replies = [
         Reply::Progress { done: 3, total: 9 },
         Reply::Mesh(Arc::new(mesh(7))),
         Reply::Mesh(Arc::default()),
         Reply::Cancelled,
         Reply::Failed("no".into()),
-        Reply::Reference(ReferenceInfo { name: "ß.stl".into(), triangles: 4, points: 5, millimetres: true }),
+        Reply::Reference(ReferenceInfo {
+            name: "ß.stl".into(),
+            triangles: 4,
+            points: 5,
+            unit: LengthUnit::Inches,
+            is_guess: true,
+            warnings: vec!["one".into(), String::new(), "zwei\n".into()],
+        }),
+        off(Mismatch::LengthUnit { ratio: 25.5, fits: LengthUnit::Centimetres }),
+        off(Mismatch::Size { ratio: 0.25 }),
+        off(Mismatch::Place { distance: 2.5 }),
+        off(Mismatch::Surface { median: 0.5 }),
         Reply::NoReference("why".into()),
         Reply::Deviation { of_vertices: vec![0.5, -1.0], figures },
     ];
@@ -53,7 +68,8 @@ fn requests_cross_unchanged() {
         Request::Gone([-1, 0, 9]),
         Request::Mesh,
         Request::Cancel,
-        Request::Reference { name: "a.stl".into(), bytes: [1, 2, 3].into() },
+        Request::Reference { name: "a.stl".into(), unit: None, bytes: [1, 2, 3].into() },
+        Request::Reference { name: String::new(), unit: Some(LengthUnit::Metres), bytes: [].into() },
         Request::Forget,
     ];
     for request in requests {

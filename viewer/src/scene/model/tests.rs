@@ -129,10 +129,42 @@ fn only_a_connection_that_resumes_keeps_the_model() {
 }
 
 #[test]
-fn bounds_pass_over_outliers_and_background_while_there_is_anything_else() {
+fn outliers_background_and_what_lies_apart_are_not_looked_at() {
     let mut model = HeldModel::new();
-    model.apply(&chunk(0, 1, &[point(50.0, 0, PointFlags::BACKGROUND)]));
-    assert_eq!(model.bounds().map(|b| b.max.x), Some(50.0));
+    assert_eq!(model.focus(), None);
+    let focus = |model: &HeldModel| model.focus().map(|b| (b.min.x, b.max.x));
+    model.apply(&chunk(0, 1, &[point(50.0, 1, PointFlags::BACKGROUND)]));
+    assert_eq!(focus(&model), Some((50.0, 50.0)), "where there is nothing else");
     model.apply(&chunk(1, 1, &[point(1.0, 1, 0), point(9.0, 1, PointFlags::RADIUS_OUTLIER)]));
-    assert_eq!(model.bounds().map(|b| (b.min.x, b.max.x)), Some((1.0, 1.0)));
+    assert_eq!(focus(&model), Some((1.0, 1.0)));
+    // Far more points without a component around the part.
+    model.apply(&chunk(3, 1, &[point(7.0, 0, 0); 5]));
+    assert_eq!(focus(&model), Some((1.0, 1.0)));
+    model.apply(&chunk(4, 1, &[point(8.0, 0, 0); 900]));
+    assert_eq!(focus(&model), Some((7.0, 8.0)), "next to nothing has a component: one stray point is none of it");
+    model.apply(&LinkEvent::ChunkGone { id: [4, 0, 0] });
+    assert_eq!(focus(&model), Some((1.0, 1.0)));
+    // The end of a part has few points too, and is next to the rest; a speck in the air is not.
+    model.apply(&chunk(2, 1, &[point(2.0, 1, 0); 1000]));
+    model.apply(&chunk(100, 1, &[point(100.0, 1, 0)]));
+    assert_eq!(focus(&model), Some((1.0, 2.0)));
+    assert_eq!(model.bounds().map(|b| b.max.x), Some(100.0));
+}
+
+#[test]
+fn scales_of_shares_follow_the_points_that_are_held() {
+    let of = |share: f32, sigma: f32, label: u16| SemanticPoint { confidence: share, sigma, ..point(1.0, label, 0) };
+    let mut model = HeldModel::new();
+    model.apply(&chunk(0, 1, &[of(0.9, 0.0, 1), of(0.8, 0.0, 1), of(0.1, 0.9, 0)]));
+    let scales = model.share_scales();
+    let confidence = scales.confidence.expect("there are labels");
+    assert!(confidence.low > 0.7 && confidence.high <= 0.95, "{confidence:?}: what has no component has no confidence");
+    assert_eq!(scales.sigma, None, "nobody estimated one");
+    model.apply(&chunk(1, 1, &[of(0.9, 0.02, 1), of(0.8, 0.06, 1)]));
+    assert!(model.share_scales().sigma.expect("some").high <= 0.1);
+    model.apply(&chunk(1, 2, &[of(0.9, 0.0, 1)]));
+    assert_eq!(model.share_scales().sigma, None, "of chunks that were replaced nothing is left");
+    model.apply(&LinkEvent::ChunkGone { id: [0; 3] });
+    model.apply(&LinkEvent::ChunkGone { id: [1, 0, 0] });
+    assert_eq!(model.share_scales(), ShareScales::default());
 }

@@ -1,10 +1,22 @@
 //! Export of what is visible of the model.
 
 use crate::scene::export::{MeshFormat, PointFormat};
+use crate::state::legend::HiddenPoints;
 use crate::state::units;
 use crate::ui::icons::{DOWNLOAD, Icon};
 use crate::ui::{Command, Ui};
 use leptos::prelude::*;
+
+/// Why points are hidden, and how many for each reason, with the switch that shows them.
+fn reasons(hidden: HiddenPoints) -> String {
+    let reasons = [
+        (hidden.components, "of components that are switched off"),
+        (hidden.stray, "stray (Display, Outliers)"),
+        (hidden.background, "outside the measuring volume (Display, Background)"),
+    ];
+    let said = reasons.into_iter().filter(|(n, _)| *n > 0).map(|(n, why)| format!(" {} {why}", units::count(n)));
+    said.collect::<Vec<_>>().join(",")
+}
 
 /// One button a format.
 #[component]
@@ -12,25 +24,23 @@ pub(super) fn ExportPanel(ui: Ui) -> impl IntoView {
     let points = ui.part(|s| s.legend.visible_points());
     let held = ui.part(|s| s.legend.held_points());
     let surface = ui.part(|s| s.legend.surface_points());
-    let shown = ui.part(|s| {
-        let present = || s.legend.rows.iter().filter(|r| r.count.held > 0);
-        (present().filter(|r| r.visible).count(), present().count())
-    });
-    let what = move || match (points.get(), shown.get()) {
-        (0, (_, 0)) => "There are no points yet.".to_owned(),
-        (0, _) => "All that is there is hidden.".to_owned(),
-        (_, (n, all)) if n == all => "All that is visible, with class names.".to_owned(),
-        (_, (n, all)) => format!("Visible components only: {n} of {all}."),
-    };
-    let left_out = move || match held.get().saturating_sub(points.get()) {
-        0 => String::new(),
-        n => {
-            format!(" {} of the model's {} points are hidden and left out.", units::count(n), units::count(held.get()))
+    let hidden = ui.part(|s| s.legend.hidden_points(s.display.hidden_flags()));
+    let what = move || match (points.get(), held.get()) {
+        (_, 0) => "There are no points yet.".to_owned(),
+        (0, held) => {
+            format!("All {} points of the model are hidden:", units::count(held)) + &reasons(hidden.get()) + "."
+        }
+        (points, held) if points == held => {
+            format!("All {} points of the model, with class names.", units::count(held))
+        }
+        (points, held) => {
+            let (points, held) = (units::count(points), units::count(held));
+            format!("What is shown: {points} of the model's {held} points. Left out are") + &reasons(hidden.get()) + "."
         }
     };
     let mesh_left_out = move || match points.get().saturating_sub(surface.get()) {
         0 => String::new(),
-        n => format!(" Meshes are without {} of the points shown: stray ones and background.", units::count(n)),
+        n => format!(" The mesh is without {} of the points shown: stray ones and background.", units::count(n)),
     };
     let button = move |format: PointFormat, id: &'static str, name: &'static str, about: &'static str| {
         view! {
@@ -77,7 +87,7 @@ pub(super) fn ExportPanel(ui: Ui) -> impl IntoView {
                 class="empty" data-testid="export-note"
                 data-points=move || points.get().to_string() data-held=move || held.get().to_string()
             >
-                {move || what() + &left_out()}
+                {what}
                 {move || if triangles.get() > 0 { mesh_left_out() } else { String::new() }}
             </p>
         </section>

@@ -4,7 +4,7 @@ use crate::display::ColorScheme;
 use crate::state::connection::Connection;
 use crate::state::{Event, units};
 use crate::ui::Ui;
-use crate::ui::icons::{HELP, Icon, THEME};
+use crate::ui::icons::{HELP, Icon, THEME, UNLINKED};
 use leptos::prelude::*;
 
 /// Brand, part, connection, buttons.
@@ -12,6 +12,7 @@ use leptos::prelude::*;
 pub(super) fn Header(ui: Ui) -> impl IntoView {
     let part = ui.part(|s| s.inspection.part.clone());
     let source = ui.part(|s| s.inspection.source.clone());
+    let foreign = ui.part(|s| s.foreign_agent.clone());
     let dark = ui.part(|s| s.display.color_scheme() == ColorScheme::Dark);
     let toggle = move |_| ui.send(Event::Theme(ui.read(|s| s.display.toggled_theme())));
     view! {
@@ -26,6 +27,14 @@ pub(super) fn Header(ui: Ui) -> impl IntoView {
             <h1 class="subject-part" data-testid="part">
                 {move || Some(part.get()).filter(|p| !p.is_empty()).unwrap_or_else(|| "No part".into())}
             </h1>
+            {move || foreign.get().map(|name| (name.clone(), name)).map(|(host, name)| view! {
+                <p
+                    class="foreign" data-testid="foreign-agent" data-host=host
+                    title="This page follows another agent than the one that it came from"
+                >
+                    <Icon path=UNLINKED/> <span>"Model of " <strong>{name}</strong></span>
+                </p>
+            })}
             <p class="subject-source" title=move || source.get()>{move || source.get()}</p>
         </div>
         <ConnectionStatus ui/>
@@ -52,7 +61,9 @@ fn ConnectionStatus(ui: Ui) -> impl IntoView {
     let connection = ui.part(|s| s.connection.clone());
     let agent = ui.part(|s| match &s.connection {
         Connection::Connected { agent } => format!("Connected to {agent}"),
-        Connection::Reconnecting { reason, .. } | Connection::Refused { reason } => units::sentence(reason),
+        Connection::Reconnecting { reason, .. } | Connection::Refused { reason } | Connection::Broken { reason } => {
+            units::sentence(reason)
+        }
         Connection::Connecting { .. } => String::new(),
     });
     view! {

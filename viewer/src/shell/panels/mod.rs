@@ -6,9 +6,12 @@
 //! | selector | what |
 //! |---|---|
 //! | `#viewport` | the canvas; `data-backend` (`webgpu`, `webgl2`, `none`), `data-points`, `data-triangles`, `data-frames`, `data-hash` and `data-agent-hash` (16 hex digits), `data-phase`, `data-connection`, `data-inspection`, `data-resumed` (how often a lost connection was resumed by difference) |
-//! | `[data-testid=connection]` | `data-state` = `connecting`, `connected`, `reconnecting`, `refused` |
+//! | `[data-testid=connection]` | `data-state` = `connecting`, `connected`, `reconnecting`, `refused`, `broken` |
+//! | `[data-testid=foreign-agent]` | the agent that is followed where it is not the page's own; `data-host` |
+//! | `[data-testid=phase]` | the phase; `data-phase` as that of `progress` |
+//! | `#failure` | what `www/boot.js` says when the viewer has stopped |
 //! | `[data-testid=part]` | the part's name |
-//! | `[data-testid=progress]` | `data-phase`, `data-done`, `data-expected`, `data-rejected` |
+//! | `[data-testid=progress]` | `data-phase` = `unknown`, `waiting`, `running`, `finished`, `failed`, `interrupted` (the connection was lost meanwhile), `data-done`, `data-expected`, `data-rejected` |
 //! | `[data-testid=stage-<stage>]` | timing of a stage; `data-last-us`, `data-mean-us` (absent until known) |
 //! | `[data-testid=view-<i>]` | button of a view; `data-accepted` = `true`, `false`; `data-domain` = `inside`, `outside`; `aria-pressed` |
 //! | `[data-testid=view-detail]` | the selected view at large |
@@ -17,7 +20,7 @@
 //! | `[data-testid=export-note]` | what exports leave out; `data-points`, `data-held` |
 //! | `[data-testid=legend-visible-<class>]`, `legend-only-<class>`, `legend-all` | its checkbox, its "only" button, "show all" |
 //! | `[data-testid=color-mode-<mode>]` | radio: `appearance`, `component`, `confidence`, `views`, `defect`, `sigma` |
-//! | `[data-testid=color-scale]` | the scale of the colour ramp, or the defect classes |
+//! | `[data-testid=color-scale]` | the scale of the colour ramp, or the defect classes; in it `scale-unknown`, the colour of what is not known |
 //! | `[data-testid=show-outliers]`, `show-background` | switches |
 //! | `[data-testid=theme-toggle]`, `fit`, `help-open` | buttons |
 //! | `[data-testid=help]` | the dialog of shortcuts |
@@ -25,6 +28,8 @@
 //! | `[data-testid=mesh]` | the mesh's panel; `data-state` = `none`, `running`, `ready`; `data-triangles`, `data-outdated` |
 //! | `[data-testid=mesh-progress]`, `mesh-cancel`, `mesh-update` | progress of the meshing; its cancel button; make an outdated mesh anew |
 //! | `[data-testid=reference-file]`, `reference`, `reference-forget` | file input; what is compared with; its button |
+//! | `[data-testid=reference-unit]`, `reference-unit-offer` | select: unit of the reference; button: take the unit that fits |
+//! | `[data-testid=reference-mismatch]`, `reference-warnings` | why deviations mean nothing; what the reader had to say |
 //! | `[data-testid=tolerance]` | number input, millimetres |
 //! | `[data-testid=deviation]` | figures; `data-mean-mm`, `data-rms-mm`, `data-p95-mm` |
 //! | `[data-testid=color-mode-deviation]` | radio, there with a reference |

@@ -2,8 +2,8 @@
 //! model into view, and what stands there when there is no model to see.
 
 use crate::camera::CameraInput;
-use crate::display::color_ramp::css_gradient;
-use crate::display::{ColorMode, SIGMA_TOP, css_color};
+use crate::display::color_ramp::{UNKNOWN, css_gradient};
+use crate::display::{ColorMode, ScalarScale, css_color};
 use crate::features::mounted;
 use crate::state::connection::{Connection, GraphicsStatus};
 use crate::state::{AppState, Event, units};
@@ -59,20 +59,55 @@ fn ColorModes(ui: Ui) -> impl IntoView {
     }
 }
 
-/// The scale of the ramp, absolute, or the defect classes. The scale of deviations is their tool's.
+/// The scale of the ramp, or the defect classes. The scale of deviations is their tool's.
 #[component]
 fn ColorScale(ui: Ui) -> impl IntoView {
     let mode = ui.part(|s| s.display.color_mode);
     let top = ui.part(AppState::views_scale);
+    let scales = ui.part(|s| s.scales);
+    let has_model = ui.part(AppState::has_model);
     let defects = ui.part(|s| s.legend.defects.clone());
-    let ramp = move |title: &'static str, ticks: [String; 3]| {
+    // What is not known has a colour that is on no ramp, and the legend says which and why.
+    let unknown = |(what, why): (&'static str, &'static str)| {
+        view! {
+            <p class="scale-unknown" data-testid="scale-unknown">
+                <span class="scale-dot" style:background-color=css_color(UNKNOWN)></span>
+                <span>{what} <span class="scale-why">{format!(" {why}")}</span></span>
+            </p>
+        }
+    };
+    let ramp = move |title: &'static str, ticks: [String; 3], unknown_text: Option<(&'static str, &'static str)>| {
         view! {
             <figure class="scale is-raised" data-testid="color-scale">
                 <figcaption>{title}</figcaption>
                 <div class="scale-ramp" aria-hidden="true" style:background-image=css_gradient()></div>
                 <div class="scale-ticks">{ticks.into_iter().map(|t| view! { <span>{t}</span> }).collect_view()}</div>
+                {unknown_text.map(unknown)}
             </figure>
         }
+        .into_any()
+    };
+    // On the scale of the data: what lies beyond its ends has their colours.
+    let share = move |title: &'static str,
+                      scale: Option<ScalarScale>,
+                      tick: fn(f32) -> String,
+                      none: (&'static str, &'static str)| match scale {
+        Some(scale) => {
+            let [low, middle, high] = [scale.low, scale.middle(), scale.high].map(tick);
+            // Beyond the ends there is no other colour.
+            let low = if scale.reaches_below { format!("≤ {low}") } else { low };
+            let high = if scale.reaches_above { format!("≥ {high}") } else { high };
+            let ticks = [low, middle, high];
+            ramp(title, ticks, Some(("not known", "(no evidence for a component)")))
+        }
+        None if has_model.get() => view! {
+            <figure class="scale is-raised" data-testid="color-scale">
+                <figcaption>{title}</figcaption>
+                {unknown(none)}
+            </figure>
+        }
+        .into_any(),
+        None => ().into_any(),
     };
     let classes = move || {
         let rows = defects.get().into_iter().skip(1).map(|class| {
@@ -93,15 +128,23 @@ fn ColorScale(ui: Ui) -> impl IntoView {
         }
     };
     move || match mode.get() {
-        ColorMode::Confidence => ramp("Confidence", ["0 %", "50 %", "100 %"].map(String::from)).into_any(),
+        ColorMode::Confidence => {
+            let tick = |share: f32| format!("{:.0} %", share * 100.0);
+            share("Confidence", scales.get().confidence, tick, ("not known:", "no point has evidence for a component"))
+        }
         ColorMode::Sigma => {
-            let ticks = [0.0, 0.5, 1.0].map(|share| format!("{:.2}", share * SIGMA_TOP));
-            ramp("Uncertainty (sigma)", ticks).into_any()
+            let tick = |share: f32| format!("{share:.3}").trim_end_matches('0').trim_end_matches('.').to_owned();
+            share(
+                "Uncertainty (sigma)",
+                scales.get().sigma,
+                tick,
+                ("not known:", "nobody estimated it for these labels"),
+            )
         }
         ColorMode::Views => {
             let top = top.get();
             let middle = if top.is_multiple_of(2) { (top / 2).to_string() } else { String::new() };
-            ramp("Views that saw the point", ["0".into(), middle, top.to_string()]).into_any()
+            ramp("Views that saw the point", ["0".into(), middle, top.to_string()], None)
         }
         ColorMode::Defect => classes().into_any(),
         ColorMode::Appearance | ColorMode::Component | ColorMode::Deviation => ().into_any(),
@@ -116,7 +159,16 @@ fn LinkBanner(ui: Ui) -> impl IntoView {
         Connection::Reconnecting { reason, .. } => {
             Some(format!("Connection lost. {} The model may be out of date.", units::sentence(reason)))
         }
-        Connection::Refused { reason } => Some(format!("The agent closed the connection. {}", units::sentence(reason))),
+        Connection::Refused { reason } => Some(format!("The connection was refused. {}", units::sentence(reason))),
+        Connection::Broken { reason } => {
+            Some(format!("{} Reload the page to go on.", units::sentence(reason)))
+        }
+        _ if s.is_cut => Some(format!(
+            "This model is larger than a browser page can hold. {} of {} points are here; the rest is not shown and not \
+             exported. The agent's own files hold all of it.",
+            units::count(s.legend.held_points()),
+            units::count(s.progress.points)
+        )),
         _ if s.model_differs() => {
             Some("The model shown differs from the agent's. Reload the page to fetch it anew.".into())
         }
@@ -150,8 +202,7 @@ impl Empty {
     /// The most important thing that keeps the model from being seen, if anything does.
     fn of(state: &AppState) -> Option<Self> {
         if let GraphicsStatus::Unavailable { reason } = &state.graphics {
-            let text =
-                format!("{} The panels, the live figures and the exports keep working.", units::sentence(reason));
+            let text = format!("{reason} The panels, the live figures and the exports keep working.");
             return Some(Self { reload: true, ..Self::new("gpu", WARNING, "The 3D view is not available", text) });
         }
         if state.has_model() {
@@ -168,8 +219,11 @@ impl Empty {
             }
             (Connection::Refused { reason }, _) => Self {
                 reload: true,
-                ..Self::new("refused", WARNING, "The agent refused the connection", units::sentence(reason))
+                ..Self::new("refused", WARNING, "The connection was refused", units::sentence(reason))
             },
+            (Connection::Broken { reason }, _) => {
+                Self { reload: true, ..Self::new("broken", WARNING, "The viewer has stopped", units::sentence(reason)) }
+            }
             (_, Phase::Failed) => {
                 let why = Some(state.progress.message.as_str()).filter(|m| !m.is_empty());
                 Self::new(

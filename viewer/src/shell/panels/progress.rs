@@ -1,9 +1,10 @@
 //! Where the inspection stands: phase, views, figures, and how long each stage takes.
 
+use crate::state::progress::Standing;
 use crate::state::timings::{STAGES, StageTime, stage_key, stage_label};
-use crate::state::units;
+use crate::state::{AppState, units};
 use crate::ui::Ui;
-use crate::ui::icons::{DONE, Icon, WARNING};
+use crate::ui::icons::{DONE, Icon, UNLINKED, WARNING};
 use leptos::prelude::*;
 use semascan_protocol::{Phase, Stage};
 
@@ -28,7 +29,7 @@ pub(super) fn ProgressPanel(ui: Ui) -> impl IntoView {
     view! {
         <section
             class="panel" aria-labelledby="progress-title" data-testid="progress"
-            data-phase=move || progress.with(|p| p.phase_key())
+            data-phase=move || ui.follow(|s| s.standing().key())
             data-done=move || progress.with(|p| p.views_done)
             data-expected=move || progress.with(|p| p.views_expected)
             data-rejected=move || progress.with(|p| p.views_rejected)
@@ -43,7 +44,9 @@ pub(super) fn ProgressPanel(ui: Ui) -> impl IntoView {
                 <p class="callout callout-error"><Icon path=WARNING/> <span>{move || progress.with(|p| units::sentence(&p.message))}</span></p>
             </Show>
             <dl class="figures">
-                <div><dt>"Points"</dt><dd>{move || progress.with(|p| units::count(p.points))}</dd></div>
+                <div title="All points of the model; the panel Export says which of them are shown">
+                    <dt>"Points"</dt><dd>{move || progress.with(|p| units::count(p.points))}</dd>
+                </div>
                 <div>
                     <dt>"Voxel"</dt>
                     <dd>{move || if voxel.get() > 0.0 { units::length(voxel.get()) } else { "–".into() }}</dd>
@@ -63,34 +66,42 @@ pub(super) fn ProgressPanel(ui: Ui) -> impl IntoView {
 /// The phase as a label.
 #[component]
 fn PhaseChip(ui: Ui) -> impl IntoView {
-    let progress = ui.part(|s| s.progress.clone());
+    let standing = ui.part(AppState::standing);
+    let is = move |phase: Phase| standing.get() == Standing::Known(phase);
     view! {
-        <Show when=move || progress.with(|p| p.phase != Phase::Unspecified)>
-            <span class="chip" data-phase=move || progress.with(|p| p.phase_key())>
-                <Show when=move || progress.with(|p| p.phase == Phase::Finished)><Icon path=DONE/></Show>
-                <Show when=move || progress.with(|p| p.phase == Phase::Failed)><Icon path=WARNING/></Show>
-                {move || progress.with(|p| p.phase_label())}
+        <Show when=move || !is(Phase::Unspecified)>
+            <span
+                class="chip" data-testid="phase" data-phase=move || standing.get().key()
+                title=move || {
+                    (standing.get() == Standing::Unknown)
+                        .then_some("The inspection was under way when the connection was lost")
+                }
+            >
+                <Show when=move || is(Phase::Finished)><Icon path=DONE/></Show>
+                <Show when=move || is(Phase::Failed)><Icon path=WARNING/></Show>
+                <Show when=move || standing.get() == Standing::Unknown><Icon path=UNLINKED/></Show>
+                {move || standing.get().label()}
             </span>
         </Show>
     }
 }
 
-/// The share of the views that is done; moving to and fro where the number is not known.
+/// The share of the views that is done; moving to and fro where the number is not known and the inspection runs.
 #[component]
 fn ProgressBar(ui: Ui) -> impl IntoView {
-    let state = ui.part(|s| (s.progress.fraction(), s.progress.phase));
+    let state = ui.part(|s| (s.progress.fraction(), s.standing()));
     // A finished inspection is complete, however many views it was expected to take.
     let shown = move || match state.get() {
-        (_, Phase::Finished) => Some(1.0),
+        (_, Standing::Known(Phase::Finished)) => Some(1.0),
         (fraction, _) => fraction,
     };
-    let idle = move || !matches!(state.get(), (None, Phase::Running));
+    let is_moving = move || matches!(state.get(), (None, Standing::Known(Phase::Running)));
     view! {
         <div
             class="meter" role="progressbar" aria-label="Views captured" aria-valuemin="0" aria-valuemax="100"
             aria-valuenow=move || shown().map(|f| format!("{:.0}", f * 100.0))
-            data-phase=move || ui.follow(|s| s.progress.phase_key())
-            class:is-unknown=move || !idle()
+            data-phase=move || state.get().1.key()
+            class:is-unknown=is_moving
         >
             <span class="meter-fill" style:width=move || format!("{:.2}%", shown().unwrap_or(0.0) * 100.0)></span>
         </div>

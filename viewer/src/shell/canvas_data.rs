@@ -1,5 +1,5 @@
-//! What the canvas says to tests in its data attributes, beside what the renderer writes there itself (backend, points,
-//! frames): the link, the inspection and the hash of the model.
+//! What the canvas says in its data attributes, for scripts that watch a page, beside what the renderer writes there itself
+//! (backend, points, frames): the link, the inspection and the hash of the model.
 
 use crate::state::AppState;
 use wasm_bindgen::JsCast;

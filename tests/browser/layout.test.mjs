@@ -1,0 +1,79 @@
+// The page at the sizes that it is used at: nothing is cut off, and everything that is clicked is large enough to be hit
+// (WCAG 2.2, success criterion 2.5.8: 24 by 24 pixels).
+
+import assert from 'node:assert/strict';
+import { mkdir } from 'node:fs/promises';
+import { after, before, describe, it } from 'node:test';
+import { Agent } from './support/agent.mjs';
+import { launch, newPage } from './support/chromium.mjs';
+import { LIMIT } from './support/session.mjs';
+import { Viewer } from './support/viewer.mjs';
+
+const SIZES = [
+  { width: 320, height: 640 },
+  { width: 640, height: 360 },
+  { width: 1440, height: 900 },
+  { width: 3840, height: 2160 },
+];
+
+/** Side of the smallest target, CSS pixels. */
+const LEAST = 24;
+
+const OUT = new URL('./out/', import.meta.url);
+
+describe('the layout', () => {
+  let agent, browser;
+  before(async () => {
+    agent = await Agent.start();
+    browser = await launch('webgl2');
+  }, LIMIT);
+  after(async () => {
+    await browser?.close();
+    await agent?.stop();
+  }, LIMIT);
+
+  for (const size of SIZES) {
+    const name = `${size.width}x${size.height}`;
+    it(`fits ${name}, and every target can be hit`, LIMIT, async () => {
+      const page = await newPage(browser, size);
+      const viewer = new Viewer(page);
+      await page.goto(agent.url);
+      await viewer.finished();
+      await viewer.colorMode('confidence');
+      await mkdir(OUT, { recursive: true });
+      await page.screenshot({ path: new URL(`layout-${name}.png`, OUT).pathname });
+
+      const found = await page.evaluate((least) => {
+        const name = (element) => element.dataset.testid || element.id || element.className || element.tagName;
+        const seen = (element) => element.checkVisibility({ opacityProperty: false, visibilityProperty: true });
+        const small = [];
+        for (const element of document.querySelectorAll('button, input, select, a[href], summary, [role=button]')) {
+          // What a control's label covers belongs to the target.
+          const target = element.closest('label') ?? element;
+          if (!seen(target) || target.classList.contains('skip')) continue;
+          const { width, height } = target.getBoundingClientRect();
+          if (Math.min(width, height) < least - 0.01) small.push(`${name(element)}: ${width.toFixed(1)} x ${height.toFixed(1)}`);
+        }
+        const page = document.documentElement;
+        const wide = [...document.querySelectorAll('#panels *, #header *, #overlay *')].filter((element) => {
+          const { left, right, width } = element.getBoundingClientRect();
+          const scrolls = element.closest('.segments.is-raised, .strip');
+          return width > 1 && seen(element) && !scrolls && !element.closest('.visually-hidden') && (right > page.clientWidth + 1 || left < -1);
+        });
+        return { small, wide: wide.map(name), scroll: page.scrollWidth - page.clientWidth };
+      }, LEAST);
+      assert.deepEqual(found.small, [], 'targets that are too small');
+      assert.deepEqual(found.wide, [], 'reaches beyond the page');
+      assert.equal(found.scroll, 0, 'the page scrolls sideways');
+
+      // The model has most of the page, and text on a large one is not too small to read.
+      const { width } = await viewer.canvas.boundingBox();
+      assert.ok(width >= 0.5 * size.width, `the model is ${width} wide`);
+      if (size.width >= 3000) {
+        const line = await page.evaluate(() => document.querySelector('.panel h2').getBoundingClientRect().height);
+        assert.ok(line >= 24, `lines of ${line} px on a page of ${name}`);
+      }
+      await page.context().close();
+    });
+  }
+});
