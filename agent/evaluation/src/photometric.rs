@@ -67,7 +67,7 @@ impl PoseFile {
     pub fn read(path: &Path) -> Result<Self, PhotometricError> {
         let path = if path.is_dir() { path.join("inspection.json") } else { path.to_owned() };
         let refuse = |reason: String| PhotometricError::File { path: path.clone(), reason };
-        let text = std::fs::read_to_string(&path).map_err(|e| refuse(e.to_string()))?;
+        let text = semascan_formats::regular_file::read_to_string(&path).map_err(|e| refuse(e.to_string()))?;
         let json: Value = serde_json::from_str(&text).map_err(|e| refuse(e.to_string()))?;
         let whole = json.get("schema_version").is_some();
         let views = if whole {

@@ -5,7 +5,7 @@ use anyhow::{Context, anyhow};
 use clap::{Args, ValueEnum};
 use semascan_formats::gltf::{self, GlbOptions};
 use semascan_formats::ply::{self, PlyModel};
-use semascan_formats::{ExportFilter, components, file_part, obj, stl};
+use semascan_formats::{ExportFilter, components, file_part, obj, regular_file, stl};
 use semascan_geometry::measure::model_figures;
 use semascan_geometry::mesh::{MeshError, MeshOptions, decimate, fill_holes, mesh_cloud, simplify_points, smooth};
 use semascan_model::{ModelFigures, SemanticCloud, SemanticMesh};
@@ -179,7 +179,7 @@ impl ExportArgs {
 /// Reads the model in `file`.
 fn read(file: &Path) -> Result<PlyModel, Failure> {
     check_beside_record(file)?;
-    let bytes = std::fs::read(file).with_context(|| format!("{}", file.display()))?;
+    let bytes = regular_file::read(file).with_context(|| format!("{}", file.display()))?;
     let model = ply::read(&file.display().to_string(), &bytes)?;
     for warning in &model.warnings {
         tracing::warn!("{}: {warning}", file.display());
