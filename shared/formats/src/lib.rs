@@ -18,6 +18,7 @@
 
 mod component;
 mod error;
+mod file_frame;
 mod files;
 mod filter;
 mod geometry;
@@ -37,6 +38,7 @@ pub mod unit;
 
 pub use component::{Component, components, file_part};
 pub use error::{ReadError, WriteError};
+pub use file_frame::{FileFrame, UpAxis};
 #[cfg(not(target_arch = "wasm32"))]
 pub use files::read_file;
 pub use files::{Resolver, no_files};

@@ -86,12 +86,6 @@ impl<'a> Buffers<'a> {
         self.contents.iter().map(|content| content.len()).sum()
     }
 
-    /// Elements of an accessor.
-    pub(super) fn count(&self, index: usize) -> Result<usize, String> {
-        let accessor = self.document.accessors.get(index).ok_or_else(|| format!("accessor {index} is not there"))?;
-        Ok(accessor.count)
-    }
-
     /// Numbers of each element of an accessor: a scalar (1), a vector of 2 to 4, or a matrix of 4 by 4.
     fn width(&self, index: usize) -> Option<usize> {
         Some(match self.document.accessors.get(index)?.shape.as_str() {

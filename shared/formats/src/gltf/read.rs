@@ -227,10 +227,14 @@ impl Reader<'_> {
             return Ok(());
         }
         let positions = *primitive.attributes.get("POSITION").ok_or("it has no POSITION")?;
-        let vertices = self.buffers.count(positions)?;
-        let indices = primitive.indices.map_or(Ok(vertices), |indices| self.buffers.count(indices))?;
-        self.check_size(vertices, if primitive.mode == 4 { indices / 3 } else { indices })?;
         let positions = self.buffers.numbers(positions, 3)?;
+        let vertices = positions.len() / 3;
+        let indices = match primitive.indices {
+            _ if is_points => Vec::new(),
+            Some(accessor) => self.buffers.indices(accessor)?,
+            None => (0..vertices as u32).collect(),
+        };
+        self.check_size(vertices, if primitive.mode == 4 { indices.len() / 3 } else { indices.len() })?;
         let positions: Vec<[f64; 3]> = positions
             .chunks_exact(3)
             .enumerate()
@@ -247,10 +251,6 @@ impl Reader<'_> {
             self.points += count;
             return Ok(());
         }
-        let indices = match primitive.indices {
-            Some(accessor) => self.buffers.indices(accessor)?,
-            None => (0..count as u32).collect(),
-        };
         if let Some(bad) = indices.iter().find(|i| **i as usize >= count) {
             return Err(format!("a triangle names vertex {bad} of {count}"));
         }

@@ -3,11 +3,13 @@
 //! Our own: the `tobj` crate makes fans of polygons that are not convex, and panics on material libraries with too few numbers.
 
 use super::material::{self, Material};
+use crate::file_frame::noted_unit;
 use crate::files::Allowance;
 use crate::geometry::{Geometry, Piece, PieceTexture, Texture, linear};
 use crate::levels::{Range, largest};
 use crate::polygon::Triangulation;
 use crate::text::{self, decoded, lines, number};
+use crate::unit::Unit;
 use crate::{ReadError, Resolver};
 use std::borrow::Cow;
 use std::collections::{BTreeSet, HashMap};
@@ -55,6 +57,8 @@ struct Reader<'a> {
     material: Option<Rc<str>>,
     materials: HashMap<String, Material>,
     warnings: Vec<String>,
+    /// The unit that our own files note.
+    unit: Option<Unit>,
     /// Texture coordinates that are no numbers.
     bad_texture_coordinates: usize,
     /// Curves, surfaces, lines and points of their own.
@@ -75,6 +79,7 @@ impl<'a> Reader<'a> {
             material: None,
             materials: HashMap::new(),
             warnings: Vec::new(),
+            unit: None,
             bad_texture_coordinates: 0,
             left_out: 0,
         }
@@ -113,6 +118,7 @@ impl<'a> Reader<'a> {
                 self.material = Some(rest.into());
             }
             "mtllib" => self.library(rest),
+            "#" if self.unit.is_none() => self.unit = noted_unit(rest),
             "p" | "l" | "curv" | "curv2" | "surf" => self.left_out += 1,
             _ => {}
         }
@@ -188,7 +194,7 @@ impl<'a> Reader<'a> {
     }
 
     fn finish(self) -> Result<Geometry, String> {
-        let mut geometry = Geometry { warnings: self.warnings, ..Geometry::default() };
+        let mut geometry = Geometry { warnings: self.warnings, unit: self.unit, ..Geometry::default() };
         let mut flat = 0_usize;
         let mut unknown = BTreeSet::new();
         let mut pictures = Pictures { files: &self.files, indices: HashMap::new() };
