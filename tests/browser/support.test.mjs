@@ -40,7 +40,7 @@ describe('pictures', () => {
 describe('point clouds', () => {
   const header =
     'ply\nformat binary_little_endian 1.0\ncomment label 3 drive end #e69f00\nelement vertex 2\n' +
-    'property float x\nproperty uchar red\nproperty ushort label\nend_header\n';
+    'property float32 x\nproperty uint8 red\nproperty uint16 label\nend_header\n';
 
   it('are read by their header', () => {
     const body = Buffer.from([0, 0, 128, 63, 7, 3, 0, 0, 0, 0, 64, 9, 0, 1]);

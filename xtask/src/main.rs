@@ -1,4 +1,5 @@
-//! The developer commands: `cargo xtask demo`, `test`, `web`, `bench`, `attack`, `onnxruntime`.
+//! The developer commands: `cargo xtask demo`, `test`, `web`, `bench`, `attack`, `deny`,
+//! `onnxruntime`.
 //!
 //! Each command prepares what a fresh machine lacks, says what it does and why, and ends with one of the exit codes
 //! of `semascan` itself: 0 done, 1 the work failed, 2 a person has to do something first (the command to type is
@@ -11,6 +12,7 @@ mod browser;
 mod budget;
 mod compress;
 mod demo;
+mod deny;
 mod dist;
 mod first_page;
 mod onnx_runtime;
@@ -26,6 +28,7 @@ mod venv;
 mod wasm_sysroot;
 mod wasm_target;
 mod web;
+mod wheel;
 mod workspace;
 
 use clap::{Parser, Subcommand};
@@ -51,6 +54,8 @@ enum Task {
     Bench(bench::Options),
     /// Attack an agent with many and hostile clients, on this machine only, and print what it costs
     Attack(attack::Options),
+    /// Check licences, duplicate versions and origins of all dependencies
+    Deny,
     /// Fetch ONNX Runtime, which runs the trained networks, into target/onnxruntime
     Onnxruntime,
 }
@@ -69,6 +74,7 @@ fn main() -> ExitCode {
         Task::Web(options) => web::run(&options).map(drop),
         Task::Bench(options) => bench::run(&options),
         Task::Attack(options) => attack::run(&options),
+        Task::Deny => deny::check(),
         Task::Onnxruntime => fetch_onnx_runtime(),
     };
     match outcome {

@@ -1,14 +1,11 @@
 //! ONNX Runtime, which runs the trained networks: taken from the wheel that PyPI has, because neither crates.io nor
 //! Debian carries it, and put where the agent looks for it.
 
-use crate::packages::NeedsYou;
-use crate::process::{capture, run};
-use crate::report::note;
+use crate::wheel::Wheel;
 use crate::workspace::Workspace;
 use anyhow::{Context, Result};
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::Command;
 
 /// The version that networks are measured with; the agent needs 1.24 at least.
 const VERSION: &str = "1.31.1";
@@ -16,17 +13,21 @@ const VERSION: &str = "1.31.1";
 /// Where a library is named that is to be used instead.
 pub(crate) const VARIABLE: &str = "ORT_DYLIB_PATH";
 
-/// Takes the library out of the wheel named by the first argument into the folder named by the second.
-const UNPACK: &str = "
-import pathlib, sys, zipfile
-wheel, folder = zipfile.ZipFile(sys.argv[1]), pathlib.Path(sys.argv[2])
-for name in wheel.namelist():
-    file = name.rpartition('/')[2]
-    if file.startswith('libonnxruntime.') or file == 'onnxruntime.dll':
-        (folder / (file + '.part')).write_bytes(wheel.read(name))
-        (folder / (file + '.part')).rename(folder / file)
-        print(folder / file)
-";
+/// The package that has it. Which Python it is for does not matter: the library is the same in all.
+const WHEEL: Wheel = Wheel {
+    name: "onnxruntime",
+    version: VERSION,
+    why: "ONNX Runtime comes",
+    python: Some("3.12"),
+    // Linux on x86-64 and AArch64, macOS on AArch64, Windows on x86-64.
+    sha256: &[
+        "1f3dea47f2f0e5117c2404cea7d21fd253ae7836a3bf167a501cdfbb2600d536",
+        "0b9a492176886992e0e875f06bc0367e333f5fff11711a2d642e18b02f3009cc",
+        "96dd2564b10ea7153ad9c207e7cd8e5917cb3ba521e0e0a62ac03486fdc8d56c",
+        "ae8a9a351efda685cc59a66226cdefaa37a126c1d66872ca23a2de9425326130",
+    ],
+    or: "export ORT_DYLIB_PATH=/path/to/libonnxruntime.so",
+};
 
 /// The library: the one that `ORT_DYLIB_PATH` names, or ours, fetched if it is not there yet.
 pub(crate) fn prepare(workspace: &Workspace) -> Result<PathBuf> {
@@ -37,29 +38,8 @@ pub(crate) fn prepare(workspace: &Workspace) -> Result<PathBuf> {
     if let Some(library) = library(&folder) {
         return Ok(library);
     }
-    let why = "ONNX Runtime comes as a Python package";
-    if capture(Command::new("python3").args(["-m", "pip", "--version"])).is_err() {
-        let command = format!("sudo apt-get install python3-pip   # or: export {VARIABLE}=/path/to/libonnxruntime.so");
-        return Err(NeedsYou::new(format!("{why}, and there is no pip"), command).into());
-    }
-    note(format!("{why}: fetching {VERSION}"));
-    let download = folder.join("download");
-    fs::create_dir_all(&download).with_context(|| download.display().to_string())?;
-    let wanted = format!("onnxruntime=={VERSION}");
-    run(Command::new("python3")
-        .args(["-m", "pip", "download", "--quiet", "--no-deps", "--only-binary", ":all:", "--dest"])
-        .arg(&download)
-        .arg(wanted))
-    .with_context(|| format!("or name a library: export {VARIABLE}=/path/to/libonnxruntime.so"))?;
-    let wheel = fs::read_dir(&download)?.filter_map(|entry| Some(entry.ok()?.path())).find(|path| is_wheel(path));
-    let wheel = wheel.context("pip downloaded no wheel")?;
-    capture(Command::new("python3").args(["-c", UNPACK]).arg(&wheel).arg(&folder))?;
-    fs::remove_dir_all(&download)?;
-    library(&folder).with_context(|| format!("{} holds no library of this version", wheel.display()))
-}
-
-fn is_wheel(path: &Path) -> bool {
-    path.extension().is_some_and(|e| e == "whl")
+    WHEEL.unpack(r"libonnxruntime\..*|onnxruntime\.dll", &folder)?;
+    library(&folder).with_context(|| format!("{} {VERSION} holds no library of this version", WHEEL.name))
 }
 
 /// The library of our version in `folder`. Windows' name carries none.

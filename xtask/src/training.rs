@@ -17,9 +17,9 @@ pub(crate) const PYTHON: &str = "SEMASCAN_TRAINING_PYTHON";
 /// Names a Python with the readers of others that the corpus of generated files is read by: the light environment.
 pub(crate) const FOREIGN_PYTHON: &str = "SEMASCAN_FOREIGN_PYTHON";
 
-/// What is installed; the versions are those of `requirements.txt`. The last four read the corpus of
-/// `shared/formats/tests/corpus`.
-const LIGHT: [&str; 10] = [
+/// What is installed; the versions are those of `requirements.txt`. The last five read what `shared/formats/tests` writes:
+/// its corpus and, Open3D, our own point clouds and meshes.
+const LIGHT: [&str; 11] = [
     "numpy",
     "onnx",
     "onnxruntime",
@@ -30,6 +30,7 @@ const LIGHT: [&str; 10] = [
     "plyfile",
     "pypcd4",
     "trimesh",
+    "open3d==0.20.0",
 ];
 
 /// The training code and the Python that its light tests run in.

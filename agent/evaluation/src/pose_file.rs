@@ -68,7 +68,8 @@ impl PoseFile {
     pub fn read(path: &Path) -> Result<Self, PoseFileError> {
         let path = if path.is_dir() { path.join("inspection.json") } else { path.to_owned() };
         let refuse = |reason: String| PoseFileError::File { path: path.clone(), reason };
-        let text = std::fs::read_to_string(&path).map_err(|source| PoseFileError::Io { path: path.clone(), source })?;
+        let text = semascan_formats::regular_file::read_to_string(&path)
+            .map_err(|source| PoseFileError::Io { path: path.clone(), source })?;
         let json: Value = serde_json::from_str(&text).map_err(|e| refuse(e.to_string()))?;
         let whole = json.get("schema_version").is_some();
         let views = if whole {

@@ -48,7 +48,7 @@ impl PoseTruth {
     /// [`PoseFileError`] that names the file and what is wrong with it.
     pub fn read(path: &Path) -> Result<Self, PoseFileError> {
         let path = path.to_owned();
-        let text = match std::fs::read_to_string(&path) {
+        let text = match semascan_formats::regular_file::read_to_string(&path) {
             Ok(text) => text,
             Err(source) => return Err(PoseFileError::Io { path, source }),
         };

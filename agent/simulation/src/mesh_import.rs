@@ -4,20 +4,23 @@
 //! between 2 and [`MAX_CLASSES`] of them; a file in one piece is one class.
 
 use std::collections::HashMap;
+use std::io::Cursor;
 use std::path::Path;
 
 use glam::{Vec2, Vec3};
-use image::RgbImage;
+use image::{ImageReader, RgbImage};
 
 use super::part::{SceneMesh, Tag};
 use semascan_formats::offset::{common_offset, relative};
 use semascan_formats::unit::is_inspected_size;
-use semascan_formats::{Geometry, Piece, ReadError, read_file};
+use semascan_formats::{Geometry, Piece, ReadError, Texture, read_file};
 use semascan_inspection::source::SourceError;
 use semascan_model::LengthUnit;
 
 /// Most pieces that count as components of their own.
 const MAX_CLASSES: usize = 64;
+/// Most pixels of all pictures of a part together.
+const MAX_PIXELS: u64 = 1 << 27;
 /// Cosine of the angle past which neighbouring triangles meet in a sharp edge.
 const CREASE: f32 = 0.75;
 
@@ -60,7 +63,7 @@ fn join(geometry: Geometry, scale: f64) -> Result<Imported, String> {
     }
     let offset = common_offset(&geometry.positions, scale).map(|c| c / scale);
     let positions = relative(&geometry.positions, 1.0, offset);
-    let pictures: Vec<Option<RgbImage>> = geometry.textures.iter().map(picture).collect();
+    let (pictures, numbers) = pictures(&geometry.textures);
     let pieces: Vec<&Piece> = geometry.pieces.iter().filter(|p| !p.triangles.is_empty()).collect();
     let mut classes: Vec<String> = Vec::new();
     for piece in &pieces {
@@ -70,27 +73,22 @@ fn join(geometry: Geometry, scale: f64) -> Result<Imported, String> {
     }
     let separate = (2..=MAX_CLASSES).contains(&classes.len());
     let mut out =
-        Imported { mesh: SceneMesh::default(), names: Vec::new(), colours: Vec::new(), textures: Vec::new(), scale };
+        Imported { mesh: SceneMesh::default(), names: Vec::new(), colours: Vec::new(), textures: pictures, scale };
     let colors: Vec<Vec3> = geometry.colors.iter().map(|c| Vec3::from_array(*c)).collect();
     for (i, piece) in pieces.into_iter().enumerate() {
         let class = match separate {
             true => classes.iter().position(|n| *n == piece.name).unwrap_or(0) as u16 + 1,
             false => 1,
         };
-        let texture = piece.texture.and_then(|texture| {
-            let picture = pictures.get(texture.index).cloned().flatten();
-            picture.filter(|_| !geometry.texture_coordinates.is_empty()).map(|picture| (picture, texture.tinted))
-        });
+        let texture = piece.texture.filter(|_| !geometry.texture_coordinates.is_empty());
+        let texture = texture.and_then(|t| Some((numbers.get(t.index).copied().flatten()?, t.tinted)));
         // Texture and vertex colours multiply the base colour; alone, the base colour is a light grey.
         let fallback = if texture.is_some() || !colors.is_empty() { Vec3::ONE } else { Vec3::splat(0.4) };
         let replaced = texture.as_ref().is_some_and(|(_, tinted)| !tinted);
         let base = piece.base_color.filter(|_| !replaced).map(Vec3::from_array);
         out.colours.push(base.unwrap_or(fallback));
-        let mut tag = Tag { class, instance: class, finish: i as u16, texture: 0, in_truth: true };
-        if let Some((picture, _)) = texture {
-            out.textures.push(picture);
-            tag.texture = out.textures.len() as u16;
-        }
+        let number = texture.map_or(0, |(number, _)| number);
+        let tag = Tag { class, instance: class, finish: i as u16, texture: number, in_truth: true };
         let triangles = &geometry.triangles[piece.triangles.clone()];
         out.mesh.normals.extend(corner_normals(&positions, triangles));
         for (k, t) in piece.triangles.clone().zip(triangles) {
@@ -106,10 +104,32 @@ fn join(geometry: Geometry, scale: f64) -> Result<Imported, String> {
     Ok(out)
 }
 
-/// A picture's pixels; what cannot be decoded costs the colours, not the part.
-fn picture(texture: &semascan_formats::Texture) -> Option<RgbImage> {
-    let decoded = image::load_from_memory(&texture.bytes);
-    decoded.map(|i| i.to_rgb8()).map_err(|e| tracing::warn!("picture {} is left out: {e}", texture.name)).ok()
+/// The pictures' pixels, and for each picture its number among those that could be decoded, from 1 on; what cannot be decoded
+/// costs the colours, not the part. A few bytes can stand for many pixels, so what all hold together is bounded.
+fn pictures(textures: &[Texture]) -> (Vec<RgbImage>, Vec<Option<u16>>) {
+    let (mut decoded, mut left) = (Vec::new(), MAX_PIXELS);
+    let numbers = textures.iter().map(|texture| {
+        let picture = picture(&texture.bytes, &mut left);
+        decoded.push(picture.map_err(|reason| tracing::warn!("picture {} is left out: {reason}", texture.name)).ok()?);
+        u16::try_from(decoded.len()).ok()
+    });
+    let numbers = numbers.collect();
+    (decoded, numbers)
+}
+
+/// Decodes a picture of at most `left` pixels, and takes them off.
+fn picture(bytes: &[u8], left: &mut u64) -> Result<RgbImage, String> {
+    let open = || {
+        let reader = ImageReader::new(Cursor::new(bytes)).with_guessed_format();
+        reader.map_err(|e| e.to_string())
+    };
+    let (width, height) = open()?.into_dimensions().map_err(|e| e.to_string())?;
+    let rest = left.checked_sub(u64::from(width) * u64::from(height));
+    let rest = rest
+        .ok_or_else(|| format!("{width}x{height} pixels: all pictures of a part have {MAX_PIXELS} pixels at most"))?;
+    let decoded = open()?.decode().map_err(|e| e.to_string())?.to_rgb8();
+    *left = rest;
+    Ok(decoded)
 }
 
 /// Normals at each triangle's corners: the mean over the triangles around a point that lie within the crease angle.

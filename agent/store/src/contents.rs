@@ -6,8 +6,9 @@
 
 use crate::StoreError;
 use crate::generation::glb_asset;
+use semascan_formats::regular_file;
 use semascan_model::record::InspectionRecord;
-use std::fs::{self, File};
+use std::fs;
 use std::io::{self, BufReader, Read};
 use std::path::{Path, PathBuf};
 
@@ -134,7 +135,7 @@ fn is_ours(path: &Path, name: &str) -> bool {
     }
     let is_export = EXPORTS.contains(&name) || (name.starts_with("mesh-") && name.ends_with(".stl"));
     if name == RECORD {
-        let text = fs::read_to_string(path).unwrap_or_default();
+        let text = regular_file::read_to_string(path).unwrap_or_default();
         return InspectionRecord::from_json(&text).is_ok();
     }
     (MODEL_FILES.contains(&name) || is_export || is_view_cloud(name)) && says_semascan(path)
@@ -143,11 +144,11 @@ fn is_ours(path: &Path, name: &str) -> bool {
 /// Whether a file says in its first bytes that Semascan wrote it.
 fn says_semascan(path: &Path) -> bool {
     if path.extension().is_some_and(|extension| extension == "glb") {
-        let asset = File::open(path).and_then(|file| glb_asset(&mut BufReader::new(file)));
+        let asset = regular_file::open(path).and_then(|file| glb_asset(&mut BufReader::new(file)));
         return asset.is_ok_and(|asset| asset["generator"].as_str().is_some_and(|by| by.contains("semascan")));
     }
     let mut head = Vec::new();
-    let read = File::open(path).and_then(|file| file.take(HEAD).read_to_end(&mut head));
+    let read = regular_file::open(path).and_then(|file| file.take(HEAD).read_to_end(&mut head));
     // Clouds of single views named no program in earlier versions.
     let marks: [&[u8]; 2] = [b"semascan", b"comment frame table, metres"];
     read.is_ok() && marks.iter().any(|mark| head.windows(mark.len()).any(|bytes| bytes == *mark))

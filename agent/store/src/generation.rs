@@ -1,9 +1,9 @@
 //! Whether the files of a folder belong together: the record names them, and each carries the record's generation.
 
 use crate::contents::{MODEL_FILES, RECORD, VIEWS, is_view_cloud};
+use semascan_formats::regular_file;
 use semascan_model::record::InspectionRecord;
 use serde_json::Value;
-use std::fs::File;
 use std::io::{self, BufRead, BufReader, ErrorKind, Read};
 use std::path::{Path, PathBuf};
 
@@ -91,7 +91,7 @@ pub fn check_set(folder: &Path, record: &InspectionRecord) -> Result<(), SetErro
 /// # Errors
 /// [`SetError`] naming the file.
 pub fn check_folder(folder: &Path) -> Result<(), SetError> {
-    match std::fs::read_to_string(folder.join(RECORD)).map(|text| InspectionRecord::from_json(&text)) {
+    match regular_file::read_to_string(&folder.join(RECORD)).map(|text| InspectionRecord::from_json(&text)) {
         Ok(Ok(record)) => check_set(folder, &record),
         _ => Ok(()),
     }
@@ -106,7 +106,7 @@ pub fn check_beside_record(file: &Path) -> Result<(), SetError> {
         return Ok(());
     };
     let folder = file.parent().unwrap_or(Path::new("."));
-    let Ok(text) = std::fs::read_to_string(folder.join(RECORD)) else { return Ok(()) };
+    let Ok(text) = regular_file::read_to_string(&folder.join(RECORD)) else { return Ok(()) };
     let Ok(record) = InspectionRecord::from_json(&text) else { return Ok(()) };
     let expected = record.files.map(|files| files.generation);
     check_file(&folder.join(name), &expected, true)
@@ -126,7 +126,7 @@ fn check_file(path: &Path, expected: &Option<String>, must_exist: bool) -> Resul
 
 /// The generation that a PLY or GLB file carries; `None` if it carries none.
 fn generation_of(path: &Path) -> io::Result<Option<String>> {
-    let mut file = BufReader::new(File::open(path)?);
+    let mut file = BufReader::new(regular_file::open(path)?);
     if path.extension().is_some_and(|extension| extension == "glb") {
         let asset = glb_asset(&mut file)?;
         return Ok(asset["extras"]["generation"].as_str().map(str::to_owned));

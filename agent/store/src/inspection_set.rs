@@ -36,7 +36,8 @@ pub(crate) fn write(
     let (path, shown) = place("scene.glb");
     write_new(&path, &shown, |out| {
         let generation = Some(generation.to_owned());
-        let options = GlbOptions { part: record.part.clone(), figures: figures.clone(), generation };
+        let options =
+            GlbOptions { part: record.part.clone(), figures: figures.clone(), generation, ..GlbOptions::default() };
         if mesh.triangles.is_empty() {
             // Without oriented points there is no mesh; what was marked as stray or as background stays in cloud.ply.
             gltf::write_points(out, &ExportFilter::of_the_part().apply(cloud), taxonomy, &options)

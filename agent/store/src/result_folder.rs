@@ -15,6 +15,7 @@ use crate::contents::{Contents, RECORD, VIEWS, remove};
 use crate::inspection_set;
 use crate::lock::{FolderLock, beside};
 use crate::write::{remove_temporary_files, sync_folder, temporaries, write_new};
+use semascan_formats::regular_file;
 use semascan_inspection::Inspected;
 use semascan_model::record::{FilesRecord, InspectionRecord};
 use std::fs;
@@ -228,7 +229,7 @@ fn named_as(given: &Path, error: StoreError) -> StoreError {
 
 /// Whether the record in `folder` is that of an inspection that came to a model.
 fn holds_model(folder: &Path) -> bool {
-    let text = fs::read_to_string(folder.join(RECORD)).unwrap_or_default();
+    let text = regular_file::read_to_string(&folder.join(RECORD)).unwrap_or_default();
     InspectionRecord::from_json(&text).is_ok_and(|record| record.points > 0)
 }
 
@@ -291,7 +292,7 @@ fn replace_files(staged: &Staged, folder: &Path) -> Result<(), StoreError> {
         }
         if fs::rename(&from, &to).is_err() {
             write_new(&to, &folder.join(name), |out| {
-                io::copy(&mut fs::File::open(&from)?, out)?;
+                io::copy(&mut regular_file::open(&from)?, out)?;
                 Ok(())
             })?;
         }

@@ -1,11 +1,9 @@
 //! An inspection that was written before, read back.
 
 use crate::generation::{SetError, check_set};
-use semascan_formats::ReadError;
-use semascan_formats::ply;
+use semascan_formats::{ReadError, ply, regular_file};
 use semascan_model::record::{InspectionRecord, RecordError};
 use semascan_model::{SemanticCloud, Taxonomy};
-use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::thread;
@@ -76,7 +74,7 @@ pub fn read_inspection(folder: &Path) -> Result<SavedInspection, SavedError> {
 
 fn read_once(folder: &Path) -> Result<SavedInspection, SavedError> {
     let path = folder.join("inspection.json");
-    let text = match fs::read_to_string(&path) {
+    let text = match regular_file::read_to_string(&path) {
         Ok(text) => text,
         Err(error) if error.kind() == io::ErrorKind::NotFound && folder.is_dir() => {
             return Err(SavedError::NoRecord { folder: folder.to_owned() });
@@ -86,7 +84,7 @@ fn read_once(folder: &Path) -> Result<SavedInspection, SavedError> {
     let record = InspectionRecord::from_json(&text).map_err(|source| SavedError::Record { path, source })?;
     check_set(folder, &record)?;
     let path = folder.join("cloud.ply");
-    let bytes = match fs::read(&path) {
+    let bytes = match regular_file::read(&path) {
         Ok(bytes) => bytes,
         Err(error) if error.kind() == io::ErrorKind::NotFound && record.points == 0 => {
             let taxonomy = Taxonomy::from_names::<&str>(&[], &[]);

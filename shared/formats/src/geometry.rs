@@ -7,6 +7,10 @@ use std::ops::Range;
 
 /// Most triangles of a file.
 pub(crate) const MAX_TRIANGLES: usize = 20_000_000;
+/// Most vertices or points of a file.
+pub(crate) const MAX_VERTICES: usize = 100_000_000;
+/// Most objects, groups, solids and nodes of a file.
+pub(crate) const MAX_PIECES: usize = 100_000;
 /// Coordinates of a surface from here on are no lengths but unset memory.
 const MAX_COORDINATE: f64 = 1e9;
 
@@ -138,6 +142,9 @@ impl Geometry {
         let count = self.triangles.len();
         if count > MAX_TRIANGLES {
             return Err(format!("holds {count} triangles; {MAX_TRIANGLES} are the most"));
+        }
+        if self.pieces.len() > MAX_PIECES {
+            return Err(format!("holds {} objects; {MAX_PIECES} are the most", self.pieces.len()));
         }
         let vertices = self.positions.len();
         for &v in self.triangles.iter().flatten() {

@@ -4,7 +4,9 @@
 //! [`std::io::Write`]. What a reader finds is a [`Geometry`] whose coordinates are `f64`, in the unit and frame of the file;
 //! [`unit`](mod@unit) and [`offset`] make of them what single precision can hold.
 //!
-//! Everything that arrives is untrusted: counts are checked against the bytes that are there before anything is allocated.
+//! Everything that arrives is untrusted: counts are checked against the bytes that are there before anything is allocated,
+//! what few bytes can stand for (instances, packed data, files named many times) has stated limits, and only regular files
+//! (`regular_file`) in the folder of a file are opened for it.
 //!
 //! | module | what |
 //! |---|---|
@@ -16,6 +18,7 @@
 
 mod component;
 mod error;
+mod file_frame;
 mod files;
 mod filter;
 mod geometry;
@@ -27,12 +30,15 @@ pub mod pcd;
 pub mod percent;
 pub mod ply;
 mod polygon;
+#[cfg(not(target_arch = "wasm32"))]
+pub mod regular_file;
 pub mod stl;
 mod text;
 pub mod unit;
 
 pub use component::{Component, components, file_part};
 pub use error::{ReadError, WriteError};
+pub use file_frame::{FileFrame, UpAxis};
 #[cfg(not(target_arch = "wasm32"))]
 pub use files::read_file;
 pub use files::{Resolver, no_files};

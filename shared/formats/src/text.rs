@@ -57,6 +57,14 @@ pub(crate) fn number(word: &str) -> Option<f64> {
     by_fortran.then(|| bare.replacen('d', "e", 1).parse::<f64>().ok()).flatten().map(|value| sign * value)
 }
 
+/// Most characters of the name of an object: it is kept with each of its pieces.
+const LONGEST_NAME: usize = 256;
+
+/// The name of an object, cut where it is longer than anybody reads.
+pub(crate) fn name(text: &str) -> String {
+    text.chars().take(LONGEST_NAME).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

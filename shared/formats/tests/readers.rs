@@ -493,6 +493,130 @@ fn gltf_points_have_normals_and_what_is_left_out_is_said() {
     assert!(refused("a.gltf", old).contains("glTF 1.0"));
 }
 
+/// `count` copies of `item` with commas.
+fn repeated(item: &str, count: usize) -> String {
+    vec![item; count].join(",")
+}
+
+#[test]
+fn what_few_bytes_stand_for_is_bounded_and_the_limit_named() {
+    let primitive = "{\"attributes\":{\"POSITION\":0},\"indices\":1}";
+    // As many primitives as instances: 9 000 000 pieces of a file of 155 kB.
+    let squared = |j: String| {
+        j.replace(primitive, &repeated(primitive, 3000))
+            .replace("\"mesh\":0", "\"mesh\":0,\"extensions\":{\"EXT_mesh_gpu_instancing\":{\"attributes\":{\"TRANSLATION\":2}}}")
+            .replace("\"type\":\"SCALAR\"}],", "\"type\":\"SCALAR\"},{\"componentType\":5126,\"count\":3000,\"type\":\"VEC3\",\
+                \"sparse\":{\"count\":1,\"indices\":{\"bufferView\":1,\"componentType\":5121},\"values\":{\"bufferView\":0}}}],")
+    };
+    // Nodes, each with all of one large mesh, most of which the file does not hold.
+    let absent = |count: usize| {
+        move |j: String| {
+            j.replace(
+                "\"count\":4,\"type\":\"VEC3\"}",
+                &format!(
+                    "\"count\":{count},\"type\":\"VEC3\",\"sparse\":{{\"count\":1,\
+                    \"indices\":{{\"bufferView\":1,\"componentType\":5121}},\"values\":{{\"bufferView\":0}}}}}}"
+                ),
+            )
+            .replace("{\"bufferView\":0,\"componentType\":5126,", "{\"componentType\":5126,")
+        }
+    };
+    let nodes = |j: String| {
+        absent(1_000_000)(j)
+            .replace(
+                "[{\"name\":\"tip\",\"mesh\":0}]",
+                &format!("[{}]", repeated("{\"name\":\"tip\",\"mesh\":0}", 1000)),
+            )
+            .replace(
+                "\"nodes\":[0]",
+                &format!("\"nodes\":[{}]", (0..1000).map(|n| n.to_string()).collect::<Vec<_>>().join(",")),
+            )
+    };
+    for (change, limit) in [
+        (&squared as &dyn Fn(String) -> String, "100000 primitives"),
+        (&nodes, "4000060 triangles or vertices"),
+        (&absent(2_000_000), "1048576 are the most"),
+    ] {
+        let error = refused("part.glb", &glb(5126, &tetrahedron(), change));
+        assert!(error.starts_with("part.glb") && error.contains(limit), "{error}");
+    }
+    // A name is kept with each piece.
+    let named = |j: String| j.replace("tip", &"x".repeat(100_000)).replace(primitive, &repeated(primitive, 1000));
+    let geometry = read("a.glb", &glb(5126, &tetrahedron(), named));
+    assert_eq!((geometry.pieces.len(), geometry.pieces[999].name.len()), (1000, 256));
+    let mut obj = format!("v 0 0 0\nv 1 0 0\nv 0 1 0\no {}\n", "x".repeat(100_000));
+    (0..1000).for_each(|k| obj.push_str(&format!("usemtl {}\nf 1 2 3\n", k % 2)));
+    assert!(read("a.obj", obj.as_bytes()).pieces.iter().all(|p| p.name.len() == 256));
+    // Packed data of a ratio that the packing allows, past what is unpacked.
+    let length = 1_100_000_000_u32;
+    let mut pcd = format!(
+        "FIELDS x y z _\nSIZE 4 4 4 1\nTYPE F F F U\nCOUNT 1 1 1 4084\nWIDTH {}\nHEIGHT 1\nDATA binary_compressed\n",
+        length / 4096
+    )
+    .into_bytes();
+    let stated = length / 4096 * 4096;
+    pcd.extend([(stated / 88).to_le_bytes(), stated.to_le_bytes()].concat());
+    assert!(refused("a.pcd", &pcd).contains("1073741824 are the most"));
+}
+
+#[test]
+fn named_files_stay_in_the_folder() {
+    let root = tempfile::tempdir().expect("a folder");
+    let folder = root.path().join("part");
+    std::fs::create_dir(&folder).expect("made");
+    let write = |name: &str, bytes: &[u8]| std::fs::write(folder.join(name), bytes).expect("written");
+    std::fs::write(root.path().join("secret.bin"), [7; 48]).expect("written");
+    std::fs::write(root.path().join("secret.mtl"), "newmtl a\nKd 1 0 0\n").expect("written");
+    let gltf = |uri: &str| {
+        format!(
+            r#"{{"asset":{{"version":"2.0"}},"scenes":[{{"nodes":[0]}}],"nodes":[{{"mesh":0}}],
+            "meshes":[{{"primitives":[{{"attributes":{{"POSITION":0}}}}]}}],
+            "accessors":[{{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3"}}],
+            "bufferViews":[{{"buffer":0,"byteLength":36}}],"buffers":[{{"byteLength":36,"uri":"{uri}"}}]}}"#
+        )
+    };
+    let absolute = root.path().join("secret.bin").display().to_string();
+    for uri in [
+        "../secret.bin",
+        "%2e%2e/secret.bin",
+        "..%2fsecret.bin",
+        "file:///etc/passwd",
+        "http://127.0.0.1/a.bin",
+        &absolute,
+    ] {
+        write("a.gltf", gltf(uri).as_bytes());
+        let error = semascan_formats::read_file(&folder.join("a.gltf")).expect_err(uri).to_string();
+        assert!(error.contains("a.gltf") && error.contains("folder of the file that names it"), "{uri}: {error}");
+    }
+    #[cfg(unix)]
+    {
+        std::os::unix::fs::symlink("../secret.bin", folder.join("link.bin")).expect("links");
+        std::os::unix::fs::symlink("/dev/zero", folder.join("zero.bin")).expect("links");
+        for uri in ["link.bin", "zero.bin"] {
+            write("a.gltf", gltf(uri).as_bytes());
+            let error = semascan_formats::read_file(&folder.join("a.gltf")).expect_err(uri).to_string();
+            assert!(error.contains(uri) && error.contains("does not lie in the folder"), "{error}");
+        }
+    }
+    // A library costs the colours, and that is said.
+    let faces = "v 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl a\nf 1 2 3\n";
+    for library in ["../secret.mtl", &root.path().join("secret.mtl").display().to_string(), "http://127.0.0.1/a.mtl"] {
+        write("a.obj", format!("mtllib {library}\n{faces}").as_bytes());
+        let geometry = semascan_formats::read_file(&folder.join("a.obj")).expect("a mesh");
+        assert_eq!(geometry.pieces[0].base_color, None, "{library}");
+        assert!(
+            geometry.warnings.iter().any(|w| w.contains("material library is left out")),
+            "{:?}",
+            geometry.warnings
+        );
+    }
+    write("a.mtl", b"newmtl a\nKd 1 0 0\nmap_Kd ../secret.bin\n");
+    write("a.obj", format!("mtllib a.mtl\nvt 0 0\n{}", faces.replace("f 1 2 3", "f 1/1 2/1 3/1")).as_bytes());
+    let geometry = semascan_formats::read_file(&folder.join("a.obj")).expect("a mesh");
+    assert_eq!((geometry.pieces[0].base_color, geometry.textures.len()), (Some([1.0, 0.0, 0.0]), 0));
+    assert!(geometry.warnings.iter().any(|w| w.contains("a picture is left out")), "{:?}", geometry.warnings);
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(256))]
 

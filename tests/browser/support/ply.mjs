@@ -3,9 +3,9 @@
 import assert from 'node:assert/strict';
 
 const READ = {
-  float: [4, (bytes, at) => bytes.readFloatLE(at)],
-  uchar: [1, (bytes, at) => bytes.readUInt8(at)],
-  ushort: [2, (bytes, at) => bytes.readUInt16LE(at)],
+  float32: [4, (bytes, at) => bytes.readFloatLE(at)],
+  uint8: [1, (bytes, at) => bytes.readUInt8(at)],
+  uint16: [2, (bytes, at) => bytes.readUInt16LE(at)],
 };
 
 /** Header and vertices of a point cloud or a mesh; a mesh's faces lie behind the vertices in `body`. */

@@ -21,7 +21,7 @@ export async function semantics(bytes) {
       vertices: 0,
     })),
   }));
-  for (const primitive of primitives(json, 'appearance')) {
+  for (const primitive of primitives(json)) {
     for (const set of primitive.extensions.EXT_mesh_features.featureIds) {
       const { rows } = tables[set.propertyTable];
       const counted = new Set();
@@ -37,8 +37,9 @@ export async function semantics(bytes) {
   return Object.fromEntries(tables.map(({ name, rows }) => [name, rows]));
 }
 
-/** The primitives of a scene. */
-function primitives(json, name) {
-  const [root] = json.scenes.find((scene) => scene.name === name).nodes;
+/** The primitives of the scene: there is one. */
+function primitives(json) {
+  assert.equal(json.scenes.length, 1);
+  const [root] = json.scenes[json.scene].nodes;
   return (json.nodes[root].children ?? []).flatMap((node) => json.meshes[json.nodes[node].mesh].primitives);
 }

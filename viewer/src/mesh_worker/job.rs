@@ -275,7 +275,7 @@ mod tests {
             let Some(Reply::Deviation { figures, .. }) = said.last() else { panic!("{said:?}") };
             let found = match figures.mismatch {
                 None => "none".to_owned(),
-                Some(Mismatch::LengthUnit { fits, .. }) => format!("unit {}", fits.name()),
+                Some(Mismatch::Unit { fits, .. }) => format!("unit {}", fits.name()),
                 Some(Mismatch::Place { .. }) => "place".to_owned(),
                 other => format!("{other:?}"),
             };

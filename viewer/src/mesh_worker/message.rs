@@ -33,7 +33,7 @@ pub enum Request {
     Reference {
         /// Name of the file.
         name: String,
-        /// LengthUnit of its numbers, if a person says it.
+        /// Unit of its numbers, if a person says it.
         unit: Option<LengthUnit>,
         /// Its content.
         bytes: Arc<[u8]>,
@@ -188,7 +188,7 @@ impl Reply {
             Self::Deviation { of_vertices, figures: f } => {
                 let (kind, unit, size) = match f.mismatch {
                     None => (0.0, 0.0, 0.0),
-                    Some(Mismatch::LengthUnit { ratio, fits }) => (1.0, unit_number(fits) as f32, ratio),
+                    Some(Mismatch::Unit { ratio, fits }) => (1.0, unit_number(fits) as f32, ratio),
                     Some(Mismatch::Size { ratio }) => (2.0, 0.0, ratio),
                     Some(Mismatch::Place { distance }) => (3.0, 0.0, distance),
                     Some(Mismatch::Surface { median }) => (4.0, 0.0, median),
@@ -226,7 +226,7 @@ impl Reply {
                 let size = f64::from(f[7]);
                 let mismatch = match f[5] as u32 {
                     0 => None,
-                    1 => Some(Mismatch::LengthUnit { ratio: size, fits: unit_of(f[6] as usize)? }),
+                    1 => Some(Mismatch::Unit { ratio: size, fits: unit_of(f[6] as usize)? }),
                     2 => Some(Mismatch::Size { ratio: size }),
                     3 => Some(Mismatch::Place { distance: size }),
                     4 => Some(Mismatch::Surface { median: size }),

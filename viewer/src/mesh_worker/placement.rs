@@ -59,7 +59,7 @@ impl Extent {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Mismatch {
     /// It is so many times as large as the model; in another unit it would be about as large.
-    LengthUnit {
+    Unit {
         /// Diagonal of the reference over that of the model.
         ratio: f64,
         /// The unit in which they would be alike.
@@ -97,7 +97,7 @@ impl Mismatch {
             let in_unit = |other: &LengthUnit| unlike(ratio * other.in_metres() / unit.in_metres());
             let fits = LengthUnit::ALL.into_iter().min_by(|a, b| in_unit(a).total_cmp(&in_unit(b)));
             match fits.filter(|other| in_unit(other) <= FITTING_SIZE.ln()) {
-                Some(fits) => return Some(Self::LengthUnit { ratio, fits }),
+                Some(fits) => return Some(Self::Unit { ratio, fits }),
                 // A small model on a large reference that it lies on is a part of it.
                 None if ratio < 1.0 || median > SAME_SURFACE * model.diagonal() => return Some(Self::Size { ratio }),
                 None => return None,
@@ -120,7 +120,7 @@ impl Mismatch {
             format!("{factor:.digits$} times {word}")
         };
         match self {
-            Self::LengthUnit { ratio, fits } => {
+            Self::Unit { ratio, fits } => {
                 format!("The reference is {} the model. In {} the two would be alike.", times(*ratio), fits.name())
             }
             Self::Size { ratio } => format!(
@@ -164,7 +164,7 @@ mod tests {
             // The whole part, of which the model is what was seen.
             let edge = 0.22 * taken.in_metres() / real.in_metres();
             match Mismatch::of(&model, &at(0.0, edge), taken, 1.0) {
-                Some(Mismatch::LengthUnit { fits, .. }) => assert_eq!(fits, real, "taken for {}", taken.name()),
+                Some(Mismatch::Unit { fits, .. }) => assert_eq!(fits, real, "taken for {}", taken.name()),
                 other => panic!("{real:?} taken for {taken:?}: {other:?}"),
             }
             assert_eq!(Mismatch::of(&model, &at(0.0, 0.22), real, 1e-4), None);
@@ -207,7 +207,7 @@ mod tests {
 
     #[test]
     fn every_sentence_says_how_much_and_what_helps() {
-        let said = Mismatch::LengthUnit { ratio: 1000.0, fits: LengthUnit::Millimetres }.sentence();
+        let said = Mismatch::Unit { ratio: 1000.0, fits: LengthUnit::Millimetres }.sentence();
         assert_eq!(said, "The reference is 1000 times as large as the model. In mm the two would be alike.");
         assert!(Mismatch::Place { distance: 0.25 }.sentence().contains("250 mm away"));
         assert!(Mismatch::Surface { median: 0.03 }.sentence().contains("--align"));

@@ -3,7 +3,7 @@
 
 use crate::state::{AppState, units};
 use semascan_formats::gltf::{self, GlbOptions};
-use semascan_formats::{ExportFilter, WriteError, components, file_part, obj, ply, stl};
+use semascan_formats::{ExportFilter, FileFrame, WriteError, components, file_part, obj, ply, stl};
 use semascan_geometry::measure::model_figures;
 use semascan_model::{ModelFigures, SemanticCloud, SemanticMesh};
 
@@ -39,9 +39,9 @@ impl PointFormat {
 pub enum MeshFormat {
     /// With all it knows.
     Ply,
-    /// Groups and materials by component, in two files.
+    /// Objects and materials by component, in two files; millimetres, z up.
     Obj,
-    /// One solid by component, each in a file.
+    /// One solid by component, each in a file; millimetres, z up.
     Stl,
     /// A scene with a node by component.
     Glb,
@@ -88,7 +88,7 @@ pub fn export_points(whole: &SemanticCloud, state: &AppState, format: PointForma
         }
         PointFormat::Glb => {
             let figures = figures(state, whole);
-            let options = GlbOptions { part: inspection.part.clone(), figures, generation: None };
+            let options = GlbOptions { part: inspection.part.clone(), figures, ..GlbOptions::default() };
             gltf::write_points(&mut bytes, &cloud, &taxonomy, &options)?;
         }
     }
@@ -116,7 +116,7 @@ pub fn export_mesh(mesh: &SemanticMesh, state: &AppState, format: MeshFormat) ->
         }
         MeshFormat::Obj => {
             let (library, mut materials) = (format!("{stem}.mtl"), Vec::new());
-            obj::write_mesh(&mut bytes, &mesh, &taxonomy, &library)?;
+            obj::write_mesh(&mut bytes, &mesh, &taxonomy, &library, FileFrame::default())?;
             obj::write_materials(&mut materials, &mesh, &taxonomy)?;
             vec![
                 ExportFile { name: format!("{stem}.obj"), bytes, count, left_out },
@@ -127,7 +127,7 @@ pub fn export_mesh(mesh: &SemanticMesh, state: &AppState, format: MeshFormat) ->
             let mut files = Vec::new();
             for component in components(&mesh, &taxonomy)? {
                 let mut bytes = Vec::new();
-                stl::write_mesh(&mut bytes, &mesh, Some(component.label), &component.name)?;
+                stl::write_mesh(&mut bytes, &mesh, Some(component.label), &component.name, FileFrame::default())?;
                 let name = format!("{stem}-{}.stl", file_part(&component.name));
                 files.push(ExportFile { name, bytes, count: component.triangles.len(), left_out });
             }
@@ -136,7 +136,7 @@ pub fn export_mesh(mesh: &SemanticMesh, state: &AppState, format: MeshFormat) ->
         MeshFormat::Glb => {
             let figures = state.measured.as_ref().or(state.features.mesh.figures.as_ref());
             let figures = figures.cloned().unwrap_or_default();
-            let options = GlbOptions { part: inspection.part.clone(), figures, generation: None };
+            let options = GlbOptions { part: inspection.part.clone(), figures, ..GlbOptions::default() };
             gltf::write_mesh(&mut bytes, &mesh, &taxonomy, &options)?;
             vec![ExportFile { name: format!("{stem}.glb"), bytes, count, left_out }]
         }
@@ -241,7 +241,8 @@ mod tests {
         let text = String::from_utf8_lossy(&obj[0].bytes);
         assert!(
             text.contains("mtllib starter-motor-7-mesh.mtl")
-                && text.contains("g pinion_gear")
+                && text.contains("unit mm, z up")
+                && text.contains("o pinion_gear")
                 && !text.contains("housing")
         );
         assert!(String::from_utf8_lossy(&files(&state, MeshFormat::Ply)[0].bytes).contains("element face 2\n"));

@@ -94,7 +94,8 @@ impl CalibrateArgs {
                 writeln!(out, "disagreement up to {largest:.4} on {asked} views inside, threshold {most:.4}")?;
             }
             let path = folder.join(FILE_NAME);
-            let text = std::fs::read_to_string(&path).with_context(|| path.display().to_string())?;
+            let text =
+                semascan_formats::regular_file::read_to_string(&path).with_context(|| path.display().to_string())?;
             let text = with_domain(&text, &domain)?;
             // What is written can be read.
             Manifest::parse(&text).map_err(|(field, reason)| anyhow!("{}: {field}: {reason}", path.display()))?;
@@ -184,7 +185,8 @@ fn of_pictures(path: &Path, out: &mut impl Write) -> Result<Numbers, Failure> {
     files.sort();
     let mut numbers = Vec::new();
     for file in files {
-        let picture = image::open(&file).with_context(|| file.display().to_string())?.to_rgb8();
+        let bytes = semascan_formats::regular_file::read(&file).with_context(|| file.display().to_string())?;
+        let picture = image::load_from_memory(&bytes).with_context(|| file.display().to_string())?.to_rgb8();
         match numbers_of(&view_of(picture), None, 0) {
             Some(of_picture) => numbers.push(of_picture),
             None => writeln!(out, "left out: {} is too small", file.display())?,

@@ -42,7 +42,7 @@ pub(crate) struct ServeSection {
 /// Reads `cell.toml`; without a path, the defaults.
 pub(crate) fn read(path: Option<&Path>) -> Result<CellConfig> {
     let Some(path) = path else { return Ok(CellConfig::default()) };
-    let text = std::fs::read_to_string(path).with_context(|| path.display().to_string())?;
+    let text = semascan_formats::regular_file::read_to_string(path).with_context(|| path.display().to_string())?;
     parse(&text).with_context(|| path.display().to_string())
 }
 

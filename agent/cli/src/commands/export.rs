@@ -3,12 +3,13 @@
 use super::{Failure, numbers, serve};
 use anyhow::{Context, anyhow};
 use clap::{Args, ValueEnum};
-use semascan_formats::gltf::{self, GlbOptions};
+use semascan_formats::gltf::{self, GlbOptions, SceneColors};
 use semascan_formats::ply::{self, PlyModel};
-use semascan_formats::{ExportFilter, components, file_part, obj, stl};
+use semascan_formats::{ExportFilter, FileFrame, UpAxis, components, file_part, obj, regular_file, stl};
 use semascan_geometry::measure::model_figures;
 use semascan_geometry::mesh::{MeshError, MeshOptions, decimate, fill_holes, mesh_cloud, simplify_points, smooth};
-use semascan_model::{ModelFigures, SemanticCloud, SemanticMesh};
+use semascan_model::LengthUnit;
+use semascan_model::{ModelFigures, PointFlags, SemanticCloud, SemanticMesh};
 use semascan_store::{ExportFolder, check_beside_record, check_folder};
 use std::path::{Path, PathBuf};
 
@@ -19,12 +20,41 @@ enum Format {
     Cloud,
     /// The mesh with all it knows: mesh.ply
     Ply,
-    /// The mesh in groups and materials by component: mesh.obj, mesh.mtl
+    /// The mesh in objects and materials by component: mesh.obj, mesh.mtl
     Obj,
     /// The mesh as one binary solid by component: mesh-COMPONENT.stl
     Stl,
     /// The mesh as a scene with a node by component: mesh.glb
     Glb,
+}
+
+/// What the numbers of OBJ and STL files are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum ExportUnit {
+    /// Millimetres
+    Mm,
+    /// Metres
+    M,
+    /// Inches of 25.4 mm
+    Inch,
+}
+
+/// The axis of OBJ and STL files that points upwards.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Up {
+    /// As CAD programs have it
+    Z,
+    /// As programs for pictures and games have it
+    Y,
+}
+
+/// Which colours a GLB shows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Colors {
+    /// The surface's own
+    Surface,
+    /// Those of the component classes
+    Classes,
 }
 
 /// Arguments of `semascan export`.
@@ -59,6 +89,18 @@ pub(crate) struct ExportArgs {
     /// Voxel edge of the cloud in millimetres, where its file does not note it
     #[arg(long, value_name = "MM", value_parser = numbers::length::<f32>, allow_negative_numbers = true)]
     voxel: Option<f32>,
+    /// Unit of OBJ and STL files [default: mm]. PLY and GLB are in metres, which they say
+    #[arg(long, value_enum)]
+    unit: Option<ExportUnit>,
+    /// Upward axis of OBJ and STL files [default: z]
+    #[arg(long, value_enum)]
+    up: Option<Up>,
+    /// Colours of a GLB; what each vertex belongs to is in the file in either case
+    #[arg(long, value_enum, default_value = "surface")]
+    colors: Colors,
+    /// Include the background, which lies outside of the measuring volume
+    #[arg(long)]
+    background: bool,
     /// Threads to compute with; the result does not depend on it
     #[arg(long, value_name = "N", value_parser = numbers::threads(), allow_negative_numbers = true)]
     threads: Option<usize>,
@@ -67,6 +109,11 @@ pub(crate) struct ExportArgs {
 impl ExportArgs {
     pub(crate) fn run(self) -> Result<(), Failure> {
         serve::use_threads(self.threads)?;
+        let nameless = self.format.iter().any(|format| matches!(format, Format::Obj | Format::Stl));
+        if !nameless && (self.unit.is_some() || self.up.is_some()) {
+            let reason = "--unit and --up are for obj and stl: PLY is in metres with z up, GLB in metres with y up";
+            return Err(Failure::Call(anyhow!(reason)));
+        }
         let file = if self.source.is_dir() { self.source.join("cloud.ply") } else { self.source.clone() };
         let folder = file.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
         let out = ExportFolder::begin(self.out.as_deref().unwrap_or(folder), &file)?;
@@ -84,7 +131,7 @@ impl ExportArgs {
         if formats.iter().any(|f| *f != Format::Cloud) {
             let Surface { mesh, figures } = self.surface(&model)?;
             for format in formats {
-                write_mesh(&out, format, &mesh, &figures, &model)?;
+                self.write_mesh(&out, format, &mesh, &figures, &model)?;
             }
         }
         Ok(())
@@ -108,31 +155,45 @@ impl ExportArgs {
     }
 
     fn write_cloud(&self, out: &ExportFolder, model: &PlyModel) -> Result<(), Failure> {
-        let keep = |c: &SemanticCloud| ExportFilter::of_the_part().apply(c);
+        let (points, filter) = (&model.mesh.vertices, self.filter());
+        let kept = filter.apply(points);
         let cloud = match self.simplify {
-            // What is no part of the model would only cost others their points.
-            Some(n) => simplify_points(&keep(&model.mesh.vertices), self.voxel(model)?, n, &()).map_err(call)?,
-            None => model.mesh.vertices.clone(),
+            Some(n) => simplify_points(&kept, self.voxel(model)?, n, &()).map_err(call)?,
+            None => kept.clone(),
         };
         let path = out.write("cloud.ply", |file| {
             ply::write_cloud_at(file, &cloud, model.shift, &model.taxonomy, &model.comments)
         })?;
         log_written(&path, cloud.len(), "points");
-        let (all, filter) = (model.mesh.vertices.len(), ExportFilter::of_the_part());
-        let left_out = filter.left_out(&model.mesh.vertices);
-        match self.simplify {
-            Some(_) => {
-                let kept = all - left_out.total();
-                tracing::info!(
-                    "  of {all} points: left out {left_out}; the other {kept} simplified to {}",
-                    cloud.len()
-                );
-            }
-            None => {
-                tracing::info!("  all points of the model, marked as they are: {left_out} are no part of the surface")
-            }
-        }
+        let simplified = match self.simplify {
+            Some(_) => format!("; the other {} simplified to {}", kept.len(), cloud.len()),
+            None => String::new(),
+        };
+        self.log_left_out(&format!("  of {} points", points.len()), points, &simplified);
         Ok(())
+    }
+
+    /// What an export holds of a model's points.
+    fn filter(&self) -> ExportFilter {
+        let mut filter = ExportFilter::of_the_part();
+        if self.background {
+            filter.skip_flags &= !PointFlags::BACKGROUND;
+        }
+        filter
+    }
+
+    /// Says what of `points` is left out, and how to have it.
+    fn log_left_out(&self, of: &str, points: &SemanticCloud, more: &str) {
+        let left_out = self.filter().left_out(points);
+        let way = if left_out.background > 0 { " (--background includes the background)" } else { "" };
+        tracing::info!("{of}: left out {left_out}{way}{more}");
+    }
+
+    /// The mesh of a file without the triangles at points that are left out.
+    fn selected(&self, mesh: &SemanticMesh) -> SemanticMesh {
+        let filter = self.filter();
+        let keep = |v: u32| mesh.vertices.flags.get(v as usize).is_none_or(|flags| !flags.has(filter.skip_flags));
+        mesh.select(|triangle| triangle.into_iter().all(keep))
     }
 
     /// The mesh as it is to be written, and the figures of the model. These are measured on the mesh that an inspection
@@ -144,17 +205,22 @@ impl ExportArgs {
             let made = |options: &MeshOptions| mesh_cloud(points, voxel, options, &()).map_err(call);
             let measured = made(&MeshOptions::default())?;
             let figures = model_figures(points, &measured, voxel);
-            let left_out = ExportFilter::of_the_part().left_out(points);
-            if left_out.total() > 0 {
-                let (all, kept) = (points.len(), points.len() - left_out.total());
-                tracing::info!("a mesh of {kept} of the model's {all} points: left out {left_out}");
-            }
+            let (all, kept) = (points.len(), points.len() - self.filter().left_out(points).total());
+            self.log_left_out(&format!("a mesh of {kept} of the model's {all} points"), points, "");
             let options = MeshOptions { pitch: self.pitch, radius: 2.0 * self.pitch, ..MeshOptions::default() };
-            (if options == MeshOptions::default() { measured } else { made(&options)? }, figures)
+            if self.background {
+                // The mesher passes over what is marked.
+                let mut unmarked = points.clone();
+                unmarked.flags.iter_mut().for_each(|flags| flags.0 &= !PointFlags::BACKGROUND);
+                (mesh_cloud(&unmarked, voxel, &options, &()).map_err(call)?, figures)
+            } else {
+                (if options == MeshOptions::default() { measured } else { made(&options)? }, figures)
+            }
         } else {
             // A file with a mesh alone: its vertices are all the points there are.
             let voxel = self.voxel.map(|mm| mm * 1e-3).or_else(|| model.voxel());
-            (model.mesh.clone(), model_figures(points, &model.mesh, voxel.unwrap_or(0.0)))
+            self.log_left_out(&format!("of the {} vertices", points.len()), points, "");
+            (self.selected(&model.mesh), model_figures(points, &model.mesh, voxel.unwrap_or(0.0)))
         };
         if self.fill_holes > 0.0 {
             let filled = fill_holes(&mut mesh, self.fill_holes * 1e-3);
@@ -174,12 +240,81 @@ impl ExportArgs {
         }
         Ok(Surface { mesh, figures })
     }
+
+    /// Unit and upward axis of formats that name neither.
+    fn frame(&self) -> FileFrame {
+        let default = FileFrame::default();
+        FileFrame {
+            unit: self.unit.map_or(default.unit, |unit| match unit {
+                ExportUnit::Mm => LengthUnit::Millimetres,
+                ExportUnit::M => LengthUnit::Metres,
+                ExportUnit::Inch => LengthUnit::Inches,
+            }),
+            up: self.up.map_or(default.up, |up| match up {
+                Up::Z => UpAxis::Z,
+                Up::Y => UpAxis::Y,
+            }),
+        }
+    }
+
+    fn write_mesh(
+        &self,
+        out: &ExportFolder,
+        format: Format,
+        mesh: &SemanticMesh,
+        figures: &ModelFigures,
+        model: &PlyModel,
+    ) -> Result<(), Failure> {
+        let (taxonomy, frame) = (&model.taxonomy, self.frame());
+        if matches!(format, Format::Stl | Format::Glb) && model.shift != [0.0; 3] {
+            let [x, y, z] = model.shift;
+            tracing::warn!("{format:?} holds single precision only: its origin lies at {x} {y} {z} of the source");
+        }
+        match format {
+            Format::Cloud => {}
+            Format::Ply => {
+                let path = out.write("mesh.ply", |file| {
+                    ply::write_semantic_mesh_at(file, mesh, model.shift, taxonomy, &model.comments)
+                })?;
+                log_written(&path, mesh.triangles.len(), "triangles");
+            }
+            Format::Obj => {
+                // What the geometry names is there before it is.
+                out.write("mesh.mtl", |file| obj::write_materials(file, mesh, taxonomy))?;
+                let path = out.write("mesh.obj", |file| {
+                    obj::write_mesh_at(file, mesh, model.shift, taxonomy, "mesh.mtl", frame)
+                })?;
+                log_written(&path, mesh.triangles.len(), &format!("triangles, {}", frame.name()));
+            }
+            Format::Stl => {
+                for component in components(mesh, taxonomy)? {
+                    let name = format!("mesh-{}.stl", file_part(&component.name));
+                    let path = out.write(&name, |file| {
+                        stl::write_mesh(file, mesh, Some(component.label), &component.name, frame)
+                    })?;
+                    log_written(&path, component.triangles.len(), &format!("triangles, {}", frame.name()));
+                }
+            }
+            Format::Glb => {
+                let generation = model.comment("generation").map(str::to_owned);
+                let part = model.comment("part").unwrap_or("part").to_owned();
+                let colors = match self.colors {
+                    Colors::Surface => SceneColors::Surface,
+                    Colors::Classes => SceneColors::Classes,
+                };
+                let options = GlbOptions { part, figures: figures.clone(), generation, colors };
+                let path = out.write("mesh.glb", |file| gltf::write_mesh(file, mesh, taxonomy, &options))?;
+                log_written(&path, mesh.triangles.len(), "triangles");
+            }
+        }
+        Ok(())
+    }
 }
 
 /// Reads the model in `file`.
 fn read(file: &Path) -> Result<PlyModel, Failure> {
     check_beside_record(file)?;
-    let bytes = std::fs::read(file).with_context(|| format!("{}", file.display()))?;
+    let bytes = regular_file::read(file).with_context(|| format!("{}", file.display()))?;
     let model = ply::read(&file.display().to_string(), &bytes)?;
     for warning in &model.warnings {
         tracing::warn!("{}: {warning}", file.display());
@@ -191,52 +326,6 @@ fn read(file: &Path) -> Result<PlyModel, Failure> {
 struct Surface {
     mesh: SemanticMesh,
     figures: ModelFigures,
-}
-
-fn write_mesh(
-    out: &ExportFolder,
-    format: Format,
-    mesh: &SemanticMesh,
-    figures: &ModelFigures,
-    model: &PlyModel,
-) -> Result<(), Failure> {
-    let taxonomy = &model.taxonomy;
-    if matches!(format, Format::Stl | Format::Glb) && model.shift != [0.0; 3] {
-        let [x, y, z] = model.shift;
-        tracing::warn!("{format:?} holds single precision only: its origin lies at {x} {y} {z} of the source");
-    }
-    match format {
-        Format::Cloud => {}
-        Format::Ply => {
-            let path = out.write("mesh.ply", |file| {
-                ply::write_semantic_mesh_at(file, mesh, model.shift, taxonomy, &model.comments)
-            })?;
-            log_written(&path, mesh.triangles.len(), "triangles");
-        }
-        Format::Obj => {
-            // What the geometry names is there before it is.
-            out.write("mesh.mtl", |file| obj::write_materials(file, mesh, taxonomy))?;
-            let path =
-                out.write("mesh.obj", |file| obj::write_mesh_at(file, mesh, model.shift, taxonomy, "mesh.mtl"))?;
-            log_written(&path, mesh.triangles.len(), "triangles");
-        }
-        Format::Stl => {
-            for component in components(mesh, taxonomy)? {
-                let name = format!("mesh-{}.stl", file_part(&component.name));
-                let path =
-                    out.write(&name, |file| stl::write_mesh(file, mesh, Some(component.label), &component.name))?;
-                log_written(&path, component.triangles.len(), "triangles");
-            }
-        }
-        Format::Glb => {
-            let generation = model.comment("generation").map(str::to_owned);
-            let part = model.comment("part").unwrap_or("part").to_owned();
-            let options = GlbOptions { part, figures: figures.clone(), generation };
-            let path = out.write("mesh.glb", |file| gltf::write_mesh(file, mesh, taxonomy, &options))?;
-            log_written(&path, mesh.triangles.len(), "triangles");
-        }
-    }
-    Ok(())
 }
 
 fn log_written(path: &Path, count: usize, what: &str) {

@@ -17,10 +17,56 @@ fn export_writes_every_format_and_the_same_mesh_as_inspect() {
     let geometry = String::from_utf8(bytes(&out, "mesh.obj")).expect("text");
     let materials = String::from_utf8(bytes(&out, "mesh.mtl")).expect("text");
     for name in ["housing", "solenoid"] {
-        assert!(geometry.contains(&format!("\ng {name}\nusemtl {name}\n")), "{name}");
+        assert!(geometry.contains(&format!("\no {name}\nusemtl {name}\n")), "{name}");
         assert!(materials.contains(&format!("newmtl {name}\n")), "{name}");
         assert!(bytes(&out, &format!("mesh-{name}.stl")).len() > 84, "{name}");
     }
+
+    // Millimetres where nothing else is asked for, and noted; what a mesh is in does not change it.
+    assert!(geometry.starts_with("# semascan") && geometry.contains("unit mm, z up"), "{}", &geometry[..60]);
+    assert!(String::from_utf8_lossy(&bytes(&out, "mesh-housing.stl")[..80]).contains("unit mm, z up"));
+    let inches = path("inches");
+    let call = ["export", &motor, "--format", "obj", "--unit", "inch", "--up", "y", "--out", &inches];
+    let output = semascan(&call);
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    let first = |text: &str| -> Vec<f64> {
+        let line = text.lines().find_map(|line| line.strip_prefix("v ")).expect("a vertex");
+        line.split(' ').take(3).map(|word| word.parse().expect("a number")).collect()
+    };
+    let (mm, inch) = (first(&geometry), first(&String::from_utf8(bytes(&inches, "mesh.obj")).expect("text")));
+    assert!(mm.iter().any(|c| c.abs() > 10.0), "{mm:?}");
+    for (a, b) in [mm[0], mm[2], -mm[1]].into_iter().zip(inch) {
+        assert!((a - 25.4 * b).abs() < 1e-4, "{a} mm are not {b} inches");
+    }
+    let refused = semascan(&["export", &motor, "--format", "glb", "--unit", "mm", "--out", &inches]);
+    assert_eq!((refused.status.code(), stderr(&refused).contains("obj and stl")), (Some(2), true));
+
+    // One scene, in the surface's own colours or those of the classes.
+    let classes = path("classes");
+    let output = semascan(&["export", &motor, "--format", "glb", "--colors", "classes", "--out", &classes]);
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    for (folder, colored) in [(&out, true), (&classes, false)] {
+        let scene = gltf::Gltf::open(Path::new(folder).join("mesh.glb")).expect("valid");
+        let primitives = || scene.meshes().flat_map(|mesh| mesh.primitives());
+        assert_eq!(scene.scenes().len(), 1);
+        assert!(
+            primitives().count() > 5 && primitives().all(|p| p.get(&gltf::Semantic::Colors(0)).is_some() == colored)
+        );
+    }
+
+    // The background is left out and that is said; a switch includes it.
+    let points = |folder: &str| {
+        let text = String::from_utf8_lossy(&bytes(folder, "cloud.ply")).into_owned();
+        let line = text.lines().find_map(|l| l.strip_prefix("element vertex ")).expect("vertices");
+        line.parse::<u64>().expect("a number")
+    };
+    let [part, whole] = [path("part"), path("whole")];
+    let without = semascan(&["export", &motor, "--format", "cloud", "--out", &part]);
+    assert!(stderr(&without).contains("background (--background"), "{}", stderr(&without));
+    let with = semascan(&["export", &motor, "--format", "cloud,ply", "--background", "--out", &whole]);
+    assert_eq!(with.status.code(), Some(0), "{}", stderr(&with));
+    assert!(points(&part) < points(&whole) && points(&whole) <= points(&motor));
+    assert!(bytes(&whole, "mesh.ply").len() > bytes(&motor, "mesh.ply").len());
 
     // What the model says in figures is the same in the record and in every scene, simplified or not.
     let record: serde_json::Value = serde_json::from_slice(&bytes(&motor, "inspection.json")).expect("JSON");

@@ -1,11 +1,11 @@
 //! The JSON files of a BOP scene, read view by view so that one bad entry costs one view.
 
 use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, UnitQuaternion, Vector3};
+use semascan_formats::regular_file;
 use semascan_inspection::source::SourceError;
 use semascan_perception::view::Intrinsics;
 use serde_json::{Map, Value};
 use std::collections::{BTreeMap, HashSet};
-use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Farthest from a rotation that a recorded matrix may be before it is refused instead of rounded.
@@ -252,7 +252,7 @@ fn classes(ground_truth: Option<&BTreeMap<u32, Value>>, names: &Map<String, Valu
 }
 
 fn read_object(path: &Path) -> Result<Map<String, Value>, SourceError> {
-    let bytes = fs::read(path).map_err(|source| SourceError::Io { path: path.to_owned(), source })?;
+    let bytes = regular_file::read(path).map_err(|source| SourceError::Io { path: path.to_owned(), source })?;
     let bad = |reason: String| SourceError::Format { path: path.to_owned(), reason };
     let text = decode(&bytes).ok_or_else(|| bad("neither UTF-8 nor UTF-16 text".into()))?;
     // Python writes NaN and Infinity, which JSON forbids: as null they cost the view they stand in, not the scene.

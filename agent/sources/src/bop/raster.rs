@@ -2,6 +2,7 @@
 //! (palettes to colours) or does not read (TIFF of floating point numbers) is read as it is stored.
 
 use image::{DynamicImage, ImageFormat, ImageReader, Limits};
+use semascan_formats::regular_file;
 use semascan_inspection::source::SourceError;
 use std::fs::File;
 use std::io::BufReader;
@@ -11,6 +12,8 @@ use tiff::{ColorType, TiffError};
 
 /// Largest picture edge that is read: beyond any camera, and a bound on what a broken header can ask for.
 const MAX_EDGE: u32 = 16_384;
+/// Most pixels of a picture: a few bytes can stand for many.
+const MAX_PIXELS: u64 = 1 << 26;
 
 /// A TIFF of one number a pixel.
 #[derive(Clone, Debug, PartialEq)]
@@ -65,12 +68,25 @@ pub(super) fn format(path: &Path) -> Result<Option<ImageFormat>, SourceError> {
 /// # Errors
 /// [`SourceError`] naming the file.
 pub(super) fn read(path: &Path) -> Result<DynamicImage, SourceError> {
+    let bad = |e: image::ImageError| SourceError::Format { path: path.to_owned(), reason: e.to_string() };
+    check_size(path, open(path)?.into_dimensions().map_err(bad)?)?;
     let mut reader = open(path)?;
     let mut limits = Limits::default();
     limits.max_image_width = Some(MAX_EDGE);
     limits.max_image_height = Some(MAX_EDGE);
     reader.limits(limits);
-    reader.decode().map_err(|e| SourceError::Format { path: path.to_owned(), reason: e.to_string() })
+    reader.decode().map_err(bad)
+}
+
+/// Refuses a picture of more pixels than are read, before memory is taken for them.
+fn check_size(path: &Path, (width, height): (u32, u32)) -> Result<(), SourceError> {
+    if width.max(height) <= MAX_EDGE && u64::from(width) * u64::from(height) <= MAX_PIXELS {
+        return Ok(());
+    }
+    let reason = format!(
+        "{width}x{height} pixels: larger than any camera's picture; {MAX_EDGE} along an edge and {MAX_PIXELS} in all are the most"
+    );
+    Err(SourceError::Format { path: path.to_owned(), reason })
 }
 
 /// Reads a TIFF of one number a pixel, of 8 bits and more; `None` if it is one of another kind.
@@ -81,10 +97,7 @@ pub(super) fn read_grey_tiff(path: &Path) -> Result<Option<GreyTiff>, SourceErro
     let bad = |e: TiffError| SourceError::Format { path: path.to_owned(), reason: e.to_string() };
     let mut decoder = Decoder::new(BufReader::new(file(path)?)).map_err(bad)?;
     let size = decoder.dimensions().map_err(bad)?;
-    if size.0.max(size.1) > MAX_EDGE {
-        let reason = format!("{}x{} pixels: larger than any camera's picture", size.0, size.1);
-        return Err(SourceError::Format { path: path.to_owned(), reason });
-    }
+    check_size(path, size)?;
     let bits = match decoder.colortype().map_err(bad)? {
         ColorType::Gray(bits @ 8..) => bits,
         _ => return Ok(None),
@@ -123,9 +136,7 @@ pub(super) fn read_palette_png(path: &Path) -> Result<Option<PalettePng>, Source
         return Ok(None);
     }
     let (width, height, bits) = (info.width, info.height, info.bit_depth as u32);
-    if width.max(height) > MAX_EDGE {
-        return Err(bad(format!("{width}x{height} pixels: larger than any camera's picture")));
-    }
+    check_size(path, (width, height))?;
     let palette = info.palette.as_ref().ok_or_else(|| bad("a palette is missing".into()))?;
     let palette = palette.chunks_exact(3).map(|c| [c[0], c[1], c[2]]).collect();
     let bytes = reader.output_buffer_size().ok_or_else(|| bad("too large".into()))?;
@@ -144,12 +155,12 @@ pub(super) fn read_palette_png(path: &Path) -> Result<Option<PalettePng>, Source
 }
 
 fn open(path: &Path) -> Result<ImageReader<BufReader<File>>, SourceError> {
-    let io = |source| SourceError::Io { path: path.to_owned(), source };
-    ImageReader::open(path).map_err(io)?.with_guessed_format().map_err(io)
+    let reader = ImageReader::new(BufReader::new(file(path)?));
+    reader.with_guessed_format().map_err(|source| SourceError::Io { path: path.to_owned(), source })
 }
 
 fn file(path: &Path) -> Result<File, SourceError> {
-    File::open(path).map_err(|source| SourceError::Io { path: path.to_owned(), source })
+    regular_file::open(path).map_err(|source| SourceError::Io { path: path.to_owned(), source })
 }
 
 #[cfg(test)]
@@ -167,6 +178,41 @@ mod tests {
         let read = read_grey_tiff(&path).expect("reads").expect("grey");
         assert_eq!((read.size, read.values[0], read.largest, read.bits), ((2, 1), 0.5, None, 32));
         assert!(read.values[1].is_nan());
+    }
+
+    #[test]
+    fn a_header_that_asks_for_too_much_is_refused_by_its_limit() {
+        let dir = tempfile::tempdir().expect("folder");
+        let path = dir.path().join("large.png");
+        for (color, bits) in
+            [(png::ColorType::Indexed, png::BitDepth::One), (png::ColorType::Grayscale, png::BitDepth::Sixteen)]
+        {
+            let mut file = File::create(&path).expect("made");
+            let mut encoder = png::Encoder::new(&mut file, 16_384, 16_384);
+            encoder.set_color(color);
+            encoder.set_depth(bits);
+            encoder.set_palette(vec![0; 6]);
+            // The head alone: the pixels never come.
+            drop(encoder.write_header().expect("begun"));
+            let refused = match color {
+                png::ColorType::Indexed => read_palette_png(&path).map(drop),
+                _ => read(&path).map(drop),
+            };
+            let error = refused.expect_err("too large").to_string();
+            assert!(error.contains("large.png") && error.contains("67108864"), "{error}");
+        }
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn pipes_and_devices_are_no_pictures() {
+        let dir = tempfile::tempdir().expect("folder");
+        let path = dir.path().join("000000.png");
+        std::os::unix::fs::symlink("/dev/zero", &path).expect("links");
+        for refused in [read(&path).map(drop), read_grey_tiff(&path).map(drop), read_palette_png(&path).map(drop)] {
+            let error = refused.expect_err("a device").to_string();
+            assert!(error.contains("000000.png") && error.contains("device"), "{error}");
+        }
     }
 
     #[test]

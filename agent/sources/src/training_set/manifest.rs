@@ -2,6 +2,7 @@
 
 use super::Description;
 use crate::bop;
+use semascan_formats::regular_file;
 use semascan_inspection::source::SourceError;
 use semascan_model::ClassDef;
 use serde::{Deserialize, Serialize};
@@ -60,7 +61,7 @@ impl Manifest {
     /// # Errors
     /// [`SourceError`] naming the file if it cannot be read or is no such description.
     pub fn read(path: &Path) -> Result<Option<Self>, SourceError> {
-        let text = match fs::read_to_string(path) {
+        let text = match regular_file::read_to_string(path) {
             Ok(text) => text,
             Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(None),
             Err(source) => return Err(SourceError::Io { path: path.to_owned(), source }),

@@ -1,15 +1,21 @@
-//! Accessors: the numbers of a glTF file, decoded with every bound checked.
+//! Accessors: the numbers of a glTF file, decoded with every bound checked. What is decoded is bounded in all: nodes,
+//! primitives and instances can name the same bytes without end.
 
 use super::document::Document;
+use std::cell::Cell;
 
 /// Buffers with the document that describes them.
 pub(super) struct Buffers<'a> {
     document: &'a Document,
     contents: Vec<std::borrow::Cow<'a, [u8]>>,
+    /// Numbers that may yet be decoded.
+    left: Cell<usize>,
 }
 
 /// Most elements of an accessor whose bytes the file does not hold: a few bytes must not fill the memory.
-const MAX_ABSENT: usize = 1 << 22;
+const MAX_ABSENT: usize = 1 << 20;
+/// Most numbers that are decoded, however often the file names them.
+const MAX_NUMBERS: usize = 1 << 30;
 
 /// Type of a number.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -72,7 +78,12 @@ struct Layout {
 impl<'a> Buffers<'a> {
     /// `contents` are those of the document's buffers, in order.
     pub(super) fn new(document: &'a Document, contents: Vec<std::borrow::Cow<'a, [u8]>>) -> Self {
-        Self { document, contents }
+        Self { document, contents, left: Cell::new(MAX_NUMBERS) }
+    }
+
+    /// Bytes of all buffers.
+    pub(super) fn bytes(&self) -> usize {
+        self.contents.iter().map(|content| content.len()).sum()
     }
 
     /// Numbers of each element of an accessor: a scalar (1), a vector of 2 to 4, or a matrix of 4 by 4.
@@ -115,10 +126,19 @@ impl<'a> Buffers<'a> {
             stored.ok_or_else(|| fail(&format!("is of the type {}: {width} numbers are needed", accessor.shape)))?;
         let normalized = accessor.normalized || shares && kind != Kind::F32;
         let layout = Layout { kind, stored, width, normalized };
+        let left = accessor.count.checked_mul(width).and_then(|n| self.left.get().checked_sub(n));
+        self.left.set(left.ok_or_else(|| {
+            format!("its meshes are named too often: more than {MAX_NUMBERS} numbers would have to be decoded")
+        })?);
         let mut numbers = match accessor.buffer_view {
             Some(view) => self.packed(view, accessor.byte_offset, accessor.count, &layout).map_err(|e| fail(&e))?,
             None if accessor.sparse.is_none() => return Err(fail("has no buffer view")),
-            None if accessor.count > MAX_ABSENT => return Err(fail("has more elements than the file holds")),
+            None if accessor.count > MAX_ABSENT => {
+                let count = accessor.count;
+                return Err(fail(&format!(
+                    "has {count} elements that the file does not hold; {MAX_ABSENT} are the most"
+                )));
+            }
             None => vec![0.0; accessor.count * width],
         };
         if let Some(sparse) = &accessor.sparse {

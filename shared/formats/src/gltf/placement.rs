@@ -29,33 +29,7 @@ impl Placement {
 
     /// Where the joints of a skin hold a primitive's vertices: the mean of the joints' transforms by the vertex's weights. A
     /// primitive that names no joints stays where its vertices say.
-    pub(super) fn of_skin(
-        document: &Document,
-        buffers: &Buffers<'_>,
-        skin: usize,
-        primitive: &Primitive,
-    ) -> Result<Self, String> {
-        let skin = document.skins.get(skin).ok_or_else(|| format!("skin {skin} is not there"))?;
-        let inverse = skin.inverse_bind_matrices.map(|accessor| buffers.numbers(accessor, 16)).transpose()?;
-        let inverse = |k: usize| -> Result<DMat4, String> {
-            let Some(numbers) = &inverse else { return Ok(DMat4::IDENTITY) };
-            let columns = numbers.get(16 * k..16 * (k + 1)).ok_or("a joint has no inverse bind matrix")?;
-            Ok(DMat4::from_cols_slice(columns))
-        };
-        let mut parents = vec![None; document.nodes.len()];
-        for (parent, node) in document.nodes.iter().enumerate() {
-            for &child in &node.children {
-                if let Some(slot) = parents.get_mut(child) {
-                    *slot = Some(parent);
-                }
-            }
-        }
-        let joints: Vec<DMat4> = skin
-            .joints
-            .iter()
-            .enumerate()
-            .map(|(k, &joint)| Ok(z_up() * global(document, &parents, joint)? * inverse(k)?))
-            .collect::<Result<_, String>>()?;
+    pub(super) fn of_skin(joints: &[DMat4], buffers: &Buffers<'_>, primitive: &Primitive) -> Result<Self, String> {
         let mut sums: Vec<(DMat4, f64)> = Vec::new();
         for set in 0.. {
             let of = |name: &str| primitive.attributes.get(&format!("{name}_{set}")).copied();
@@ -77,6 +51,30 @@ impl Placement {
         let mean = |(sum, weight): (DMat4, f64)| if weight > 0.0 { sum * weight.recip() } else { z_up() };
         Ok(Self::Skinned(sums.into_iter().map(mean).collect()))
     }
+}
+
+/// Table from the vertices' frame as each joint of a skin holds them.
+pub(super) fn joints(document: &Document, buffers: &Buffers<'_>, skin: usize) -> Result<Vec<DMat4>, String> {
+    let skin = document.skins.get(skin).ok_or_else(|| format!("skin {skin} is not there"))?;
+    let inverse = skin.inverse_bind_matrices.map(|accessor| buffers.numbers(accessor, 16)).transpose()?;
+    let inverse = |k: usize| -> Result<DMat4, String> {
+        let Some(numbers) = &inverse else { return Ok(DMat4::IDENTITY) };
+        let columns = numbers.get(16 * k..16 * (k + 1)).ok_or("a joint has no inverse bind matrix")?;
+        Ok(DMat4::from_cols_slice(columns))
+    };
+    let mut parents = vec![None; document.nodes.len()];
+    for (parent, node) in document.nodes.iter().enumerate() {
+        for &child in &node.children {
+            if let Some(slot) = parents.get_mut(child) {
+                *slot = Some(parent);
+            }
+        }
+    }
+    skin.joints
+        .iter()
+        .enumerate()
+        .map(|(k, &joint)| Ok(z_up() * global(document, &parents, joint)? * inverse(k)?))
+        .collect()
 }
 
 /// Scene from node; `parents` has that of each node.

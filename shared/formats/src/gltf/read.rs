@@ -6,19 +6,24 @@
 use super::accessor::Buffers;
 use super::container;
 use super::document::{Document, Node, Primitive, Versioned};
-use super::placement::{Placement, instances};
-use crate::geometry::{Geometry, MAX_TRIANGLES, Piece, PieceTexture, Texture};
-use crate::{ReadError, Resolver, percent};
+use super::placement::{Placement, instances, joints};
+use crate::files::Allowance;
+use crate::geometry::{Geometry, MAX_PIECES, MAX_TRIANGLES, Piece, PieceTexture, Texture};
+use crate::{ReadError, Resolver, percent, text};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use glam::{DMat3, DMat4, DQuat, DVec3};
 use std::borrow::Cow;
 use std::collections::{HashMap, HashSet};
+use std::rc::Rc;
 
 /// Deepest nesting of nodes; deeper files are cyclic or hostile.
 const MAX_DEPTH: usize = 64;
 /// Most nodes visited; a directed graph can repeat nodes without end.
 const MAX_NODES: usize = 100_000;
+/// Most vertices, and most triangles, that a scene may have beyond one for each byte of its buffers, because nodes, primitives
+/// and instances repeat what these hold.
+const MAX_REPEATED: usize = 4_000_000;
 /// Beginnings of the names of extensions that do not change the shape, and those that are read.
 const KNOWN_EXTENSIONS: [&str; 11] = [
     "KHR_materials_",
@@ -59,7 +64,8 @@ fn scene(bytes: &[u8], files: Resolver<'_>) -> Result<Geometry, String> {
         };
         return Err(format!("it needs the extension {extension}, which is not supported: {way_out}"));
     }
-    let buffers = buffers(&document, binary, files)?;
+    let allowance = Allowance::new();
+    let buffers = buffers(&document, binary, files, &allowance)?;
     let roots = match document.scenes.get(document.scene.unwrap_or(0)) {
         Some(scene) => scene.nodes.clone(),
         // A library of meshes: all that stands in no other.
@@ -73,8 +79,10 @@ fn scene(bytes: &[u8], files: Resolver<'_>) -> Result<Geometry, String> {
         document: &document,
         buffers: Buffers::new(&document, buffers),
         files,
+        allowance,
         geometry: Geometry::default(),
         images: HashMap::new(),
+        skins: HashMap::new(),
         visited: 0,
         points: 0,
         lines: 0,
@@ -90,12 +98,13 @@ fn buffers<'a>(
     document: &Document,
     binary: Option<&'a [u8]>,
     files: Resolver<'_>,
+    allowance: &Allowance,
 ) -> Result<Vec<Cow<'a, [u8]>>, String> {
     let mut binary = binary;
     let mut contents = Vec::new();
     for (index, buffer) in document.buffers.iter().enumerate() {
         let content = match &buffer.uri {
-            Some(uri) => resource(uri, files).map(Cow::Owned),
+            Some(uri) => resource(uri, files, allowance).map(Cow::Owned),
             None => binary.take().map(Cow::Borrowed).ok_or_else(|| "there is no binary chunk".to_owned()),
         };
         let content = content.map_err(|e| format!("buffer {index}: {e}"))?;
@@ -108,13 +117,15 @@ fn buffers<'a>(
 }
 
 /// What a URI names: the data within it, or a file.
-fn resource(uri: &str, files: Resolver<'_>) -> Result<Vec<u8>, String> {
+fn resource(uri: &str, files: Resolver<'_>, allowance: &Allowance) -> Result<Vec<u8>, String> {
     if let Some(data) = uri.strip_prefix("data:") {
         let encoded = data.split_once(";base64,").ok_or("a data URI that is not base64")?.1;
         return STANDARD.decode(encoded).map_err(|e| format!("a data URI: {e}"));
     }
     let name = percent::decode(uri).ok_or_else(|| format!("URI {uri:?} has a bad % sequence"))?;
-    files(&name).map_err(|e| e.to_string())
+    let content = files(&name).map_err(|e| e.to_string())?;
+    allowance.take(content.len()).map_err(|e| e.to_string())?;
+    Ok(content)
 }
 
 /// Table from glTF.
@@ -141,9 +152,11 @@ struct Reader<'a> {
     document: &'a Document,
     buffers: Buffers<'a>,
     files: Resolver<'a>,
+    allowance: Allowance,
     geometry: Geometry,
     /// Index among the geometry's textures of each image that was asked for.
     images: HashMap<usize, Option<usize>>,
+    skins: HashMap<usize, Rc<Vec<DMat4>>>,
     visited: usize,
     /// Points of their own.
     points: usize,
@@ -180,7 +193,7 @@ impl Reader<'_> {
         if let Some(mesh_index) = node.mesh {
             let mesh = document.meshes.get(mesh_index).ok_or_else(|| format!("mesh {mesh_index} is not there"))?;
             let name = node.name.as_ref().or(mesh.name.as_ref());
-            let name = name.map_or_else(|| format!("node {index}"), String::clone);
+            let name = name.map_or_else(|| format!("node {index}"), |name| text::name(name));
             if mesh.weights.iter().chain(&node.weights).any(|w| *w != 0.0)
                 && mesh.primitives.iter().any(|p| !p.targets.is_empty())
             {
@@ -193,7 +206,9 @@ impl Reader<'_> {
             for instance in instances {
                 for (k, primitive) in mesh.primitives.iter().enumerate() {
                     let placement = match node.skin {
-                        Some(skin) => Placement::of_skin(document, &self.buffers, skin, primitive),
+                        Some(skin) => {
+                            self.joints(skin).and_then(|joints| Placement::of_skin(&joints, &self.buffers, primitive))
+                        }
                         None => Ok(Placement::Rigid(placed * instance)),
                     };
                     placement
@@ -213,10 +228,13 @@ impl Reader<'_> {
         }
         let positions = *primitive.attributes.get("POSITION").ok_or("it has no POSITION")?;
         let positions = self.buffers.numbers(positions, 3)?;
-        // Nodes can repeat a mesh more often than memory can hold it.
-        if self.geometry.positions.len().max(self.geometry.triangles.len()) > MAX_TRIANGLES {
-            return Err(format!("the scene has more than {MAX_TRIANGLES} triangles or vertices"));
-        }
+        let vertices = positions.len() / 3;
+        let indices = match primitive.indices {
+            _ if is_points => Vec::new(),
+            Some(accessor) => self.buffers.indices(accessor)?,
+            None => (0..vertices as u32).collect(),
+        };
+        self.check_size(vertices, if primitive.mode == 4 { indices.len() / 3 } else { indices.len() })?;
         let positions: Vec<[f64; 3]> = positions
             .chunks_exact(3)
             .enumerate()
@@ -233,10 +251,6 @@ impl Reader<'_> {
             self.points += count;
             return Ok(());
         }
-        let indices = match primitive.indices {
-            Some(accessor) => self.buffers.indices(accessor)?,
-            None => (0..count as u32).collect(),
-        };
         if let Some(bad) = indices.iter().find(|i| **i as usize >= count) {
             return Err(format!("a triangle names vertex {bad} of {count}"));
         }
@@ -248,6 +262,36 @@ impl Reader<'_> {
         let piece = self.piece(primitive, name, &triangles)?;
         self.geometry.triangles.extend(triangles.into_iter().map(|t| t.map(|v| first + v)));
         self.geometry.pieces.push(piece);
+        Ok(())
+    }
+
+    /// The joints of a skin, each skin computed once.
+    fn joints(&mut self, skin: usize) -> Result<Rc<Vec<DMat4>>, String> {
+        if let Some(known) = self.skins.get(&skin) {
+            return Ok(known.clone());
+        }
+        let joints = Rc::new(joints(self.document, &self.buffers, skin)?);
+        self.skins.insert(skin, joints.clone());
+        Ok(joints)
+    }
+
+    /// Whether a piece of so many vertices and triangles can be held as well: nodes and instances can repeat a mesh more often
+    /// than memory can.
+    fn check_size(&self, more_vertices: usize, more_triangles: usize) -> Result<(), String> {
+        let Geometry { positions, triangles, pieces, .. } = &self.geometry;
+        if pieces.len() >= MAX_PIECES {
+            return Err(format!(
+                "the scene has more than {MAX_PIECES} primitives, counted as often as nodes repeat them"
+            ));
+        }
+        let limit = MAX_TRIANGLES.min(MAX_REPEATED.saturating_add(self.buffers.bytes()));
+        if positions.len().saturating_add(more_vertices) > limit
+            || triangles.len().saturating_add(more_triangles) > limit
+        {
+            return Err(format!(
+                "the scene has more than {limit} triangles or vertices, counted as often as nodes repeat them"
+            ));
+        }
         Ok(())
     }
 
@@ -347,8 +391,12 @@ impl Reader<'_> {
     fn image(&self, index: usize) -> Result<Vec<u8>, String> {
         let image = self.document.images.get(index).ok_or("it is not there")?;
         match (&image.uri, image.buffer_view) {
-            (Some(uri), _) => resource(uri, self.files),
-            (None, Some(view)) => self.buffers.view(view).map(<[u8]>::to_vec),
+            (Some(uri), _) => resource(uri, self.files, &self.allowance),
+            (None, Some(view)) => {
+                let picture = self.buffers.view(view)?;
+                self.allowance.take(picture.len()).map_err(|e| e.to_string())?;
+                Ok(picture.to_vec())
+            }
             (None, None) => Err("it names no picture".to_owned()),
         }
     }

@@ -1,4 +1,4 @@
-//! Wavefront OBJ with its material library: the mesh in groups by component; parts of other programs.
+//! Wavefront OBJ with its material library: the mesh in objects by component; parts of other programs.
 
 mod material;
 mod read;

@@ -3,13 +3,17 @@
 //! Our own: the `tobj` crate makes fans of polygons that are not convex, and panics on material libraries with too few numbers.
 
 use super::material::{self, Material};
+use crate::file_frame::noted_unit;
+use crate::files::Allowance;
 use crate::geometry::{Geometry, Piece, PieceTexture, Texture, linear};
 use crate::levels::{Range, largest};
 use crate::polygon::Triangulation;
-use crate::text::{decoded, lines, number};
+use crate::text::{self, decoded, lines, number};
 use crate::{ReadError, Resolver};
+use semascan_model::LengthUnit;
 use std::borrow::Cow;
 use std::collections::{BTreeSet, HashMap};
+use std::rc::Rc;
 
 /// Reads the bytes of the file `name`; each object, group or material within is a piece. A material library or picture that
 /// is not there costs the colours, not the part. Without faces it is a cloud.
@@ -30,8 +34,8 @@ struct Corner {
 
 /// Consecutive faces of one object or group and one material.
 struct Group {
-    name: String,
-    material: Option<String>,
+    name: Rc<str>,
+    material: Option<Rc<str>>,
     /// Number of faces up to its end.
     end: usize,
 }
@@ -40,7 +44,7 @@ struct Group {
 const NO_COLOR: [f64; 3] = [f64::NAN; 3];
 
 struct Reader<'a> {
-    files: Resolver<'a>,
+    files: Named<'a>,
     positions: Vec<[f64; 3]>,
     /// sRGB as the file has it; filled up with [`NO_COLOR`] from the first vertex with a colour on.
     colors: Vec<[f64; 3]>,
@@ -49,10 +53,12 @@ struct Reader<'a> {
     /// End of each face in `corners`.
     faces: Vec<usize>,
     groups: Vec<Group>,
-    name: String,
-    material: Option<String>,
+    name: Rc<str>,
+    material: Option<Rc<str>>,
     materials: HashMap<String, Material>,
     warnings: Vec<String>,
+    /// The unit that our own files note.
+    unit: Option<LengthUnit>,
     /// Texture coordinates that are no numbers.
     bad_texture_coordinates: usize,
     /// Curves, surfaces, lines and points of their own.
@@ -62,17 +68,18 @@ struct Reader<'a> {
 impl<'a> Reader<'a> {
     fn new(files: Resolver<'a>) -> Self {
         Self {
-            files,
+            files: Named { files, allowance: Allowance::new() },
             positions: Vec::new(),
             colors: Vec::new(),
             texture_coordinates: Vec::new(),
             corners: Vec::new(),
             faces: Vec::new(),
             groups: Vec::new(),
-            name: "object".to_owned(),
+            name: "object".into(),
             material: None,
             materials: HashMap::new(),
             warnings: Vec::new(),
+            unit: None,
             bad_texture_coordinates: 0,
             left_out: 0,
         }
@@ -104,13 +111,14 @@ impl<'a> Reader<'a> {
             "f" | "fo" => self.face(numbers)?,
             "o" | "g" => {
                 self.end_group();
-                self.name = if rest.is_empty() { "object".to_owned() } else { rest.to_owned() };
+                self.name = if rest.is_empty() { "object".into() } else { rest.into() };
             }
             "usemtl" => {
                 self.end_group();
-                self.material = Some(rest.to_owned());
+                self.material = Some(rest.into());
             }
             "mtllib" => self.library(rest),
+            "#" if self.unit.is_none() => self.unit = noted_unit(rest),
             "p" | "l" | "curv" | "curv2" | "surf" => self.left_out += 1,
             _ => {}
         }
@@ -172,7 +180,7 @@ impl<'a> Reader<'a> {
 
     /// A library by its name, which may have spaces, or several by theirs.
     fn library(&mut self, names: &str) {
-        match find(self.files, &names.replace('\\', "/")) {
+        match self.files.find(&names.replace('\\', "/")) {
             Ok(bytes) => material::read(&bytes, &mut self.materials),
             Err(error) => {
                 let several: Vec<&str> = names.split_whitespace().collect();
@@ -186,10 +194,10 @@ impl<'a> Reader<'a> {
     }
 
     fn finish(self) -> Result<Geometry, String> {
-        let mut geometry = Geometry { warnings: self.warnings, ..Geometry::default() };
+        let mut geometry = Geometry { warnings: self.warnings, unit: self.unit, ..Geometry::default() };
         let mut flat = 0_usize;
         let mut unknown = BTreeSet::new();
-        let mut pictures = Pictures { files: self.files, indices: HashMap::new() };
+        let mut pictures = Pictures { files: &self.files, indices: HashMap::new() };
         let mut triangulation = Triangulation::default();
         let (mut start, mut first, mut places) = (0, 0, Vec::new());
         for group in self.groups {
@@ -219,14 +227,14 @@ impl<'a> Reader<'a> {
                 }
             }
             first = group.end;
-            let material = group.material.as_ref().and_then(|name| self.materials.get(name));
+            let material = group.material.as_deref().and_then(|name| self.materials.get(name));
             if let (None, Some(name)) = (material, group.material) {
-                unknown.insert(name);
+                unknown.insert(text::name(&name));
             }
             let picture = material.and_then(|m| m.picture.as_deref()).filter(|_| has_texture_coordinates);
             let texture = picture.and_then(|name| pictures.index(name, &mut geometry));
             geometry.pieces.push(Piece {
-                name: group.name,
+                name: text::name(&group.name),
                 triangles: first_triangle..geometry.triangles.len(),
                 base_color: material.and_then(|m| m.base_color),
                 // Libraries often leave an arbitrary grey beside the picture.
@@ -263,17 +271,26 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// The file `name`, or one of its last name beside the model: paths of another computer lead nowhere.
-fn find(files: Resolver<'_>, name: &str) -> std::io::Result<Vec<u8>> {
-    files(name).or_else(|error| match name.rsplit_once('/') {
-        Some((_, last)) if !last.is_empty() => files(last).map_err(|_| error),
-        _ => Err(error),
-    })
+/// The files that the model names, and how much of them may yet be read.
+struct Named<'a> {
+    files: Resolver<'a>,
+    allowance: Allowance,
+}
+
+impl Named<'_> {
+    /// The file `name`, or one of its last name beside the model: paths of another computer lead nowhere.
+    fn find(&self, name: &str) -> std::io::Result<Vec<u8>> {
+        let found = (self.files)(name).or_else(|error| match name.rsplit_once('/') {
+            Some((_, last)) if !last.is_empty() => (self.files)(last).map_err(|_| error),
+            _ => Err(error),
+        });
+        found.and_then(|bytes| self.allowance.take(bytes.len()).map(|()| bytes))
+    }
 }
 
 /// Pictures, each opened once.
 struct Pictures<'a> {
-    files: Resolver<'a>,
+    files: &'a Named<'a>,
     indices: HashMap<String, Option<usize>>,
 }
 
@@ -283,7 +300,7 @@ impl Pictures<'_> {
         if let Some(known) = self.indices.get(name) {
             return *known;
         }
-        let index = match find(self.files, name) {
+        let index = match self.files.find(name) {
             Ok(bytes) => {
                 geometry.textures.push(Texture { name: name.to_owned(), bytes });
                 Some(geometry.textures.len() - 1)

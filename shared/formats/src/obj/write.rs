@@ -1,18 +1,24 @@
-//! OBJ: the mesh in groups by component, with a material library of the class colours.
+//! OBJ: the mesh in objects by component, with a material library of the class colours.
 //!
-//! Vertices carry their own colour as three more numbers, which most readers take and the others pass over. Positions are
-//! in metres, table frame, z up.
+//! Vertices carry their own colour as three more numbers, which most readers take and the others pass over. A comment notes
+//! the unit and the upward axis, which the format has no word for.
 
-use crate::{Component, WriteError, components};
+use crate::{Component, FileFrame, WriteError, components};
 use semascan_model::{SemanticMesh, Taxonomy};
 use std::io::{BufWriter, Write};
 
-/// Writes the geometry. `library` is the name of the file that [`write_materials`] goes to.
+/// Writes the geometry in `frame`. `library` is the name of the file that [`write_materials`] goes to.
 ///
 /// # Errors
 /// [`WriteError::Vertex`] if a triangle names a vertex that is not there, [`WriteError::Io`] if `out` fails.
-pub fn write_mesh(out: impl Write, mesh: &SemanticMesh, taxonomy: &Taxonomy, library: &str) -> Result<(), WriteError> {
-    write_mesh_at(out, mesh, [0.0; 3], taxonomy, library)
+pub fn write_mesh(
+    out: impl Write,
+    mesh: &SemanticMesh,
+    taxonomy: &Taxonomy,
+    library: &str,
+    frame: FileFrame,
+) -> Result<(), WriteError> {
+    write_mesh_at(out, mesh, [0.0; 3], taxonomy, library, frame)
 }
 
 /// Writes the geometry of a mesh whose positions are relative to `shift`.
@@ -25,26 +31,30 @@ pub fn write_mesh_at(
     shift: [f64; 3],
     taxonomy: &Taxonomy,
     library: &str,
+    frame: FileFrame,
 ) -> Result<(), WriteError> {
     let components = components(mesh, taxonomy)?;
     let mut out = BufWriter::new(out);
-    writeln!(out, "# semascan {}: metres, table frame, z up", env!("CARGO_PKG_VERSION"))?;
+    writeln!(out, "# semascan {}: unit {}", env!("CARGO_PKG_VERSION"), frame.name())?;
     writeln!(out, "mtllib {}", word(library))?;
     for v in mesh.vertices.iter() {
-        let ([x, y, z], [r, g, b]) = (v.position, v.color.map(|c| f32::from(c) / 255.0));
+        let [r, g, b] = v.color.map(|c| f32::from(c) / 255.0);
+        let place = frame.position([0, 1, 2].map(|axis| f64::from(v.position[axis]) + shift[axis]));
         if shift == [0.0; 3] {
+            // Of the shortest digits that single precision needs.
+            let [x, y, z] = place.map(|c| c as f32);
             writeln!(out, "v {x} {y} {z} {r:.4} {g:.4} {b:.4}")?;
         } else {
-            let [x, y, z] = [0, 1, 2].map(|axis| f64::from(v.position[axis]) + shift[axis]);
+            let [x, y, z] = place;
             writeln!(out, "v {x} {y} {z} {r:.4} {g:.4} {b:.4}")?;
         }
     }
-    for [x, y, z] in &mesh.vertices.normals {
+    for [x, y, z] in mesh.vertices.normals.iter().map(|normal| frame.direction(*normal)) {
         writeln!(out, "vn {x:.5} {y:.5} {z:.5}")?;
     }
     for Component { name, triangles, .. } in &components {
         let name = word(name);
-        writeln!(out, "g {name}\nusemtl {name}")?;
+        writeln!(out, "o {name}\nusemtl {name}")?;
         for [a, b, c] in triangles.iter().map(|t| t.map(|v| v + 1)) {
             writeln!(out, "f {a}//{a} {b}//{b} {c}//{c}")?;
         }

@@ -6,10 +6,13 @@
 use super::Viewpoint;
 use super::header::{Field, Header, Kind, Storage};
 use super::lzf;
-use crate::geometry::linear;
+use crate::geometry::{MAX_VERTICES, linear};
 use crate::levels::{Range, largest};
 use crate::text::{decoded, lines, number};
 use crate::{Geometry, ReadError, offset};
+
+/// Most bytes that packed data may stand for.
+const MAX_UNPACKED: usize = 1 << 30;
 
 /// A point cloud as it is stored; every column that is there has one entry a point.
 #[derive(Clone, Debug, PartialEq)]
@@ -67,12 +70,15 @@ pub fn read(name: &str, bytes: &[u8]) -> Result<PcdCloud, ReadError> {
 #[cfg(not(target_arch = "wasm32"))]
 pub fn read_file(path: &std::path::Path) -> Result<PcdCloud, ReadError> {
     let file = path.display().to_string();
-    let bytes = std::fs::read(path).map_err(|source| ReadError::Io { file: file.clone(), source })?;
+    let bytes = crate::regular_file::read(path).map_err(|source| ReadError::Io { file: file.clone(), source })?;
     read(&file, &bytes)
 }
 
 pub(super) fn parse(data: &[u8]) -> Result<PcdCloud, String> {
     let (header, body) = Header::parse(data)?;
+    if header.points > MAX_VERTICES {
+        return Err(format!("it holds {} points; {MAX_VERTICES} are the most", header.points));
+    }
     let unpacked;
     let mut more = 0;
     let (content, by_point) = match header.storage {
@@ -143,6 +149,9 @@ fn decompress(header: &Header, body: &[u8]) -> Result<Vec<u8>, String> {
     };
     if header.points.checked_mul(header.record()) != Some(length) {
         return Err(format!("{} points of {} bytes are not {length} bytes", header.points, header.record()));
+    }
+    if length > MAX_UNPACKED {
+        return Err(format!("its packed data stand for {length} bytes; {MAX_UNPACKED} are the most"));
     }
     let content = body[8..].get(..packed).ok_or_else(|| format!("{packed} packed bytes leave the file"))?;
     lzf::unpack(content, length)

@@ -128,12 +128,13 @@ impl Kind {
         })
     }
 
-    /// The type under which numbers of a column are written.
+    /// The type under which numbers of a column are written: the names with their size, because Open3D passes over columns
+    /// of a `ushort`.
     pub(super) fn name_of(number: NumberType) -> &'static str {
         match number {
-            NumberType::U8 => "uchar",
-            NumberType::U16 => "ushort",
-            NumberType::F32 => "float",
+            NumberType::U8 => "uint8",
+            NumberType::U16 => "uint16",
+            NumberType::F32 => "float32",
         }
     }
 

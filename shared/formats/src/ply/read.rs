@@ -8,7 +8,7 @@ use super::polygons::{Polygons, faces, strips};
 use super::values::Values;
 use super::vertices::vertices;
 use crate::ReadError;
-use crate::geometry::{Geometry, Piece, linear};
+use crate::geometry::{Geometry, MAX_VERTICES, Piece, linear};
 use crate::offset::{kept_shift, relative};
 use semascan_model::LengthUnit;
 use semascan_model::{ClassDef, SemanticMesh, Taxonomy};
@@ -116,6 +116,9 @@ fn model(bytes: &[u8]) -> Result<PlyModel, String> {
         // Every element takes a byte at least: a header that promises more is wrong, and could fill the memory.
         if element.count > values.left() && element.count > 0 {
             return Err(format!("{} elements `{}` do not fit", element.count, element.name));
+        }
+        if element.name == "vertex" && element.count > MAX_VERTICES {
+            return Err(format!("it holds {} vertices; {MAX_VERTICES} are the most", element.count));
         }
         match element.name.as_str() {
             "vertex" => vertices(&mut values, element, &mut model, &mut unread)?,

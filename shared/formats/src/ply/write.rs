@@ -10,13 +10,13 @@ use std::io::{BufWriter, Write};
 
 /// Properties of a vertex of a labelled mesh, in order.
 const MESH_PROPERTIES: [(&str, &str); 5] =
-    [("float", "x"), ("float", "y"), ("float", "z"), ("ushort", "label"), ("ushort", "defect")];
+    [("float32", "x"), ("float32", "y"), ("float32", "z"), ("uint16", "label"), ("uint16", "defect")];
 
 /// Name of the column of positions.
 const POSITION: &str = "position";
 
-/// The one property of a face: `int`, because some readers know no unsigned indices.
-const FACE: (&str, &str) = ("list uchar int", "vertex_indices");
+/// The one property of a face: `int32`, because some readers know no unsigned indices.
+const FACE: (&str, &str) = ("list uint8 int32", "vertex_indices");
 
 /// A triangle mesh with a label and a defect for every vertex.
 #[derive(Clone, Copy, Debug)]
@@ -202,7 +202,7 @@ fn point_properties(shift: [f64; 3]) -> Vec<(&'static str, &'static str)> {
     let mut properties = Vec::new();
     for column in POINT_COLUMNS {
         let is_double = column.name == POSITION && shift != [0.0; 3];
-        let kind = if is_double { "double" } else { Kind::name_of(column.number_type) };
+        let kind = if is_double { "float64" } else { Kind::name_of(column.number_type) };
         properties.extend(column.number_names.iter().map(|name| (kind, *name)));
     }
     properties

@@ -2,6 +2,7 @@
 //!
 //! Which form a file has is told by its length and content, not by its first word: many binary files begin with `solid`.
 
+use crate::file_frame::noted_unit;
 use crate::polygon::Triangulation;
 use crate::text::{decoded, lines, number, without_mark};
 use crate::{Geometry, Piece, ReadError};
@@ -28,6 +29,9 @@ pub(crate) fn read(name: &str, bytes: &[u8]) -> Result<Geometry, ReadError> {
         None => Err("it is too short for a binary file and does not begin with `solid`".into()),
     };
     read.map_err(|reason| ReadError::format(name, "STL", &reason))?;
+    if !is_text {
+        welded.geometry.unit = bytes.get(..80).and_then(|head| noted_unit(&decoded(head)));
+    }
     Ok(welded.geometry)
 }
 

@@ -1,17 +1,24 @@
 //! Binary STL. The format holds one nameless solid a file, hence a file for each component, or one for the whole mesh whose
-//! triangles carry their class in the two bytes that most programs pass over.
+//! triangles carry their class in the two bytes that most programs pass over. The head notes the unit and the upward axis, which
+//! the format has no word for.
 
-use crate::WriteError;
 use crate::component::check;
+use crate::{FileFrame, WriteError};
 use semascan_model::SemanticMesh;
 use std::io::{BufWriter, Write};
 
-/// Writes the triangles of component class `label`, or all, under `name` (80 bytes of it). Metres, table frame.
+/// Writes the triangles of component class `label`, or all, in `frame` and under `name` (as much as 80 bytes hold).
 ///
 /// # Errors
 /// [`WriteError::Vertex`] if a triangle names a vertex that is not there, [`WriteError::TooLarge`] past 2^32 - 1
 /// triangles, [`WriteError::Io`] if `out` fails.
-pub fn write_mesh(out: impl Write, mesh: &SemanticMesh, label: Option<u16>, name: &str) -> Result<(), WriteError> {
+pub fn write_mesh(
+    out: impl Write,
+    mesh: &SemanticMesh,
+    label: Option<u16>,
+    name: &str,
+    frame: FileFrame,
+) -> Result<(), WriteError> {
     check(mesh)?;
     let labelled = mesh.triangles.iter().map(|t| (*t, mesh.triangle_label(*t)));
     let chosen: Vec<([u32; 3], u16)> = labelled.filter(|(_, l)| label.is_none_or(|chosen| chosen == *l)).collect();
@@ -21,13 +28,14 @@ pub fn write_mesh(out: impl Write, mesh: &SemanticMesh, label: Option<u16>, name
     let mut out = BufWriter::new(out);
     // A file that begins with `solid` is taken for text.
     let mut header = [b' '; 80];
-    for (byte, c) in header.iter_mut().zip(format!("semascan: {name}").bytes()) {
+    for (byte, c) in header.iter_mut().zip(format!("semascan: unit {}, {name}", frame.name()).bytes()) {
         *byte = if c.is_ascii_graphic() { c } else { b' ' };
     }
     out.write_all(&header)?;
     out.write_all(&count.to_le_bytes())?;
     for (triangle, label) in chosen {
-        let Some([a, b, c]) = mesh.corners(triangle) else { continue };
+        let Some(corners) = mesh.corners(triangle) else { continue };
+        let [a, b, c] = corners.map(|corner| frame.position(corner.map(f64::from)).map(|c| c as f32));
         let sub = |p: [f32; 3], q: [f32; 3]| [p[0] - q[0], p[1] - q[1], p[2] - q[2]];
         let (u, v) = (sub(b, a), sub(c, a));
         let cross = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];

@@ -2,12 +2,12 @@
 
 use super::{any_cloud, taxonomy};
 use proptest::prelude::*;
-use semascan_formats::gltf::{GlbOptions, write_points};
+use semascan_formats::gltf::{GlbOptions, SceneColors, write_points};
 use semascan_model::{FeatureFigures, ModelFigures, PointFlags, SemanticCloud, SemanticPoint};
 
-fn scene(cloud: &SemanticCloud) -> gltf::Gltf {
+fn scene(cloud: &SemanticCloud, colors: SceneColors) -> gltf::Gltf {
     let mut bytes = Vec::new();
-    let options = GlbOptions { part: "motor".into(), ..GlbOptions::default() };
+    let options = GlbOptions { part: "motor".into(), colors, ..GlbOptions::default() };
     write_points(&mut bytes, cloud, &taxonomy(), &options).expect("a Vec takes everything");
     gltf::Gltf::from_slice(&bytes).expect("a valid GLB")
 }
@@ -42,11 +42,11 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 
     #[test]
-    fn a_cloud_comes_back_from_both_scenes(cloud in any_cloud()) {
-        let gltf = scene(&cloud);
-        let names: Vec<_> = gltf.scenes().map(|s| s.name().unwrap_or_default().to_owned()).collect();
-        prop_assert_eq!(names, ["appearance", "semantics"]);
-        for (scene, colored) in gltf.scenes().zip([true, false]) {
+    fn a_cloud_comes_back_in_either_colors(cloud in any_cloud()) {
+        for (colors, colored) in [(SceneColors::Surface, true), (SceneColors::Classes, false)] {
+            let gltf = scene(&cloud, colors);
+            prop_assert_eq!(gltf.scenes().len(), 1);
+            let scene = gltf.default_scene().expect("one scene");
             let root = scene.nodes().next().expect("a root");
             let mut points = 0;
             for node in root.children() {
@@ -93,7 +93,7 @@ fn the_scene_stands_upright_and_names_its_components() {
     let housing = FeatureFigures { id: 2, component: 2, points: 2, area: Some(2e-6), confidence: 0.5, sigma: 0.25 };
     let figures = ModelFigures { components: vec![housing], ..ModelFigures::default() };
     let mut bytes = Vec::new();
-    let options = GlbOptions { part: "motor".into(), figures, generation: None };
+    let options = GlbOptions { part: "motor".into(), figures, ..GlbOptions::default() };
     write_points(&mut bytes, &cloud, &taxonomy(), &options).expect("a Vec takes everything");
     let gltf = gltf::Gltf::from_slice(&bytes).expect("a valid GLB");
     let root = gltf.default_scene().and_then(|s| s.nodes().next()).expect("a root");
@@ -136,7 +136,7 @@ fn what_gltf_cannot_hold_is_left_out() {
     )
     .collect();
     cloud.positions[0] = [f32::NAN, 0.0, 0.0];
-    let gltf = scene(&cloud);
+    let gltf = scene(&cloud, SceneColors::Surface);
     let node = gltf.nodes().find(|n| n.mesh().is_some()).expect("a component");
     assert_eq!(node.name(), Some("class 9"));
     assert_eq!(vertices(&gltf, &node).len(), 1);
@@ -144,6 +144,6 @@ fn what_gltf_cannot_hold_is_left_out() {
 
 #[test]
 fn an_empty_cloud_is_a_valid_file() {
-    let gltf = scene(&SemanticCloud::default());
-    assert_eq!((gltf.scenes().len(), gltf.meshes().len(), gltf.blob), (2, 0, None));
+    let gltf = scene(&SemanticCloud::default(), SceneColors::Surface);
+    assert_eq!((gltf.scenes().len(), gltf.meshes().len(), gltf.blob), (1, 0, None));
 }

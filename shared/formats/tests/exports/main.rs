@@ -2,6 +2,7 @@
 
 mod glb;
 mod mesh;
+mod open3d;
 mod ply;
 mod semantics;
 

@@ -2,9 +2,10 @@
 
 use super::taxonomy;
 use proptest::prelude::*;
-use semascan_formats::gltf::{GlbOptions, write_mesh as write_glb};
+use semascan_formats::gltf::{GlbOptions, SceneColors, write_mesh as write_glb};
 use semascan_formats::ply::{read, write_cloud, write_semantic_mesh};
-use semascan_formats::{Geometry, WriteError, no_files, obj, stl};
+use semascan_formats::{FileFrame, Geometry, UpAxis, WriteError, no_files, obj, stl};
+use semascan_model::LengthUnit;
 use semascan_model::{PointFlags, SemanticMesh};
 
 /// A mesh of the points of any cloud, joined at random.
@@ -53,10 +54,21 @@ proptest! {
     #[test]
     fn glb_holds_every_triangle_under_its_component(mesh in any_mesh()) {
         let mut bytes = Vec::new();
-        let options = GlbOptions { part: "motor".into(), ..GlbOptions::default() };
-        write_glb(&mut bytes, &mesh, &taxonomy(), &options).expect("a valid mesh");
-        let gltf = gltf::Gltf::from_slice(&bytes).expect("a valid GLB");
-        for (scene, colored) in gltf.scenes().zip([true, false]) {
+        for (colors, colored) in [(SceneColors::Surface, true), (SceneColors::Classes, false)] {
+            let options = GlbOptions { part: "motor".into(), colors, ..GlbOptions::default() };
+            bytes.clear();
+            write_glb(&mut bytes, &mesh, &taxonomy(), &options).expect("a valid mesh");
+            let gltf = gltf::Gltf::from_slice(&bytes).expect("a valid GLB");
+            // Lit without metal, which is right unlit as well.
+            prop_assert!(gltf.extensions_used().all(|e| e != "KHR_materials_unlit"));
+            for material in gltf.materials() {
+                prop_assert_eq!(material.pbr_metallic_roughness().metallic_factor(), 0.0);
+                prop_assert!(taxonomy().components.iter().any(|c| Some(c.name.as_str()) == material.name()) || material.name() == Some("class 3"));
+                let white = material.pbr_metallic_roughness().base_color_factor() == [1.0; 4];
+                prop_assert_eq!(white, colored);
+            }
+            prop_assert_eq!(gltf.scenes().len(), 1);
+            let scene = gltf.default_scene().expect("one scene");
             let root = scene.nodes().next().expect("a root");
             let mut triangles = 0;
             for node in root.children() {
@@ -84,7 +96,7 @@ proptest! {
         let mut sum = 0;
         for label in [None, Some(0), Some(1), Some(2), Some(3)] {
             let mut bytes = Vec::new();
-            stl::write_mesh(&mut bytes, &mesh, label, "starter motor").expect("a valid mesh");
+            stl::write_mesh(&mut bytes, &mesh, label, "starter motor", FileFrame::TABLE).expect("a valid mesh");
             prop_assert!(!bytes.starts_with(b"solid"));
             let count = u32::from_le_bytes([bytes[80], bytes[81], bytes[82], bytes[83]]) as usize;
             prop_assert_eq!(bytes.len(), 84 + 50 * count);
@@ -103,7 +115,7 @@ proptest! {
     #[test]
     fn other_readers_take_obj_and_stl(mesh in any_mesh()) {
         let (mut geometry, mut solid) = (Vec::new(), Vec::new());
-        obj::write_mesh(&mut geometry, &mesh, &taxonomy(), "mesh.mtl").expect("a valid mesh");
+        obj::write_mesh(&mut geometry, &mesh, &taxonomy(), "mesh.mtl", FileFrame::TABLE).expect("a valid mesh");
         let mut library = Vec::new();
         obj::write_materials(&mut library, &mesh, &taxonomy()).expect("a valid mesh");
         let options = tobj::LoadOptions { triangulate: true, ..Default::default() };
@@ -115,15 +127,15 @@ proptest! {
         for model in models.iter().filter(|m| !m.mesh.indices.is_empty()) {
             prop_assert_eq!(&materials[model.mesh.material_id.expect("a material")].name, &model.name);
         }
-        stl::write_mesh(&mut solid, &mesh, None, "a").expect("a valid mesh");
+        stl::write_mesh(&mut solid, &mesh, None, "a", FileFrame::TABLE).expect("a valid mesh");
         let read = stl_io::read_stl(&mut std::io::Cursor::new(solid)).expect("a valid STL");
         prop_assert_eq!(read.faces.len(), mesh.triangles.len());
     }
 
     #[test]
-    fn obj_holds_groups_that_name_their_material(mesh in any_mesh()) {
+    fn obj_holds_objects_that_name_their_material(mesh in any_mesh()) {
         let (mut geometry, mut library) = (Vec::new(), Vec::new());
-        obj::write_mesh(&mut geometry, &mesh, &taxonomy(), "mesh.mtl").expect("a valid mesh");
+        obj::write_mesh(&mut geometry, &mesh, &taxonomy(), "mesh.mtl", FileFrame::TABLE).expect("a valid mesh");
         obj::write_materials(&mut library, &mesh, &taxonomy()).expect("a valid mesh");
         let (geometry, library) = (String::from_utf8(geometry).expect("text"), String::from_utf8(library).expect("text"));
         let (mut positions, mut group, mut faces) = (Vec::new(), String::new(), 0);
@@ -131,7 +143,7 @@ proptest! {
             let words: Vec<&str> = line.split_whitespace().collect();
             match words[..] {
                 ["v", x, y, z, ..] => positions.push([x, y, z].map(|c| c.parse::<f32>().expect("a number"))),
-                ["g", name] => group = name.to_owned(),
+                ["o", name] => group = name.to_owned(),
                 ["usemtl", name] => {
                     prop_assert_eq!(name, &group);
                     prop_assert!(library.contains(&format!("newmtl {name}\n")), "{} of {}", name, library);
@@ -168,8 +180,8 @@ fn a_triangle_without_its_vertex_is_refused_everywhere() {
     let refused = [
         write_semantic_mesh(Vec::new(), &mesh, &taxonomy(), &[]),
         write_glb(Vec::new(), &mesh, &taxonomy(), &options),
-        stl::write_mesh(Vec::new(), &mesh, None, ""),
-        obj::write_mesh(Vec::new(), &mesh, &taxonomy(), ""),
+        stl::write_mesh(Vec::new(), &mesh, None, "", FileFrame::default()),
+        obj::write_mesh(Vec::new(), &mesh, &taxonomy(), "", FileFrame::default()),
     ];
     for result in refused {
         assert!(matches!(result, Err(WriteError::Vertex { triangle: 0, vertices: 0, .. })), "{result:?}");
@@ -212,8 +224,8 @@ proptest! {
         let options = GlbOptions { part: "motor".into(), ..GlbOptions::default() };
         let mut files: Vec<(&str, Vec<u8>)> = ["a.ply", "a.obj", "a.STL", "a.glb"].map(|name| (name, Vec::new())).into();
         write_semantic_mesh(&mut files[0].1, &mesh, &taxonomy(), &[]).expect("a valid mesh");
-        obj::write_mesh(&mut files[1].1, &mesh, &taxonomy(), "a.mtl").expect("a valid mesh");
-        stl::write_mesh(&mut files[2].1, &mesh, None, "a").expect("a valid mesh");
+        obj::write_mesh(&mut files[1].1, &mesh, &taxonomy(), "a.mtl", FileFrame::TABLE).expect("a valid mesh");
+        stl::write_mesh(&mut files[2].1, &mesh, None, "a", FileFrame::TABLE).expect("a valid mesh");
         write_glb(&mut files[3].1, &mesh, &taxonomy(), &options).expect("a valid mesh");
         for (name, mut bytes) in files {
             let geometry = Geometry::read(name, &bytes, &no_files).expect("own file");
@@ -236,6 +248,38 @@ proptest! {
             let _ = Geometry::read(name, &bytes, &no_files);
         }
         prop_assert!(Geometry::read("a.step", b"", &no_files).is_err());
+    }
+
+    #[test]
+    fn obj_and_stl_are_in_the_unit_and_with_the_axis_that_they_note(mesh in any_mesh(), inches in any::<bool>(), y in any::<bool>()) {
+        let frame = FileFrame {
+            unit: if inches { LengthUnit::Inches } else { LengthUnit::Millimetres },
+            up: if y { UpAxis::Y } else { UpAxis::Z },
+        };
+        let (mut text, mut solid) = (Vec::new(), Vec::new());
+        obj::write_mesh(&mut text, &mesh, &taxonomy(), "a.mtl", frame).expect("a valid mesh");
+        stl::write_mesh(&mut solid, &mesh, None, "a", frame).expect("a valid mesh");
+        let perimeter = |positions: &[[f64; 3]], triangles: &[[u32; 3]]| -> f64 {
+            let length = |a: u32, b: u32| (0..3).map(|k| (positions[a as usize][k] - positions[b as usize][k]).powi(2)).sum::<f64>().sqrt();
+            triangles.iter().map(|t| length(t[0], t[1]) + length(t[1], t[2]) + length(t[2], t[0])).sum()
+        };
+        let sent: Vec<[f64; 3]> = mesh.vertices.positions.iter().map(|p| p.map(f64::from)).collect();
+        let heights = |positions: &[[f64; 3]], triangles: &[[u32; 3]], axis: usize| {
+            let all = triangles.iter().flatten().map(|v| positions[*v as usize][axis]);
+            all.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), z| (low.min(z), high.max(z)))
+        };
+        let per_metre = if inches { 1.0 / 0.0254 } else { 1000.0 };
+        for (name, bytes) in [("a.obj", text), ("a.stl", solid)] {
+            let found = Geometry::read(name, &bytes, &no_files).expect("own file");
+            prop_assert_eq!(found.unit, Some(frame.unit), "{}", name);
+            let (expected, got) = (per_metre * perimeter(&sent, &mesh.triangles), perimeter(&found.positions, &found.triangles));
+            prop_assert!((expected - got).abs() <= 1e-4 * expected + 1e-3, "{}: {} {}", name, expected, got);
+            let (low, high) = heights(&sent, &mesh.triangles, 2);
+            let (found_low, found_high) = heights(&found.positions, &found.triangles, if y { 1 } else { 2 });
+            if !mesh.triangles.is_empty() {
+                prop_assert!((low * per_metre - found_low).abs() < 0.01 && (high * per_metre - found_high).abs() < 0.01, "{}", name);
+            }
+        }
     }
 }
 

@@ -40,9 +40,9 @@ fn a_point_is_these_bytes() {
     let properties: Vec<&str> = header.iter().filter_map(|line| line.strip_prefix("property ")).collect();
     assert_eq!(
         properties.join(", "),
-        "float x, float y, float z, float nx, float ny, float nz, uchar red, uchar green, uchar blue, ushort label, \
-         float confidence, ushort defect, float defect_confidence, float sigma, float defect_sigma, ushort instance, \
-         ushort views, ushort flags"
+        "float32 x, float32 y, float32 z, float32 nx, float32 ny, float32 nz, uint8 red, uint8 green, uint8 blue, \
+         uint16 label, float32 confidence, uint16 defect, float32 defect_confidence, float32 sigma, \
+         float32 defect_sigma, uint16 instance, uint16 views, uint16 flags"
     );
     let floats = |values: &[f32]| values.iter().flat_map(|v| v.to_le_bytes()).collect::<Vec<u8>>();
     let expected = [
@@ -89,7 +89,7 @@ fn a_mesh_comes_back_and_a_broken_one_is_refused() {
     let mut bytes = Vec::new();
     write_mesh(&mut bytes, &mesh, &taxonomy(), &[]).expect("a valid mesh");
     let (header, body) = parts(&bytes);
-    assert_eq!(header.last(), Some(&"property list uchar int vertex_indices"));
+    assert_eq!(header.last(), Some(&"property list uint8 int32 vertex_indices"));
     let vertex = |v: usize| {
         let place = vertices[v].iter().flat_map(|c: &f32| c.to_le_bytes());
         place.chain([labels[v], defects[v]].iter().flat_map(|c: &u16| c.to_le_bytes()).collect::<Vec<_>>())
@@ -124,8 +124,15 @@ fn a_model_on_a_map_keeps_its_shift() {
         .expect("written");
     semascan_formats::ply::write_semantic_mesh_at(&mut mesh, &model.mesh, model.shift, &model.taxonomy, &[])
         .expect("written");
-    semascan_formats::obj::write_mesh_at(&mut obj, &model.mesh, model.shift, &model.taxonomy, "a.mtl")
-        .expect("written");
+    semascan_formats::obj::write_mesh_at(
+        &mut obj,
+        &model.mesh,
+        model.shift,
+        &model.taxonomy,
+        "a.mtl",
+        semascan_formats::FileFrame::TABLE,
+    )
+    .expect("written");
     for (name, bytes) in [("cloud.ply", cloud), ("mesh.ply", mesh), ("mesh.obj", obj)] {
         let found = semascan_formats::Geometry::read(name, &bytes, &semascan_formats::no_files).expect("valid");
         assert_eq!(found.positions, positions, "{name}");

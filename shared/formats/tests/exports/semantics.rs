@@ -154,7 +154,7 @@ proptest! {
     fn every_vertex_of_a_mesh_brings_back_what_it_belongs_to(mesh in any_mesh()) {
         let mut bytes = Vec::new();
         let figures = model_figures(&mesh.vertices, &mesh, 0.001);
-        let options = GlbOptions { part: "motor".into(), figures: figures.clone(), generation: None };
+        let options = GlbOptions { part: "motor".into(), figures: figures.clone(), ..GlbOptions::default() };
         write_mesh(&mut bytes, &mesh, &taxonomy(), &options).expect("a valid mesh");
         let scene = Scene::read(&bytes);
         for shown in scene.gltf.scenes() {
@@ -236,7 +236,7 @@ fn a_defect_is_a_finding_of_its_component() {
     cloud.defects[2] = 0;
     let mut bytes = Vec::new();
     let figures = model_figures(&cloud, &SemanticMesh::default(), 0.001);
-    let options = GlbOptions { part: "motor".into(), figures, generation: None };
+    let options = GlbOptions { part: "motor".into(), figures, ..GlbOptions::default() };
     write_points(&mut bytes, &cloud, &taxonomy(), &options).expect("a Vec takes everything");
     let scene = Scene::read(&bytes);
     let node = scene.gltf.nodes().find(|n| n.mesh().is_some()).expect("a component");

@@ -17,7 +17,7 @@ pub enum DeviationEvent {
         bytes: Arc<[u8]>,
     },
     /// The person says what unit the numbers of the reference are in; `None` leaves it to the file or its size.
-    LengthUnit(Option<LengthUnit>),
+    Unit(Option<LengthUnit>),
     /// The file holds a reference.
     Reference(ReferenceInfo),
     /// The file holds no reference; one that was there before stays.

@@ -98,11 +98,11 @@ fn UnitChoice(ui: Ui) -> impl IntoView {
         view! { <option value=unit.name() prop:selected=move || chosen.get() == Some(unit)>{unit.name()}</option> }
     };
     let choose = move |event: web_sys::Event| {
-        ui.send_feature(DeviationEvent::LengthUnit(LengthUnit::parse(&event_target_value(&event))));
+        ui.send_feature(DeviationEvent::Unit(LengthUnit::parse(&event_target_value(&event))));
     };
     view! {
         <label class="switch-row">
-            <span>"LengthUnit of the file" <small>"of its lengths"</small></span>
+            <span>"Unit of the file" <small>"of its lengths"</small></span>
             <select class="number" data-testid="reference-unit" on:change=choose>
                 <option value="" prop:selected=move || chosen.get().is_none()>"automatic"</option>
                 {LengthUnit::ALL.into_iter().map(option).collect_view()}
@@ -118,10 +118,10 @@ fn Doubts(ui: Ui) -> impl IntoView {
     let mismatch = ui.part(|s| s.features.deviation.figures.and_then(|f| f.mismatch));
     let shown = ui.part(|s| s.display.color_mode == ColorMode::Deviation);
     let other_unit = move |mismatch: Mismatch| match mismatch {
-        Mismatch::LengthUnit { fits, .. } => Some(view! {
+        Mismatch::Unit { fits, .. } => Some(view! {
             <button
                 class="button" type="button" data-testid="reference-unit-offer"
-                on:click=move |_| ui.send_feature(DeviationEvent::LengthUnit(Some(fits)))
+                on:click=move |_| ui.send_feature(DeviationEvent::Unit(Some(fits)))
             >
                 {format!("Take it for {}", fits.name())}
             </button>

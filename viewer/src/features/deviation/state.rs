@@ -19,7 +19,7 @@ pub struct Deviation {
     pub reading: Option<String>,
     /// The reference.
     pub reference: Option<ReferenceInfo>,
-    /// LengthUnit of its numbers, if the person has said it.
+    /// Unit of its numbers, if the person has said it.
     pub unit: Option<LengthUnit>,
     /// Colours were taken away from deviations that mean nothing. That is done once: a person may want to see them.
     is_warned: bool,
@@ -44,7 +44,7 @@ impl Feature for Deviation {
                 self.reading = Some(name.clone());
                 self.unit = None;
             }
-            DeviationEvent::LengthUnit(unit) => self.unit = *unit,
+            DeviationEvent::Unit(unit) => self.unit = *unit,
             // The controller's business.
             DeviationEvent::FileRead { .. } => {}
             DeviationEvent::Reference(reference) => {
@@ -150,7 +150,7 @@ mod tests {
     #[test]
     fn deviations_that_mean_nothing_are_not_painted_unless_a_person_wants_it() {
         let (mut d, mut display) = after([reference()]);
-        let mismatch = Some(Mismatch::LengthUnit { ratio: 1000.0, fits: LengthUnit::Millimetres });
+        let mismatch = Some(Mismatch::Unit { ratio: 1000.0, fits: LengthUnit::Millimetres });
         let off = Compared(DeviationFigures { mismatch, ..DeviationFigures::default() });
         d.reduce(&off, &mut display);
         assert_eq!(display.color_mode, ColorMode::Component);
@@ -166,7 +166,7 @@ mod tests {
     #[test]
     fn a_unit_is_said_of_one_file() {
         let (mut d, mut display) =
-            after([Reading("a.stl".into()), DeviationEvent::LengthUnit(Some(LengthUnit::Inches)), reference()]);
+            after([Reading("a.stl".into()), DeviationEvent::Unit(Some(LengthUnit::Inches)), reference()]);
         assert_eq!(d.unit, Some(LengthUnit::Inches));
         d.reduce(&Reading("b.stl".into()), &mut display);
         assert_eq!(d.unit, None);

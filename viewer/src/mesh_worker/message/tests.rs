@@ -48,7 +48,7 @@ fn replies_cross_unchanged() {
             is_guess: true,
             warnings: vec!["one".into(), String::new(), "zwei\n".into()],
         }),
-        off(Mismatch::LengthUnit { ratio: 25.5, fits: LengthUnit::Centimetres }),
+        off(Mismatch::Unit { ratio: 25.5, fits: LengthUnit::Centimetres }),
         off(Mismatch::Size { ratio: 0.25 }),
         off(Mismatch::Place { distance: 2.5 }),
         off(Mismatch::Surface { median: 0.5 }),

@@ -79,8 +79,8 @@ pub(super) fn ExportPanel(ui: Ui) -> impl IntoView {
                 <div class="buttons">
                     {mesh_button(MeshFormat::Ply, "export-mesh-ply", "PLY", "mesh")}
                     {mesh_button(MeshFormat::Glb, "export-mesh-glb", "GLB", "mesh")}
-                    {mesh_button(MeshFormat::Obj, "export-mesh-obj", "OBJ", "with materials")}
-                    {mesh_button(MeshFormat::Stl, "export-mesh-stl", "STL", "by component")}
+                    {mesh_button(MeshFormat::Obj, "export-mesh-obj", "OBJ", "with materials, mm")}
+                    {mesh_button(MeshFormat::Stl, "export-mesh-stl", "STL", "by component, mm")}
                 </div>
             </Show>
             <p

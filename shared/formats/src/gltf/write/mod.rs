@@ -1,9 +1,9 @@
 //! A scene of points or of meshes as binary glTF 2.0: a node by component, named, with its figures as extras.
 //!
-//! Each vertex knows its component, defect and instance (`features`), whatever it looks like. Two scenes share one
-//! buffer: `appearance` shows the surface's own colours, `semantics` the class colours as materials (unlit for points); two
-//! scenes and not material variants, because those cannot switch vertex colours off. The table frame is z up and glTF y up,
-//! hence a rotation in each scene's root node.
+//! Each vertex knows its component, defect and instance (`features`), whatever it looks like. There is one scene, because many
+//! programs show all that a file holds: in the surface's own colours as vertex colours, or in those of the classes; in either
+//! case the material has the name of the class. Materials are rough and not metallic, which looks right with lights and
+//! without; points are marked as unlit. The table frame is z up and glTF y up, hence a rotation in the scene's root node.
 
 mod binary;
 mod components;
@@ -27,20 +27,32 @@ use std::io::Write;
 /// -90 degrees about x: table z becomes glTF y.
 const Y_UP_FROM_Z_UP: [f32; 4] = [-FRAC_1_SQRT_2, 0.0, 0.0, FRAC_1_SQRT_2];
 
+/// Which colours a scene shows.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum SceneColors {
+    /// Those of the surface, at each vertex.
+    #[default]
+    Surface,
+    /// Those of the component classes.
+    Classes,
+}
+
 /// What a scene says beside its geometry.
 #[derive(Clone, Debug, Default)]
 pub struct GlbOptions {
-    /// Name of the part: that of both scenes' root nodes.
+    /// Name of the part: that of the scene's root node.
     pub part: String,
     /// Figures of the model that the scene shows, for the nodes' extras and the property tables. The scene may hold less of
     /// it, or a simplified surface: the figures are the model's.
     pub figures: ModelFigures,
     /// Identifier of the set of files that the scene belongs to, for `asset.extras.generation`.
     pub generation: Option<String>,
+    /// The colours that it shows.
+    pub colors: SceneColors,
 }
 
 /// Writes `cloud` as GLB. Points whose position is not finite are left out, because glTF cannot hold them; an empty
-/// cloud gives two empty scenes.
+/// cloud gives an empty scene.
 ///
 /// # Errors
 /// [`WriteError::TooLarge`] past 4 GiB, [`WriteError::Io`] if `out` fails.
@@ -53,19 +65,22 @@ pub fn write_points(
     let components = components(cloud);
     let all: Vec<usize> = components.iter().flat_map(Component::points).collect();
     let mut builder = Builder::new(Features::of(cloud, &all, &options.figures, taxonomy));
-    let (mut appearance, mut semantics) = (Vec::new(), Vec::new());
-    if !components.is_empty() {
-        let white = builder.unlit("appearance", [255; 3]);
-        for component in &components {
-            let (name, color) = class_of(&taxonomy.components, component.label);
-            let class = builder.unlit(&name, color);
-            let [own, by_class] = builder.primitives(cloud, component, white, class);
-            let figures = Extras::of(component.label, None, &options.figures, taxonomy);
-            appearance.push(builder.node(&name, own, &figures)?);
-            semantics.push(builder.node(&name, by_class, &figures)?);
-        }
+    let mut nodes = Vec::new();
+    for component in &components {
+        let (name, color) = class_of(&taxonomy.components, component.label);
+        let material = builder.material(&name, color, options.colors, Light::Unlit);
+        let primitives = builder.primitives(cloud, component, material, options.colors);
+        let figures = Extras::of(component.label, None, &options.figures, taxonomy);
+        nodes.push(builder.node(&name, primitives, &figures)?);
     }
-    builder.finish(out, options, appearance, semantics)
+    builder.finish(out, options, nodes)
+}
+
+/// Whether a material answers to lights.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Light {
+    Lit,
+    Unlit,
 }
 
 /// A scene description while it grows.
@@ -80,22 +95,17 @@ impl Builder {
         Self { root: Root::default(), binary: Binary::new(features.len()), features }
     }
 
-    /// Writes the two scenes of these nodes.
-    fn finish(
-        mut self,
-        out: impl Write,
-        options: &GlbOptions,
-        appearance: Vec<Index<Node>>,
-        semantics: Vec<Index<Node>>,
-    ) -> Result<(), WriteError> {
-        let first = self.scene("appearance", &options.part, appearance);
-        self.scene("semantics", &options.part, semantics);
+    /// Writes the scene of these nodes.
+    fn finish(mut self, out: impl Write, options: &GlbOptions, nodes: Vec<Index<Node>>) -> Result<(), WriteError> {
+        let scene = self.scene(&options.part, nodes);
         let Self { mut root, mut binary, features } = self;
-        if !root.meshes.is_empty() {
+        if root.materials.iter().any(|material| material.extensions.is_some()) {
             root.extensions_used.push("KHR_materials_unlit".into());
+        }
+        if !root.meshes.is_empty() {
             features.describe(&mut root, &mut binary);
         }
-        root.scene = Some(first);
+        root.scene = Some(scene);
         root.asset.generator = Some(concat!("semascan ", env!("CARGO_PKG_VERSION")).into());
         if let Some(generation) = &options.generation {
             let extras = serde_json::json!({ "generation": generation });
@@ -105,46 +115,56 @@ impl Builder {
         container::write(out, &serde_json::to_vec(&root)?, &binary)
     }
 
-    fn unlit(&mut self, name: &str, color: Color) -> Index<Material> {
+    /// The material of a class: white under vertex colours, else in the colour of the class. Rough and not metallic, and seen
+    /// from both sides: inspected parts are seen from inside as well where their surface is open.
+    fn material(&mut self, name: &str, class: Color, colors: SceneColors, light: Light) -> Index<Material> {
+        let color = match colors {
+            SceneColors::Surface => [255; 3],
+            SceneColors::Classes => class,
+        };
         let [r, g, b] = linear(color).map(|c| f32::from(c) / f32::from(u16::MAX));
+        let unlit =
+            extensions::material::Material { unlit: Some(extensions::material::Unlit {}), ..Default::default() };
         self.root.push(Material {
             name: Some(name.into()),
+            double_sided: true,
             pbr_metallic_roughness: material::PbrMetallicRoughness {
                 base_color_factor: material::PbrBaseColorFactor([r, g, b, 1.0]),
+                metallic_factor: material::StrengthFactor(0.0),
+                roughness_factor: material::StrengthFactor(0.9),
                 ..Default::default()
             },
-            extensions: Some(extensions::material::Material {
-                unlit: Some(extensions::material::Unlit {}),
-                ..Default::default()
-            }),
+            extensions: (light == Light::Unlit).then_some(unlit),
             ..Default::default()
         })
     }
 
-    /// Primitives in the points' own colours and, over the same positions, in that of their class.
+    /// Primitives of points, those with a normal and those without apart.
     fn primitives(
         &mut self,
         cloud: &SemanticCloud,
         component: &Component,
-        white: Index<Material>,
-        class: Index<Material>,
-    ) -> [Vec<mesh::Primitive>; 2] {
-        let mut primitives = [Vec::new(), Vec::new()];
+        material: Index<Material>,
+        colors: SceneColors,
+    ) -> Vec<mesh::Primitive> {
+        let mut primitives = Vec::new();
         for (bin, oriented) in [(&component.oriented, true), (&component.bare, false)] {
             if bin.is_empty() {
                 continue;
             }
-            let shared = self.vertices(cloud, bin, oriented);
-            let colors = self.binary.colors(&mut self.root, cloud, bin);
-            primitives[1].push(shared.clone().of(mesh::Mode::Points, None, class));
-            primitives[0].push(shared.colored(colors).of(mesh::Mode::Points, None, white));
+            let vertices = self.vertices(cloud, bin, oriented, colors);
+            primitives.push(vertices.of(mesh::Mode::Points, None, material));
         }
         primitives
     }
 
-    /// What the primitives of both scenes have in common.
-    fn vertices(&mut self, cloud: &SemanticCloud, points: &[usize], oriented: bool) -> Vertices {
+    /// The vertices of a primitive, with their colours where these are shown.
+    fn vertices(&mut self, cloud: &SemanticCloud, points: &[usize], oriented: bool, colors: SceneColors) -> Vertices {
         let mut attributes = self.binary.geometry(&mut self.root, cloud, points, oriented);
+        if colors == SceneColors::Surface {
+            let colors = self.binary.colors(&mut self.root, cloud, points);
+            attributes.insert(Valid(mesh::Semantic::Colors(0)), colors);
+        }
         attributes.extend(self.binary.features(&mut self.root, cloud, points, &self.features));
         Vertices { attributes, extensions: self.features.of_primitive(cloud, points) }
     }
@@ -162,7 +182,7 @@ impl Builder {
         Ok(self.root.push(Node { name, mesh, extras, ..Default::default() }))
     }
 
-    fn scene(&mut self, name: &str, part: &str, components: Vec<Index<Node>>) -> Index<Scene> {
+    fn scene(&mut self, part: &str, components: Vec<Index<Node>>) -> Index<Scene> {
         let node = self.root.push(Node {
             name: Some(part.into()),
             rotation: Some(scene::UnitQuaternion(Y_UP_FROM_Z_UP)),
@@ -170,23 +190,17 @@ impl Builder {
             children: (!components.is_empty()).then_some(components),
             ..Default::default()
         });
-        self.root.push(Scene { name: Some(name.into()), nodes: vec![node], extensions: None, extras: None })
+        self.root.push(Scene { name: Some(part.into()), nodes: vec![node], extensions: None, extras: None })
     }
 }
 
 /// Vertices of a primitive.
-#[derive(Clone)]
 struct Vertices {
     attributes: Attributes,
     extensions: extensions::mesh::Primitive,
 }
 
 impl Vertices {
-    fn colored(mut self, colors: Index<Accessor>) -> Self {
-        self.attributes.insert(Valid(mesh::Semantic::Colors(0)), colors);
-        self
-    }
-
     fn of(self, mode: mesh::Mode, indices: Option<Index<Accessor>>, material: Index<Material>) -> mesh::Primitive {
         mesh::Primitive {
             attributes: self.attributes,

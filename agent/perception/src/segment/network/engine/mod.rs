@@ -6,6 +6,7 @@ mod locate;
 mod onnx_runtime;
 #[cfg(feature = "tract")]
 mod tract;
+mod trusted;
 
 pub use choice::{EngineChoice, HAS_TRACT, open};
 pub use interface::{Element, Engine, EngineDescription, EngineError, Network, Port, Provider, Tensor};

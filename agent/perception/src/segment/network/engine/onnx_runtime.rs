@@ -6,6 +6,7 @@
 
 use super::interface::{Element, Engine, EngineDescription, EngineError, Network, Port, Provider, Tensor, one_by_one};
 use super::locate::{Found, candidates};
+use super::trusted::trusted;
 use half::f16;
 use ort::environment::Environment;
 use ort::ep::{self, ExecutionProvider, ExecutionProviderDispatch};
@@ -115,11 +116,7 @@ fn same_file(a: &Path, b: &Path) -> bool {
 
 fn load(candidate: &Found) -> Result<Environment, EngineError> {
     let fail = |reason: String| EngineError::Library { path: candidate.path.clone(), from: candidate.from, reason };
-    // A name that is no file would send the loader through the system's folders.
-    if !candidate.path.is_file() {
-        return Err(fail("there is no such file".into()));
-    }
-    let path = candidate.path.canonicalize().map_err(|e| fail(e.to_string()))?;
+    let path = trusted(&candidate.path).map_err(fail)?;
     let builder = ort::init_from(path).map_err(|e| fail(e.to_string()))?;
     let builder = builder.with_name("semascan").with_telemetry(false).with_logger(Arc::new(log));
     builder.build().map_err(|e| fail(e.to_string()))

@@ -1,7 +1,9 @@
-//! Whether a model's files are those that its manifest names: its networks, and the files that these keep weights in.
+//! Whether a model's files are those that its manifest names: its networks, and the files that these keep weights in. All
+//! of them are regular files in the model's folder, wherever links lead.
 
 use super::external::weight_files;
 use super::{Manifest, ManifestError, NetworkFile};
+use semascan_formats::regular_file;
 use sha2::{Digest, Sha256};
 use std::fmt::Write as _;
 use std::path::Path;
@@ -22,15 +24,20 @@ impl Manifest {
 
 /// Checks a network; what is wrong comes as (key, reason).
 fn check(folder: &Path, network: &NetworkFile) -> Result<(), (String, String)> {
-    let bytes =
-        std::fs::read(folder.join(&network.file)).map_err(|e| ("file".to_owned(), format!("{}: {e}", network.file)))?;
+    let named = |e: std::io::Error, file: &str| {
+        let reason = e.to_string();
+        if reason.starts_with(file) { reason } else { format!("{file}: {reason}") }
+    };
+    let bytes = regular_file::inside(folder, &network.file)
+        .and_then(|path| regular_file::read(&path))
+        .map_err(|e| ("file".to_owned(), named(e, &network.file)))?;
     let found = hexadecimal(&Sha256::digest(&bytes));
     if !found.eq_ignore_ascii_case(&network.sha256) {
         return Err(("sha256".to_owned(), format!("{}: the file's checksum is {found}", network.file)));
     }
     for (k, weights) in network.weights.iter().enumerate() {
-        let found = sha256_of(&folder.join(&weights.file))
-            .map_err(|e| (format!("weights[{k}].file"), format!("{}: {e}", weights.file)))?;
+        let found =
+            sha256_of(folder, &weights.file).map_err(|e| (format!("weights[{k}].file"), named(e, &weights.file)))?;
         if !found.eq_ignore_ascii_case(&weights.sha256) {
             let reason = format!("{}: the file's checksum is {found}", weights.file);
             return Err((format!("weights[{k}].sha256"), reason));
@@ -41,7 +48,7 @@ fn check(folder: &Path, network: &NetworkFile) -> Result<(), (String, String)> {
         if network.weights.iter().any(|weights| weights.file == file) {
             continue;
         }
-        let now = match sha256_of(&folder.join(&file)) {
+        let now = match sha256_of(folder, &file) {
             Ok(found) => format!("add it as [[network.weights]] with file and sha256 (now {found})"),
             Err(error) => format!("and it cannot be read: {error}"),
         };
@@ -51,10 +58,11 @@ fn check(folder: &Path, network: &NetworkFile) -> Result<(), (String, String)> {
     Ok(())
 }
 
-/// SHA-256 of a file's bytes, hexadecimal.
-fn sha256_of(path: &Path) -> std::io::Result<String> {
+/// SHA-256 of the bytes of a file in `folder`, hexadecimal.
+fn sha256_of(folder: &Path, name: &str) -> std::io::Result<String> {
+    let mut file = regular_file::open(&regular_file::inside(folder, name)?)?;
     let mut hash = Sha256::new();
-    std::io::copy(&mut std::fs::File::open(path)?, &mut HashWriter(&mut hash))?;
+    std::io::copy(&mut file, &mut HashWriter(&mut hash))?;
     Ok(hexadecimal(&hash.finalize()))
 }
 

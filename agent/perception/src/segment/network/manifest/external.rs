@@ -9,6 +9,12 @@ use std::collections::BTreeSet;
 /// Deepest nesting of graphs in graphs.
 const MAX_DEPTH: usize = 32;
 
+/// The operator whose attribute names a compiled engine in another file ("EP Context Design" of ONNX Runtime's documentation).
+const COMPILED: &[u8] = b"EPContext";
+
+/// What is wrong with a file that is no ONNX.
+const CUT: &str = "is no ONNX file, or is cut short";
+
 /// What a message is, and which of its fields lead to tensors.
 #[derive(Clone, Copy)]
 enum Message {
@@ -41,28 +47,33 @@ impl Message {
 }
 
 /// The names of the files that a network keeps weights in, relative to its own folder.
+///
+/// # Errors
+/// What is wrong with the file: no ONNX, or a network that would load a compiled engine from elsewhere.
 pub(super) fn weight_files(network: &[u8]) -> Result<BTreeSet<String>, String> {
     let mut files = BTreeSet::new();
-    walk(network, Message::Model, 0, &mut files).ok_or("is no ONNX file, or is cut short")?;
+    walk(network, Message::Model, 0, &mut files)?;
     Ok(files)
 }
 
-fn walk(message: &[u8], kind: Message, depth: usize, files: &mut BTreeSet<String>) -> Option<()> {
+fn walk(message: &[u8], kind: Message, depth: usize, files: &mut BTreeSet<String>) -> Result<(), String> {
     if depth > 4 * MAX_DEPTH {
-        return None;
+        return Err(format!("nests graphs deeper than {MAX_DEPTH}"));
     }
     let mut rest = message;
     while !rest.is_empty() {
-        let (number, content, after) = field(rest)?;
+        let (number, content, after) = field(rest).ok_or(CUT)?;
         rest = after;
         let Some(content) = content else { continue };
         if matches!((kind, number), (Message::Tensor, 13)) {
-            files.extend(location(content)?);
+            files.extend(location(content).ok_or(CUT)?);
+        } else if matches!((kind, number), (Message::Node, 4)) && content == COMPILED {
+            return Err("holds an operator EPContext, which loads a compiled engine: export the network itself".into());
         } else if let Some(inner) = kind.field(number) {
             walk(content, inner, depth + 1, files)?;
         }
     }
-    Some(())
+    Ok(())
 }
 
 /// The value of an entry whose key is `location`.
@@ -134,6 +145,8 @@ mod tests {
         assert_eq!(files.iter().map(String::as_str).collect::<Vec<_>>(), ["a.data", "branch.bin", "constant.bin"]);
         assert!(weight_files(&model[..model.len() - 1]).is_err());
         assert!(weight_files(b"").expect("nothing").is_empty());
+        let compiled = with(7, &with(1, &with(4, COMPILED)));
+        assert!(weight_files(&compiled).expect_err("a compiled engine").contains("EPContext"));
     }
 
     proptest! {

@@ -13,6 +13,7 @@ mod validate;
 
 use super::domain::Domain;
 pub use output::{Activation, Output};
+use semascan_formats::regular_file;
 pub use semascan_model::record::{Fusion, NetworkFile, Task, WeightsFile};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
@@ -181,11 +182,8 @@ impl Manifest {
     pub fn read(folder: &Path) -> Result<Self, ManifestError> {
         let path = folder.join(FILE_NAME);
         let fail = |reason: String| ManifestError::new(folder, "file", reason);
-        let length = std::fs::metadata(&path).map_err(|e| fail(e.to_string()))?.len();
-        if length > LARGEST {
-            return Err(fail(format!("{length} bytes are too many for a manifest")));
-        }
-        let text = std::fs::read_to_string(&path).map_err(|e| fail(e.to_string()))?;
+        let bytes = regular_file::read_at_most(&path, LARGEST).map_err(|e| fail(e.to_string()))?;
+        let text = String::from_utf8(bytes).map_err(|_| fail("is no UTF-8 text".into()))?;
         Self::parse(&text).map_err(|(field, reason)| ManifestError::new(folder, field, reason))
     }
 
