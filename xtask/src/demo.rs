@@ -7,7 +7,7 @@ use crate::report::{heading, note};
 use crate::workspace::cargo;
 use crate::{onnx_runtime, web};
 use anyhow::{Context, Result};
-use clap::{Args, Parser};
+use clap::Args;
 use std::ffi::OsString;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 use std::process::Command;
@@ -74,24 +74,24 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     become_command(&mut agent)
 }
 
-/// What of the demo's arguments says where it listens.
-#[derive(Parser)]
-#[command(ignore_errors = true)]
-struct Reach {
-    #[arg(long)]
-    port: Option<u16>,
-    #[arg(long)]
-    listen: Option<IpAddr>,
-}
-
-/// Where the agent will listen; `None` where it picks a free port itself, or only prints its help.
+/// Where the agent will listen; `None` where it picks a free port itself, only prints its help, or refuses what is said.
 fn address(arguments: &[OsString]) -> Option<SocketAddr> {
-    if arguments.iter().any(|argument| argument == "--help" || argument == "-h") {
+    let arguments: Vec<&str> = arguments.iter().filter_map(|argument| argument.to_str()).collect();
+    if arguments.iter().any(|argument| ["--help", "-h"].contains(argument)) {
         return None;
     }
-    let reach = Reach::try_parse_from(std::iter::once(OsString::from("demo")).chain(arguments.iter().cloned())).ok()?;
-    let port = reach.port.unwrap_or(DEFAULT_PORT);
-    (port != 0).then(|| SocketAddr::from((reach.listen.unwrap_or(Ipv4Addr::LOCALHOST.into()), port)))
+    let port = value_of("--port", &arguments).map_or(Ok(DEFAULT_PORT), str::parse).ok()?;
+    let loopback = IpAddr::from(Ipv4Addr::LOCALHOST);
+    let ip = value_of("--listen", &arguments).map_or(Ok(loopback), str::parse).ok()?;
+    (port != 0).then(|| SocketAddr::from((ip, port)))
+}
+
+/// The value of the argument `name`, as `--name value` or `--name=value`.
+fn value_of<'a>(name: &str, arguments: &[&'a str]) -> Option<&'a str> {
+    arguments.iter().enumerate().find_map(|(i, argument)| match argument.strip_prefix(name)? {
+        "" => arguments.get(i + 1).copied(),
+        rest => rest.strip_prefix('='),
+    })
 }
 
 /// Hands this process over, so that Ctrl-C reaches the agent alone and the shell waits for its orderly end.
@@ -123,5 +123,6 @@ mod tests {
         assert_eq!(of("--pace 0 --port=9001 --listen 0.0.0.0"), at("0.0.0.0:9001"));
         assert_eq!(of("--port 0"), None);
         assert_eq!(of("--help"), None);
+        assert_eq!(of("--port many"), None);
     }
 }

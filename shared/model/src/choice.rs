@@ -2,11 +2,18 @@
 
 /// Names are alike from this Jaro-Winkler similarity on (0: nothing in common, 1: the same).
 const ALIKE: f64 = 0.8;
+/// Letters from which on a part of a name is taken for it.
+const LEAST_PART: usize = 3;
 
 /// The name among `possible` that `given` is most likely a slip of; `None` where none is alike.
 pub fn nearest<'a>(given: &str, possible: &[&'a str]) -> Option<&'a str> {
     let given = given.to_lowercase();
-    let similarity = |name: &str| strsim::jaro_winkler(&given, &name.to_lowercase());
+    let similarity = |name: &str| {
+        let name = name.to_lowercase();
+        // A part of a name is more alike than its letters say: `motor` for `starter-motor`.
+        let part = given.len() >= LEAST_PART && name.contains(&given);
+        strsim::jaro_winkler(&given, &name).max(if part { ALIKE } else { 0.0 })
+    };
     let best = possible.iter().copied().max_by(|a, b| similarity(a).total_cmp(&similarity(b)))?;
     (similarity(best) >= ALIKE).then_some(best)
 }
@@ -30,6 +37,7 @@ mod tests {
         for (slip, meant) in [("sede", "seed"), ("Seed", "seed"), ("view", "views"), ("partseed", "part-seed")] {
             assert_eq!(nearest(slip, &keys), Some(meant), "{slip}");
         }
+        assert_eq!(nearest("motor", &["mesh", "starter-motor"]), Some("starter-motor"));
         assert_eq!(nearest("colour", &keys), None);
         assert_eq!(possible_instead("colour", &keys), "there are seed, part-seed, views, size");
         assert!(possible_instead("sise", &keys).starts_with("did you mean \"size\"? There are seed,"));

@@ -56,8 +56,9 @@ fn search(
         folders.push((beside.to_owned(), "the executable's folder"));
         folders.push((beside.join("onnxruntime"), "the executable's folder"));
         // target/debug/semascan and target/debug/deps/test both lie below target.
-        let target = beside.ancestors().take(3).skip(1).map(|t| t.join("onnxruntime"));
-        folders.extend(target.map(|t| (t, "cargo's target folder")));
+        // No other folder above the executable is looked into: it need not be the user's own.
+        let target = beside.ancestors().take(3).skip(1).filter(|above| is_target(above));
+        folders.extend(target.map(|target| (target.join("onnxruntime"), "cargo's target folder")));
     }
     folders.extend(places.data.iter().map(|data| (data.join("onnxruntime"), "the user's data folder")));
     let packages = places.site_packages(executable).into_iter().map(|site| site.join("onnxruntime/capi"));
@@ -68,6 +69,11 @@ fn search(
         .flat_map(|(folder, from)| in_folder(folder).map(|path| Found { path, from, binding: false }))
         .collect();
     (found, folders.into_iter().map(|(folder, _)| folder).collect())
+}
+
+/// Whether cargo builds into `folder`: by its usual name, or by the mark that cargo leaves in it.
+fn is_target(folder: &Path) -> bool {
+    folder.file_name().is_some_and(|name| name == "target") || folder.join("CACHEDIR.TAG").is_file()
 }
 
 /// The library in `folder`: the one with the highest version where there are several.
@@ -115,6 +121,12 @@ mod tests {
             assert_eq!(found.first().map(|f| (&f.path, f.binding)), Some((&library, false)), "{executable}");
             assert!(looked_in.len() > 6);
         }
+        // What lies above an installed program is somebody else's.
+        touch(&root.path().join("onnxruntime"), "libonnxruntime.so");
+        let installed = root.path().join("bin/semascan");
+        let (found, looked_in) = search(None, None, Some(&installed), &Places::default());
+        assert!(!looked_in.contains(&root.path().join("onnxruntime")), "{looked_in:?}");
+        assert!(found.iter().all(|f| !f.path.starts_with(root.path())), "{found:?}");
         let beside = touch(&root.path().join("target/debug"), "libonnxruntime.so");
         let (found, _) = search(None, None, Some(&root.path().join("target/debug/semascan")), &Places::default());
         assert_eq!(found.first().map(|f| &f.path), Some(&beside));
