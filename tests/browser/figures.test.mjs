@@ -73,7 +73,7 @@ onEveryBackend(
       const [points, held] = await note.evaluate(({ dataset }) => [Number(dataset.points), Number(dataset.held)]);
       assert.equal(held, record.points, 'the model has all points of the record');
       assert.ok(points > 0 && points < held, `${points} of ${held}`);
-      assert.match(await note.textContent(), /of the model's .* points are hidden and left out/);
+      assert.match(await note.textContent(), /of the model's .* points\. Left out are/);
       await viewer.toggle(1);
     });
 

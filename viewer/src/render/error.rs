@@ -27,7 +27,7 @@ pub enum RenderError {
         /// How WebGL2 failed.
         webgl2: String,
     },
-    /// The device is gone; see [`super::Renderer::rebuild`].
+    /// The device is gone; another one may be opened.
     #[error("the graphics device was lost: {0}")]
     Lost(String),
     /// The page does not let itself be changed.

@@ -160,15 +160,20 @@ fn LinkBanner(ui: Ui) -> impl IntoView {
             Some(format!("Connection lost. {} The model may be out of date.", units::sentence(reason)))
         }
         Connection::Refused { reason } => Some(format!("The connection was refused. {}", units::sentence(reason))),
-        Connection::Broken { reason } => {
-            Some(format!("{} Reload the page to go on.", units::sentence(reason)))
+        Connection::Broken { reason } => Some(format!("{} Reload the page to go on.", units::sentence(reason))),
+        _ if s.is_cut => {
+            // Points are counted with a frame, and the agent may not have said yet how many there are.
+            let here = match (s.legend.held_points(), s.progress.points) {
+                (held, all) if held > 0 && all > held => {
+                    format!(" {} of {} points are here.", units::count(held), units::count(all))
+                }
+                _ => String::new(),
+            };
+            Some(format!(
+                "This model is larger than a browser page can hold.{here} The rest is not shown and not exported; the \
+                 agent's own files hold all of it."
+            ))
         }
-        _ if s.is_cut => Some(format!(
-            "This model is larger than a browser page can hold. {} of {} points are here; the rest is not shown and not \
-             exported. The agent's own files hold all of it.",
-            units::count(s.legend.held_points()),
-            units::count(s.progress.points)
-        )),
         _ if s.model_differs() => {
             Some("The model shown differs from the agent's. Reload the page to fetch it anew.".into())
         }
