@@ -62,7 +62,7 @@ fn export_writes_every_format_and_the_same_mesh_as_inspect() {
     };
     let [part, whole] = [path("part"), path("whole")];
     let without = semascan(&["export", &motor, "--format", "cloud", "--out", &part]);
-    assert!(stderr(&without).contains("background (--background"), "{}", stderr(&without));
+    assert!(stderr(&without).contains("(--background includes the background)"), "{}", stderr(&without));
     let with = semascan(&["export", &motor, "--format", "cloud,ply", "--background", "--out", &whole]);
     assert_eq!(with.status.code(), Some(0), "{}", stderr(&with));
     assert!(points(&part) < points(&whole) && points(&whole) <= points(&motor));
