@@ -135,7 +135,7 @@ fn export_writes_every_format_and_the_same_mesh_as_inspect() {
     assert_eq!(set.status.code(), Some(2), "{}", stderr(&set));
     assert!(stderr(&set).contains("is a file of the inspection"), "{}", stderr(&set));
     assert_eq!(semascan(&["export", &motor, "--format", "ply", "--pitch", "99"]).status.code(), Some(2));
-    assert_eq!(semascan(&["export", &path("nowhere"), "--format", "ply"]).status.code(), Some(1));
+    assert_eq!(semascan(&["export", &path("nowhere"), "--format", "ply"]).status.code(), Some(2));
 }
 
 #[test]

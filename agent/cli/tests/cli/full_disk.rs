@@ -41,7 +41,7 @@ fn a_full_disk_is_a_failure_that_leaves_no_half_set() {
     let names = |folder: &Path| std::fs::read_dir(folder).expect("reads").count();
     assert_eq!((names(&out), names(dir.path())), (1, 1), "the record alone, and nothing beside the folder");
     let export = ["export", out.to_str().expect("UTF-8"), "--format", "obj"];
-    assert_eq!(semascan(&export).status.code(), Some(1), "there is no model");
+    assert_eq!(semascan(&export).status.code(), Some(2), "there is no model");
 }
 
 #[test]

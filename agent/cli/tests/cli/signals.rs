@@ -119,6 +119,10 @@ fn a_server_ends_with_0_if_nothing_was_cut_off_and_with_the_signal_otherwise() {
         let out = path(name);
         let (child, mut lines) = served(&["serve", "--source", source, "--pace", "0.2", "--out", &out]);
         assert!(lines.any(|line| line.is_ok_and(|line| line.contains(word))), "{name}: it never said {word}");
+        // It listens before its source is open; the record is there when the inspection begins.
+        while outcome(Path::new(&out)).is_none() {
+            std::thread::sleep(Duration::from_millis(10));
+        }
         std::thread::sleep(Duration::from_millis(500));
         signal(child.id(), "-TERM");
         assert_eq!(ended(child).code(), Some(expected), "{name}");
