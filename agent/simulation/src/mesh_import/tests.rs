@@ -96,7 +96,7 @@ fn broken_gltf_is_refused_with_a_reason() {
     type Spoil = fn(String) -> String;
     let cases: [(&str, Spoil); 6] = [
         ("accessor 0", |j| j.replace("\"count\":4", "\"count\":400")),
-        ("accessor 1", |j| j.replace("\"count\":12", "\"count\":18446744073709551615")),
+        ("mesh 0 primitive 0", |j| j.replace("\"count\":12", "\"count\":18446744073709551615")),
         ("buffer view 1", |j| j.replace("\"byteOffset\":48", "\"byteOffset\":49")),
         ("POSITION", |j| j.replace("POSITION", "NORMAL")),
         ("nest without end", |j| j.replace("\"mesh\":0,", "\"children\":[0],")),
