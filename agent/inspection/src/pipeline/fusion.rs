@@ -156,10 +156,18 @@ impl<'a> Fusion<'a> {
         let place = self.accepted.len();
         let (result, picture) = match &self.model {
             Some(model) => {
-                let integrate =
-                    || run_stage(self.events, timings, view.index, Stage::Fuse, || model.write().integrate(&labelled));
-                let picture = || self.pictures.wants(place).then(|| judged_picture(self.info, &labelled));
-                rayon::join(integrate, picture)
+                let mut picture = None;
+                let result = run_stage(self.events, timings, view.index, Stage::Fuse, || {
+                    // Locked here, not by a thread of the pool: a reader of the model may be waiting for all of these.
+                    let mut guard = model.write();
+                    let map = &mut *guard;
+                    let wanted = self.pictures.wants(place);
+                    let judged = || wanted.then(|| judged_picture(self.info, &labelled));
+                    let integrated;
+                    (integrated, picture) = rayon::join(|| map.integrate(&labelled), judged);
+                    integrated
+                });
+                (result, picture)
             }
             None => (Err("no depth in the whole picture".to_owned()), None),
         };
