@@ -64,11 +64,11 @@ pub(crate) struct Cli {
 enum Command {
     /// Inspect a simulated starter motor and watch it in the browser
     #[cfg(feature = "demo")]
-    Demo(demo::DemoArgs),
+    Demo(Box<demo::DemoArgs>),
     /// Serve the viewer and the live stream, and inspect a source if one is given
     Serve(Box<serve::ServeArgs>),
     /// Inspect a source without a browser and write the model
-    Inspect(inspect::InspectArgs),
+    Inspect(Box<inspect::InspectArgs>),
     /// Measure a model against a reference, clouds or meshes; or the poses of an inspection against its pictures
     #[cfg(feature = "demo")]
     Evaluate(evaluate::EvaluateArgs),

@@ -9,6 +9,7 @@ use std::str::FromStr;
 /// Longest length in millimetres that anybody means: ten kilometres.
 const LONGEST: f64 = 1e7;
 /// Most points that a mesh is sampled with: a few gigabytes.
+#[cfg(feature = "demo")]
 const MOST_SAMPLES: u64 = 20_000_000;
 /// Most threads.
 const MOST_THREADS: u64 = 4096;
@@ -36,6 +37,7 @@ pub(crate) fn length_or_zero<T: Number>(text: &str) -> Result<T, String> {
 }
 
 /// What one unit of a file is in metres.
+#[cfg(feature = "demo")]
 pub(crate) fn scale(text: &str) -> Result<f64, String> {
     positive(text, 1e6)
 }
@@ -51,6 +53,7 @@ pub(crate) fn pause(text: &str) -> Result<f64, String> {
 }
 
 /// A number of samples.
+#[cfg(feature = "demo")]
 pub(crate) fn samples() -> RangedU64ValueParser<usize> {
     RangedU64ValueParser::new().range(1..=MOST_SAMPLES)
 }
@@ -103,6 +106,13 @@ mod tests {
             length::<f64>(wrong).expect_err(wrong);
         }
         assert_eq!(length_or_zero::<f32>("0"), Ok(0.0));
-        assert!(pause("1e9").is_err() && scale("0").is_err() && pitch("nan").is_err());
+        assert!(pause("1e9").is_err() && pitch("nan").is_err());
+    }
+
+    #[cfg(feature = "demo")]
+    #[test]
+    fn a_unit_is_longer_than_nothing() {
+        assert!(scale("0").is_err());
+        assert_eq!(scale("0.0254"), Ok(0.0254));
     }
 }
