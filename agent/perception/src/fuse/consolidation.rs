@@ -6,7 +6,7 @@
 //! window moved until it is centred on the mean [Comaniciu 2002]. Where noise is small against a voxel nothing moves:
 //! details of the size of a voxel stay.
 
-use super::brick::{Brick, Voxel};
+use super::brick::Voxel;
 use super::keys::{BRICK_EDGE, BrickKey, local_index, pack_brick, within_brick};
 use super::map::SemanticMap;
 use rayon::prelude::*;
@@ -77,7 +77,8 @@ impl SemanticMap {
         // Bricks of which nothing moves stay as they are, and are there when voxels of others arrive.
         for ((key, brick), steps) in keys.iter().zip(&mut bricks).zip(&steps) {
             if steps.is_empty() {
-                self.insert(*key, std::mem::take(brick));
+                let at = self.place_of(*key);
+                self.bricks[at] = std::mem::take(brick);
             }
         }
         for ((key, brick), steps) in keys.iter().zip(bricks).zip(&steps).filter(|(_, steps)| !steps.is_empty()) {
@@ -85,10 +86,7 @@ impl SemanticMap {
             for (slot, (voxel, step)) in brick.voxels.iter().zip(steps).enumerate() {
                 let (address, moved) = moved(voxel, key.voxel(voxel.local), *step);
                 let target = BrickKey::containing(address);
-                let at = match self.index.get(&target) {
-                    Some(&at) => at,
-                    None => self.insert(target, Brick::default()),
-                };
+                let at = self.place_of(target);
                 let (merged, evidence, _) = self.bricks[at].entry(local_index(address), classes);
                 merged.absorb(&moved, views);
                 for (sum, of_voxel) in evidence.iter_mut().zip(brick.evidence(slot, classes)) {
@@ -100,14 +98,6 @@ impl SemanticMap {
             }
         }
         changed.into_iter().collect()
-    }
-
-    fn insert(&mut self, key: BrickKey, brick: Brick) -> usize {
-        let at = self.bricks.len();
-        self.index.insert(key, at);
-        self.keys.push(key);
-        self.bricks.push(brick);
-        at
     }
 
     /// How far each voxel of each brick moves, voxels; nothing for bricks whose surfaces are not noisy.

@@ -220,11 +220,7 @@ impl SemanticMap {
         let mut places = Vec::with_capacity(work.len());
         for run in &work {
             let key = brick_of(run[0].brick);
-            places.push(*self.index.entry(key).or_insert_with(|| {
-                self.bricks.push(Brick::default());
-                self.keys.push(key);
-                self.bricks.len() - 1
-            }));
+            places.push(self.place_of(key));
         }
         let mut bricks: Vec<Option<&mut Brick>> = self.bricks.iter_mut().map(Some).collect();
         let jobs: Vec<(Option<&mut Brick>, BrickKey, &[Run])> =
@@ -247,6 +243,15 @@ impl SemanticMap {
         let points_added = touched.values().map(|c| u64::from(c.made)).sum();
         let chunk = |(id, Change { made, relabelled })| TouchedChunk { id, made, relabelled };
         Integration { touched: touched.into_iter().map(chunk).collect(), points_added }
+    }
+
+    /// Place of the brick at `key`, which is made if it is not there.
+    pub(super) fn place_of(&mut self, key: BrickKey) -> usize {
+        *self.index.entry(key).or_insert_with(|| {
+            self.bricks.push(Brick::default());
+            self.keys.push(key);
+            self.bricks.len() - 1
+        })
     }
 
     /// Bricks in address order.

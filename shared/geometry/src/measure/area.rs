@@ -168,6 +168,14 @@ mod tests {
         mesh
     }
 
+    /// Makes faces between 21 rows of `row` vertices each.
+    fn join_rows(mesh: &mut SemanticMesh, row: u32) {
+        for (y, k) in (0..20).flat_map(|y| (0..row - 1).map(move |k| (y, k))) {
+            let (a, b) = (y * row + k, (y + 1) * row + k);
+            mesh.triangles.extend([[a, a + 1, b + 1], [a, b + 1, b]]);
+        }
+    }
+
     #[test]
     fn the_strip_along_the_rim_is_a_quarter_of_a_voxel() {
         let mesh = square(0.0, 0.0);
@@ -209,11 +217,7 @@ mod tests {
                 mesh.push(SemanticPoint { position, normal: *normal, ..SemanticPoint::UNKNOWN }, false);
             }
         }
-        let row = across.len() as u32;
-        for (y, k) in (0..20).flat_map(|y| (0..row - 1).map(move |k| (y, k))) {
-            let (a, b) = (y * row + k, (y + 1) * row + k);
-            mesh.triangles.extend([[a, a + 1, b + 1], [a, b + 1, b]]);
-        }
+        join_rows(&mut mesh, across.len() as u32);
         let area: f64 = seen_vertex_areas(&mesh, VOXEL).iter().sum();
         let truth = 20.0 * (10.7 + 10.7) * 1e-6;
         // The faces beside it are taken for slightly blurred.
@@ -239,11 +243,7 @@ mod tests {
                 );
             }
         }
-        let row = across.len() as u32;
-        for (y, k) in (0..20).flat_map(|y| (0..row - 1).map(move |k| (y, k))) {
-            let (a, b) = (y * row + k, (y + 1) * row + k);
-            mesh.triangles.extend([[a, a + 1, b + 1], [a, b + 1, b]]);
-        }
+        join_rows(&mut mesh, across.len() as u32);
         let area: f64 = seen_vertex_areas(&mesh, VOXEL).iter().sum();
         let truth = 20.0 * (10.7 + 10.7) * 1e-6;
         let (missing, left) = (truth - mesh.area(), truth - area);
