@@ -9,6 +9,7 @@ import onnxruntime
 import torch
 from torch import nn
 
+from .class_softmax import spell_out_class_softmax
 from .dataset import open_samples
 from .errors import TrainingError
 from .evaluate import evaluate_networks
@@ -16,6 +17,7 @@ from .manifest import manifest_text
 from .networks import make_network
 from .recipe import Recipe
 from .run import Run, load_checkpoint, open_run, write_whole
+from .shift_convolution import spell_out_shifts
 from .taxonomy import COMPONENTS, DEFECTS
 from .train import prepare
 from .weight_storage import store_halved, store_in_eight_bits, widened
@@ -144,7 +146,8 @@ def to_onnx(network: nn.Module, recipe: Recipe) -> bytes:
     """The network as ONNX, its weights in 16 bits where that is lossless enough, after the parity checks."""
     module = Exported(network).eval()
     channels = len(recipe.data.channels)
-    whole = _export(module, example_picture(*TRACE_SIZE, channels, seed=1))
+    traced = _export(module, example_picture(*TRACE_SIZE, channels, seed=1))
+    whole = spell_out_shifts(spell_out_class_softmax(traced))
     content = whole.SerializeToString()
     kinds = [("32-bit", content, getattr(network, "tolerance", WHOLE_TOLERANCE))]
     if getattr(network, "halved", True):
