@@ -2,6 +2,7 @@
 
 use crate::source::{KeyframeRule, Keyframes, Source, SourceError, SourceInfo, TurntableSource, WithTaxonomy};
 use crate::spec::{BackgroundMethod, InspectionSpec, MaskRefinement, NetworkSpec, RegistrationMethod, SpecError};
+use rayon::prelude::*;
 use semascan_model::Taxonomy;
 use semascan_model::record::{LabelSource, NetworksRecord};
 use semascan_perception::register::{IcpConfig, IcpRegistrar, KinematicRegistrar, Registrar, Selection};
@@ -148,7 +149,7 @@ fn network_segmenter(
     let engine = engine::open(spec.engine, spec.onnxruntime.as_deref(), spec.provider)?;
     let threads = spec.threads.unwrap_or_else(rayon::current_num_threads);
     let load = |(folder, _): &(PathBuf, Manifest)| NetworkModel::load(folder, engine.as_ref(), threads);
-    let models: Vec<NetworkModel> = models.iter().map(load).collect::<Result<_, _>>()?;
+    let models: Vec<NetworkModel> = models.par_iter().map(load).collect::<Result<_, _>>()?;
     let description = engine.description();
     let names: Vec<&str> = models.iter().map(|m| m.manifest().name.as_str()).collect();
     tracing::info!("labels by {} in {} {}", names.join(", "), description.name, description.version);

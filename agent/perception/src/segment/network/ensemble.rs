@@ -1,12 +1,11 @@
-//! Every member of an ensemble asked about every augmentation of a view, in one batch a member.
+//! Every member of an ensemble asked about every augmentation of a view.
 
 use super::augment::Drawn;
 use super::engine::{EngineError, Tensor};
-use super::model::NetworkModel;
+use super::model::{Answer, NetworkModel};
 use super::preprocess::Frame;
 use super::uncertainty::Predictions;
 use crate::view::View;
-use rayon::prelude::*;
 
 /// What an ensemble says of a window of a view.
 #[derive(Clone, Debug, Default)]
@@ -29,20 +28,29 @@ pub(super) fn ask(
     frame: &Frame,
     augmentations: &[Drawn],
 ) -> Result<Said, EngineError> {
-    let input = &model.manifest().input;
+    let input = model.manifest().input.clone();
     let (width, height) = frame.size;
-    let plain = frame.tensor(view, input);
-    let batch: Vec<f32> = augmentations.iter().flat_map(|a| a.apply(&plain, input, frame.size)).collect();
-    let shape = vec![augmentations.len(), input.channels.len(), height, width];
-    let answers = model.ask(&Tensor { shape, data: batch })?;
+    let plain = frame.tensor(view, &input);
+    let shape = vec![1, input.channels.len(), height, width];
+    let picture = |t: usize| {
+        let drawn: &Drawn = &augmentations[t];
+        Tensor { shape: shape.clone(), data: drawn.apply(&plain, &input, frame.size) }
+    };
+    let take = |t: usize, answer: Answer| {
+        let plane = frame.restore(&augmentations[t].undo(&answer.probabilities.data, frame.size));
+        // The picture as it is shows best what each stream contributes, and where objects are.
+        let contribution = answer.contribution.filter(|_| t == 0).map(|share| frame.restore(&share.data));
+        (plane, contribution, answer.objects.filter(|_| t == 0))
+    };
+    let answers = model.ask_each(augmentations.len(), picture, take)?;
     let classes = model.manifest().classes.len();
-    let size = width * height;
-    // A prediction belongs to a member, then to an augmentation.
-    let jobs: Vec<(&[f32], &Drawn)> = answers
-        .iter()
-        .flat_map(|answer| answer.probabilities.data.chunks_exact((classes * size).max(1)).zip(augmentations))
-        .collect();
-    let planes = jobs.par_iter().map(|(picture, drawn)| frame.restore(&drawn.undo(picture, frame.size))).collect();
+    let members = answers.len() / augmentations.len().max(1);
+    let (mut planes, mut shares, mut objects) = (Vec::with_capacity(answers.len()), Vec::new(), None);
+    for (plane, contribution, found) in answers {
+        planes.push(plane);
+        shares.extend(contribution);
+        objects = objects.or(found);
+    }
     let known = |drawn: &Drawn| {
         let known: Vec<f32> = drawn.known(frame.size)?.into_iter().map(|k| f32::from(u8::from(k))).collect();
         Some(frame.restore(&known).into_iter().map(|k| k == 1.0).collect())
@@ -50,18 +58,15 @@ pub(super) fn ask(
     let predictions = Predictions {
         classes,
         pixels: frame.window.pixels(),
-        members: answers.len(),
+        members,
         augmentations: augmentations.len(),
         planes,
         valid: augmentations.iter().map(known).collect(),
     };
-    // The picture as it is shows best what each stream contributes.
-    let shares: Vec<&[f32]> = answers.iter().filter_map(|a| a.contribution.as_ref()?.data.get(..size)).collect();
     let contribution = (!shares.is_empty()).then(|| {
-        frame.restore(
-            &(0..size).map(|i| shares.iter().map(|s| s[i]).sum::<f32>() / shares.len() as f32).collect::<Vec<_>>(),
-        )
+        let mean = |i: usize| shares.iter().map(|share: &Vec<f32>| share[i]).sum::<f32>() / shares.len() as f32;
+        (0..frame.window.pixels()).map(mean).collect()
     });
-    let instances = answers.first().and_then(|a| a.objects.as_ref()).map(|o| frame.restore_labels(&o.instances));
+    let instances = objects.map(|o| frame.restore_labels(&o.instances));
     Ok(Said { predictions, contribution, instances })
 }

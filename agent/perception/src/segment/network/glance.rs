@@ -13,8 +13,11 @@ use crate::view::View;
 const COARSER: u32 = 2;
 /// Least probability of a class other than none.
 const LEAST: f32 = 0.1;
+/// Least such probability somewhere in a region: a table and its shadows may look like something, but not as
+/// surely as a part.
+const SURE: f32 = 0.95;
 /// Pixels of the training's scale around what is seen, besides the usual margin: a part's dark end is easily missed.
-const MARGIN: u32 = 32;
+const MARGIN: u32 = 16;
 /// Fewest pixels among a pixel's neighbours and itself, nine in all, that agree with it.
 const AGREEING: usize = 5;
 
@@ -72,23 +75,30 @@ impl Glance {
     }
 }
 
-/// The rectangle around the pixels that may be something, single ones left out; the first plane of `probabilities` is
-/// that of none.
+/// The rectangle around the regions that may be something, where the network is sure of some pixel of each; the first plane
+/// of `probabilities` is that of none. Single pixels are left out.
 fn extent(probabilities: &[f32], (width, height): (usize, usize)) -> Option<Window> {
-    let something = |u: usize, v: usize| 1.0 - probabilities[v * width + u] > LEAST;
+    let something = |i: usize| 1.0 - probabilities[i] > LEAST;
+    let around = |i: usize| {
+        let (u, v) = (i % width, i / width);
+        (v.saturating_sub(1)..(v + 2).min(height))
+            .flat_map(move |y| (u.saturating_sub(1)..(u + 2).min(width)).map(move |x| y * width + x))
+    };
+    let counts = |i: usize| something(i) && around(i).filter(|&n| something(n)).count() >= AGREEING;
+    // From the pixels that are surely something to all that hang together with them.
+    let mut open: Vec<usize> = (0..width * height).filter(|&i| 1.0 - probabilities[i] > SURE && counts(i)).collect();
+    let mut seen = vec![false; width * height];
+    open.iter().for_each(|&i| seen[i] = true);
     let (mut columns, mut rows) = ((usize::MAX, 0), (usize::MAX, 0));
-    for v in 0..height {
-        for u in 0..width {
-            if !something(u, v) {
-                continue;
+    while let Some(i) = open.pop() {
+        let (u, v) = (i % width, i / width);
+        columns = (columns.0.min(u), columns.1.max(u));
+        rows = (rows.0.min(v), rows.1.max(v));
+        for next in around(i).filter(|&n| counts(n)) {
+            if !seen[next] {
+                seen[next] = true;
+                open.push(next);
             }
-            let around = (v.saturating_sub(1)..(v + 2).min(height))
-                .flat_map(|y| (u.saturating_sub(1)..(u + 2).min(width)).map(move |x| (x, y)));
-            if around.filter(|&(x, y)| something(x, y)).count() < AGREEING {
-                continue;
-            }
-            columns = (columns.0.min(u), columns.1.max(u));
-            rows = (rows.0.min(v), rows.1.max(v));
         }
     }
     (columns.0 <= columns.1).then(|| Window {
@@ -104,7 +114,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn single_pixels_do_not_widen_the_window() {
+    fn single_pixels_and_doubtful_regions_do_not_widen_the_window() {
         let (width, height) = (12, 10);
         let mut none = vec![1.0; width * height];
         for v in 3..7 {
@@ -113,9 +123,17 @@ mod tests {
             }
         }
         none[11] = 0.0;
+        // A doubtful region counts only where it touches a sure one.
+        for u in 0..3 {
+            (0..10).for_each(|v| none[v * width + u] = 0.7);
+        }
         // Corners of the rectangle have three neighbours only.
         let seen = extent(&none, (width, height)).expect("seen");
         assert_eq!(seen, Window { left: 4, top: 3, width: 5, height: 4 });
+        none[3 * width + 3] = 0.8;
+        none[4 * width + 3] = 0.8;
+        none[5 * width + 3] = 0.8;
+        assert_eq!(extent(&none, (width, height)).map(|seen| (seen.left, seen.width)), Some((0, 9)));
         assert_eq!(extent(&[1.0; 120], (width, height)), None);
     }
 }

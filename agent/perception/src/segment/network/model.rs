@@ -8,6 +8,7 @@ use super::upsample::{enlarged, factor};
 use rayon::prelude::*;
 use std::fmt;
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
 
 /// Why a model cannot be used.
 #[derive(Debug, thiserror::Error)]
@@ -61,7 +62,7 @@ impl NetworkModel {
         let within = (threads / manifest.networks.len()).max(1);
         let networks: Vec<_> = manifest
             .networks
-            .iter()
+            .par_iter()
             .map(|network| engine.load(&folder.join(&network.file), within))
             .collect::<Result<_, _>>()?;
         let mut model = Self { folder: folder.into(), manifest, networks };
@@ -197,24 +198,45 @@ impl NetworkModel {
         Ok(())
     }
 
-    /// What each network says of a batch of pictures, `[N, C, H, W]`.
+    /// Shows `pictures` pictures (`[1, C, H, W]`) to each network, and gives what is taken from the answers, all of the first
+    /// network first. Networks work beside each other, each on one picture at a time: what a picture needs is small enough
+    /// for the caches, and is made and given back where it is used.
     ///
     /// # Errors
     /// [`EngineError`] if one does not run or gives another shape than it did when it was tried.
-    pub fn ask(&mut self, pictures: &Tensor) -> Result<Vec<Answer>, EngineError> {
+    pub fn ask_each<T: Send>(
+        &mut self,
+        pictures: usize,
+        picture: impl Fn(usize) -> Tensor + Sync,
+        take: impl Fn(usize, Answer) -> T + Sync,
+    ) -> Result<Vec<T>, EngineError> {
         if self.manifest.output.boxes.is_some() {
-            return Ok(vec![self.detect(pictures)?]);
+            return (0..pictures).map(|place| Ok(take(place, self.detect(&picture(place))?))).collect();
         }
         let Self { folder, manifest, networks } = self;
-        // Members are independent of each other, and each has a session of its own.
-        let members = networks.par_iter_mut().zip(&manifest.networks);
-        members.map(|(network, file)| answer(network.as_mut(), &folder.join(&file.file), manifest, pictures)).collect()
+        let count = networks.len();
+        let networks: Vec<Mutex<&mut Box<dyn Network>>> = networks.iter_mut().map(Mutex::new).collect();
+        // Threads begin at different networks, so that they seldom wait for each other.
+        let ask = |job: usize| {
+            let (place, step) = (job / count, job % count);
+            let member = (step + place * count / pictures) % count;
+            let input = picture(place);
+            let file = folder.join(&manifest.networks[member].file);
+            let mut network = networks[member].lock().unwrap_or_else(PoisonError::into_inner);
+            let answer = answer(network.as_mut(), &file, manifest, &input)?;
+            drop(network);
+            Ok((member * pictures + place, take(place, answer)))
+        };
+        let mut taken: Vec<(usize, T)> =
+            (0..count * pictures).into_par_iter().with_max_len(1).map(ask).collect::<Result<_, EngineError>>()?;
+        taken.sort_unstable_by_key(|(order, _)| *order);
+        Ok(taken.into_iter().map(|(_, taken)| taken).collect())
     }
 
     /// What the first network alone says of a batch of pictures.
     ///
     /// # Errors
-    /// As [`Self::ask`].
+    /// As [`Self::ask_each`].
     pub fn ask_first(&mut self, pictures: &Tensor) -> Result<Answer, EngineError> {
         if self.manifest.output.boxes.is_some() {
             return self.detect(pictures);

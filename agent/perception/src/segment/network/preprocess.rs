@@ -55,24 +55,23 @@ impl Frame {
         let mut tensor = vec![0.0; plane * input.channels.len()];
         for (channel, values) in input.channels.iter().zip(tensor.chunks_exact_mut(plane.max(1))) {
             match (channel, &input.color, &input.depth) {
-                (Channel::Depth, _, Some(scale)) => self.fill(values, |u, v| {
-                    let at = |c: f32, end: u32| (c.round().max(0.0) as u32).min(end.saturating_sub(1));
-                    match view.depth.at(at(u, view.depth.width), at(v, view.depth.height)) {
+                (Channel::Depth, _, Some(scale)) => {
+                    let picture = (view.depth.width as usize, view.depth.height as usize);
+                    self.fill(values, picture, false, |u, v| match view.depth.at(u as u32, v as u32) {
                         Some(z) => ((z - scale.near) / (scale.far - scale.near)).clamp(0.0, 1.0),
                         None => scale.missing,
-                    }
-                }),
+                    });
+                }
                 (color, Some(scale), _) => {
                     let c = match color {
                         Channel::Red => 0,
                         Channel::Green => 1,
                         _ => 2,
                     };
-                    let scaled = |byte: f32| (byte / 255.0 - scale.mean[c]) / scale.std[c];
                     let (columns, rows) = (view.rgb.width() as usize, view.rgb.height() as usize);
                     let bytes = view.rgb.as_raw();
-                    self.fill(values, |u, v| {
-                        scaled(bilinear(columns, rows, u, v, |u, v| f32::from(bytes[(v * columns + u) * 3 + c])))
+                    self.fill(values, (columns, rows), true, |u, v| {
+                        (f32::from(bytes[(v * columns + u) * 3 + c]) / 255.0 - scale.mean[c]) / scale.std[c]
                     });
                 }
                 // A checked manifest has a scale for each of its channels.
@@ -82,16 +81,22 @@ impl Frame {
         tensor
     }
 
-    /// Fills a plane of the input from pixels (u, v); what lies beyond `seen` repeats its rim.
-    fn fill(&self, values: &mut [f32], pixel: impl Fn(f32, f32) -> f32) {
+    /// Fills a plane of the input from the pixels `at` (column, row) of a `picture` (columns, rows), interpolated where
+    /// the input is stretched and they `blend`, else the nearest; what lies beyond `seen` repeats its rim.
+    fn fill(&self, values: &mut [f32], picture: (usize, usize), blend: bool, at: impl Fn(usize, usize) -> f32) {
         let (right, bottom) = (self.seen.left + self.seen.width, self.seen.top + self.seen.height);
         for (y, row) in values.chunks_exact_mut(self.size.0.max(1)).enumerate() {
             for (x, value) in row.iter_mut().enumerate() {
                 let (u, v) = self.source(x, y);
-                *value = pixel(
-                    u.clamp(self.seen.left as f32, right as f32 - 1.0),
-                    v.clamp(self.seen.top as f32, bottom as f32 - 1.0),
-                );
+                let u = u.clamp(self.seen.left as f32, right as f32 - 1.0);
+                let v = v.clamp(self.seen.top as f32, bottom as f32 - 1.0);
+                *value = if self.stretched && blend {
+                    bilinear(picture.0, picture.1, u, v, &at)
+                } else {
+                    // Half a pixel more: the conversion cuts off.
+                    let nearest = |c: f32, end: usize| ((c + 0.5) as usize).min(end.saturating_sub(1));
+                    at(nearest(u, picture.0), nearest(v, picture.1))
+                };
             }
         }
     }
@@ -134,9 +139,10 @@ impl Frame {
     /// Labels of the input's pixels from those of a picture of `columns`.
     pub(super) fn labels(&self, picture: &[u16], columns: u32) -> Vec<u16> {
         let mut labels = vec![0.0; self.size.0 * self.size.1];
-        self.fill(&mut labels, |u, v| {
-            let at = v.round() as usize * columns as usize + u.round() as usize;
-            picture.get(at).copied().map_or(0.0, f32::from)
+        let columns = columns as usize;
+        let rows = picture.len() / columns.max(1);
+        self.fill(&mut labels, (columns, rows), false, |u, v| {
+            picture.get(v * columns + u).copied().map_or(0.0, f32::from)
         });
         labels.into_iter().map(|label| label as u16).collect()
     }

@@ -4,6 +4,7 @@ use crate::segment::class_field::ClassField;
 use crate::segment::network::glance::Glance;
 use crate::segment::network::region::Window;
 use crate::segment::network::uncertainty::{Estimate, UncertaintyFigures};
+use rayon::prelude::*;
 
 /// A class field in the making: none with certainty, until networks have looked.
 pub(super) struct Canvas {
@@ -31,30 +32,43 @@ impl Canvas {
 
     /// Puts an estimate into its window; class `c` of the estimate is class `numbers[c]` of the field.
     pub(super) fn paint(&mut self, window: Window, estimate: &Estimate, numbers: &[u16]) {
-        let pixels = window.pixels();
-        for i in 0..pixels {
-            let row = window.top as usize + i / window.width as usize;
-            let at = row * self.columns + window.left as usize + i % window.width as usize;
-            self.sigma[at] = byte(estimate.sigma[i]);
-            let field = &mut self.probabilities[at * self.classes..(at + 1) * self.classes];
-            field.fill(0);
-            for (c, &number) in numbers.iter().enumerate() {
-                field[usize::from(number)] = byte(estimate.mean[c * pixels + i]);
+        let (pixels, width) = (window.pixels(), window.width as usize);
+        let (left, classes) = (window.left as usize, self.classes);
+        let rows = self.rows().skip(window.top as usize).take(window.height as usize);
+        rows.enumerate().for_each(|(row, (probabilities, sigma))| {
+            let fields = probabilities[left * classes..].chunks_exact_mut(classes.max(1));
+            for (column, (field, sigma)) in fields.zip(&mut sigma[left..left + width]).enumerate() {
+                let i = row * width + column;
+                *sigma = byte(estimate.sigma[i]);
+                field.fill(0);
+                for (c, &number) in numbers.iter().enumerate() {
+                    field[usize::from(number)] = byte(estimate.mean[c * pixels + i]);
+                }
             }
-        }
+        });
     }
 
     /// Puts what a glance saw of the picture, which was shrunk by `factor`, everywhere.
     pub(super) fn sketch(&mut self, glance: &Glance, factor: u32, numbers: &[u16]) {
-        let pixels = self.probabilities.chunks_exact_mut(self.classes.max(1)).zip(&mut self.sigma);
-        for (i, (field, sigma)) in pixels.enumerate() {
-            let (probabilities, deviation) = glance.at((i % self.columns) as u32, (i / self.columns) as u32, factor);
-            *sigma = byte(deviation);
-            field.fill(0);
-            for (&number, p) in numbers.iter().zip(probabilities) {
-                field[usize::from(number)] = byte(p);
+        let classes = self.classes.max(1);
+        self.rows().enumerate().for_each(|(row, (probabilities, sigma))| {
+            let fields = probabilities.chunks_exact_mut(classes);
+            for (column, (field, sigma)) in fields.zip(sigma).enumerate() {
+                let (probabilities, deviation) = glance.at(column as u32, row as u32, factor);
+                *sigma = byte(deviation);
+                field.fill(0);
+                for (&number, p) in numbers.iter().zip(probabilities) {
+                    field[usize::from(number)] = byte(p);
+                }
             }
-        }
+        });
+    }
+
+    /// The rows of the picture: probabilities, and sigma.
+    fn rows(&mut self) -> impl IndexedParallelIterator<Item = (&mut [u8], &mut [u8])> {
+        let columns = self.columns.max(1);
+        let probabilities = self.probabilities.par_chunks_exact_mut(columns * self.classes.max(1));
+        probabilities.zip(self.sigma.par_chunks_exact_mut(columns))
     }
 
     /// Makes every label of a window as uncertain as can be: what stands there is no evidence. The probabilities stay, so that
@@ -76,5 +90,6 @@ impl Canvas {
 
 /// A share in eight bits, 255 = 1.
 pub(super) fn byte(share: f32) -> u8 {
-    (share.clamp(0.0, 1.0) * 255.0).round() as u8
+    // Half a step more: the conversion cuts off.
+    (share.clamp(0.0, 1.0) * 255.0 + 0.5) as u8
 }

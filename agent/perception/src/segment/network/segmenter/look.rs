@@ -15,7 +15,7 @@ use crate::segment::network::picture_statistics::statistics;
 use crate::segment::network::preprocess::Frame;
 use crate::segment::network::region::Window;
 use crate::segment::network::scale;
-use crate::segment::network::uncertainty::{UncertaintyFigures, UncertaintySettings};
+use crate::segment::network::uncertainty::{Estimate, UncertaintyFigures, UncertaintySettings};
 use crate::segment::segmentation::Segmentation;
 use crate::view::View;
 use semascan_model::record::DomainRecord;
@@ -98,43 +98,41 @@ impl NetworkSegmenter {
         let Look { factor, window, components, objects, mut detail, drawn, shrunk } = look;
         let seen = shrunk.as_ref().unwrap_or(view);
         let picture = (seen.intrinsics.width, seen.intrinsics.height);
-        let defect_count = self.taxonomy.defect_count();
-
-        // Defects, by the same rules with a threshold of their own.
-        let defects = match (&mut self.defects, window) {
-            (Some(labeller), Some(window)) => {
-                let frame = Frame::new(window, picture, &labeller.model.manifest().input);
-                let said = ensemble::ask(&mut labeller.model, seen, &frame, &drawn)?;
-                let settings =
-                    UncertaintySettings { threshold: self.config.defect_threshold, ..self.config.uncertainty };
-                let estimate = said.predictions.estimate(&settings);
-                // Where only a glance was cast, nobody looked for defects.
-                let mut canvas = match glance {
-                    Some(_) => Canvas::unknown(picture, defect_count),
-                    None => Canvas::new(picture, defect_count),
-                };
-                canvas.paint(window, &estimate, &labeller.numbers);
-                let mut figures = estimate.figures;
-                if detail.domain.is_some_and(|domain| domain.outside) {
-                    canvas.doubt(window, &mut figures);
-                }
-                detail.defects = Some(figures);
-                canvas.field()
-            }
-            (Some(_), None) => Canvas::new(picture, defect_count).field(),
-            (None, _) => Canvas::unknown(picture, defect_count).field(),
-        };
-
-        // Objects: of the detector above, of an instance network, or of the one that labels the components too.
+        let doubted = detail.domain.is_some_and(|domain| domain.outside);
         let pixels = picture.0 * picture.1;
         let labels: Vec<u16> = (0..pixels as usize).map(|i| components.best(i)).collect();
+
+        // Defects and objects do not need each other. Objects are those of the detector above, of an instance network, or
+        // of the one that labels the components too.
         let own = Some(&mut self.components).filter(|labeller| labeller.model.separates_objects());
-        let instances = match (self.instances.as_mut().or(own), window, objects) {
-            (_, _, Some(found)) => found,
-            (Some(labeller), Some(window), None) => separate(labeller, seen, window, &labels)?,
+        let separating = self.instances.as_mut().or(own);
+        let find_objects = || match (separating, window, objects) {
+            (_, _, Some(found)) => Ok(found),
+            (Some(labeller), Some(window), None) => separate(labeller, seen, window, &labels),
             // Nothing separates objects of one class: the class is the object.
-            _ => labels,
+            _ => Ok(labels),
         };
+        let (defects, config) = (&mut self.defects, &self.config);
+        let find_defects = || {
+            let (Some(labeller), Some(window)) = (defects.as_mut(), window) else { return Ok(None) };
+            estimate_defects(labeller, seen, window, &drawn, config).map(Some)
+        };
+        let (estimate, instances) = rayon::join(find_defects, find_objects);
+        let (estimate, instances) = (estimate?, instances?);
+
+        // Where only a glance was cast, or no network knows defects, nobody looked for them.
+        let unlooked = self.defects.is_none() || estimate.is_some() && glance.is_some();
+        let blank = if unlooked { Canvas::unknown } else { Canvas::new };
+        let mut canvas = blank(picture, self.taxonomy.defect_count());
+        if let (Some(labeller), Some(window), Some(estimate)) = (&self.defects, window, estimate) {
+            canvas.paint(window, &estimate, &labeller.numbers);
+            let mut figures = estimate.figures;
+            if doubted {
+                canvas.doubt(window, &mut figures);
+            }
+            detail.defects = Some(figures);
+        }
+        let defects = canvas.field();
         let said = Segmentation { components, defects, instances, network: Some(Arc::new(detail)) };
         let full = (view.intrinsics.width, view.intrinsics.height);
         Ok(if factor > 1 { scale::enlarged(said, factor, full) } else { said })
@@ -182,6 +180,20 @@ impl Look {
 
 /// This part of a window's side has to show the part for it to be cut short there.
 const AT_THE_RIM: u32 = 40;
+
+/// Probabilities of defects in a window of a view: as with components, with a threshold of their own.
+fn estimate_defects(
+    labeller: &mut Labeller,
+    view: &View,
+    window: Window,
+    drawn: &[Drawn],
+    config: &NetworkConfig,
+) -> Result<Estimate, EngineError> {
+    let picture = (view.intrinsics.width, view.intrinsics.height);
+    let frame = Frame::new(window, picture, &labeller.model.manifest().input);
+    let said = ensemble::ask(&mut labeller.model, view, &frame, drawn)?;
+    Ok(said.predictions.estimate(&UncertaintySettings { threshold: config.defect_threshold, ..config.uncertainty }))
+}
 
 /// Objects of a view whose pixels have `labels`, by the centres that an instance network finds.
 fn separate(labeller: &mut Labeller, view: &View, window: Window, labels: &[u16]) -> Result<Vec<u16>, EngineError> {

@@ -95,7 +95,7 @@ fn networks_that_label_cells_are_spread_over_the_pixels() {
         let answers = [&coarse, &fine].map(|network| {
             let folder = model("semantic", &NAMES, std::slice::from_ref(network), |_| {});
             let mut loaded = NetworkModel::load(folder.path(), engine.as_ref(), 1).expect("fits");
-            loaded.ask(&picture).expect("runs").remove(0).probabilities
+            loaded.ask_first(&picture).expect("runs").probabilities
         });
         assert_eq!(answers[0].shape, answers[1].shape);
         let worst = answers[0].data.iter().zip(&answers[1].data).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
@@ -122,7 +122,7 @@ fn half_precision_runs_or_is_refused_by_name() {
             continue;
         }
         let grey = Tensor { shape: vec![1, 3, 32, 32], data: vec![0.5; 3 * 32 * 32] };
-        let said = loaded.expect("fits").ask(&grey).expect("runs").remove(0).probabilities;
+        let said = loaded.expect("fits").ask_first(&grey).expect("runs").probabilities;
         let expected = closed_form([128, 128, 128], 0.0);
         for (class, expected) in expected.iter().enumerate() {
             assert!((said.data[class * 32 * 32] - expected).abs() < 0.02, "{class}: {}", said.data[class * 32 * 32]);

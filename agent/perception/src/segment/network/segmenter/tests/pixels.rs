@@ -35,7 +35,7 @@ fn engines_agree() {
         .iter()
         .map(|engine| {
             let mut model = NetworkModel::load(folder.path(), engine.as_ref(), 2).expect("fits");
-            model.ask(&pictures).expect("runs")
+            model.ask_each(1, |_| pictures.clone(), |_, answer| answer).expect("runs")
         })
         .collect();
     for other in &answers[1..] {
