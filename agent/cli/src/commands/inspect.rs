@@ -3,11 +3,11 @@
 use super::signals::Signals;
 use super::spec_args::SpecArgs;
 use super::{Failure, config, numbers, report, run, serve, source};
+use crate::stdout::print_json;
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use run::{Running, Target};
 use semascan_inspection::event::{EventKind, StageStatus};
-use std::io::Write;
 use std::path::PathBuf;
 
 /// Arguments of `semascan inspect`.
@@ -58,12 +58,9 @@ impl InspectArgs {
         if !quiet {
             report::print(&inspected.record, &self.out)?;
         }
-        if self.json {
-            let mut out = std::io::stdout().lock();
-            serde_json::to_writer(&mut out, &inspected.record)?;
-            writeln!(out)?;
-        }
-        run::verdict(&inspected.record, signals)
+        let printed = if self.json { print_json(&inspected.record) } else { Ok(()) };
+        run::verdict(&inspected.record, signals)?;
+        printed
     }
 }
 
