@@ -79,6 +79,7 @@ fn follow(running: &mut Running, bar: &ProgressBar) {
         match &event.kind {
             EventKind::Stage { view, stage, status: StageStatus::Started } => {
                 bar.set_message(format!("view {view}: {}", stage.name()));
+                bar.suspend(|| tracing::trace!("view {view}: {} begins", stage.name()));
             }
             EventKind::ViewFinished { record, .. } => {
                 if let Some(reason) = &record.reason {
@@ -87,6 +88,11 @@ fn follow(running: &mut Running, bar: &ProgressBar) {
                 bar.suspend(|| tracing::debug!("{}", report::of_view(record)));
                 bar.inc(1);
             }
+            EventKind::Refined { poses, .. } => {
+                bar.suspend(|| tracing::debug!("{} poses refined; the map is made anew with them", poses.len()));
+            }
+            EventKind::Measured { .. } => bar.suspend(|| tracing::debug!("the final model is meshed and measured")),
+            EventKind::Judged { .. } => bar.suspend(|| tracing::debug!("the poses are compared with the pictures")),
             _ => {}
         }
     }
