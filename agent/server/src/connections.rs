@@ -6,9 +6,12 @@
 
 use super::limits::{Limits, seconds};
 use std::collections::HashMap;
+use std::future::Future;
 use std::net::{IpAddr, Ipv6Addr};
+use std::pin::Pin;
 use std::sync::atomic::{AtomicBool, AtomicU8, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::task::{Context, Poll};
 use std::time::{Duration, Instant};
 use tokio::sync::{oneshot, watch};
 
@@ -107,10 +110,20 @@ impl Connection {
 #[derive(Debug)]
 pub(super) struct Place {
     pub(super) connection: Arc<Connection>,
-    /// Completes when the connection has to end.
-    pub(super) ended: oneshot::Receiver<()>,
+    /// Completes once, when the connection has to end.
+    ended: oneshot::Receiver<()>,
     number: u64,
     connections: Arc<Connections>,
+}
+
+impl Place {
+    /// Ready from when on the connection has to end; may be polled again then.
+    pub(super) fn poll_ended(&mut self, context: &mut Context<'_>) -> Poll<()> {
+        if self.ended.is_terminated() {
+            return Poll::Ready(());
+        }
+        Pin::new(&mut self.ended).poll(context).map(drop)
+    }
 }
 
 impl Drop for Place {

@@ -235,7 +235,7 @@ async fn converse(stream: TcpStream, place: Place, router: Router, shared: Share
     let answer = plain_answer(status, reason);
     tokio::select! {
         () = say_and_close(stream, &answer) => {}
-        _ = &mut place.ended => {}
+        () = std::future::poll_fn(|context| place.poll_ended(context)) => {}
     }
 }
 

@@ -92,8 +92,8 @@ impl Transport {
     fn open(&mut self, context: &mut Context<'_>) -> io::Result<&mut Open> {
         let ended = || io::Error::new(io::ErrorKind::ConnectionAborted, "the server ended the connection");
         let open = self.open.as_mut().ok_or_else(ended)?;
-        match Pin::new(&mut open.place.ended).poll(context) {
-            Poll::Ready(_) => Err(ended()),
+        match open.place.poll_ended(context) {
+            Poll::Ready(()) => Err(ended()),
             Poll::Pending => Ok(open),
         }
     }
@@ -165,5 +165,54 @@ impl AsyncWrite for Transport {
     fn poll_shutdown(mut self: Pin<&mut Self>, cx: &mut Context<'_>) -> Poll<io::Result<()>> {
         let open = self.open(cx)?;
         Pin::new(&mut open.stream).poll_shutdown(cx)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::connections::Connections;
+    use crate::limits::Limits;
+    use tokio::io::{AsyncReadExt, AsyncWriteExt};
+    use tokio::net::TcpListener;
+
+    #[tokio::test]
+    async fn an_ended_connection_refuses_everything_as_often_as_it_is_asked() {
+        let listener = TcpListener::bind("127.0.0.1:0").await.expect("a port");
+        let mut peer = TcpStream::connect(listener.local_addr().expect("bound")).await.expect("connects");
+        let (stream, address) = listener.accept().await.expect("accepts");
+        let all = Arc::new(Connections::new(&Limits::default(), usize::MAX));
+        let (mut transport, remains) =
+            Transport::new(stream, all.admit(address.ip()).expect("a place")).expect("settings");
+        peer.write_all(b"x").await.expect("sends");
+        assert_eq!(transport.read_u8().await.expect("open"), b'x');
+        all.end_all();
+        for _ in 0..2 {
+            assert!(transport.read_u8().await.is_err());
+            assert!(transport.write_all(b"y").await.is_err());
+            assert!(transport.flush().await.is_err());
+            assert!(transport.shutdown().await.is_err());
+        }
+        drop(transport);
+        let (open, kept_back) = remains.take();
+        assert!(open.is_some() && kept_back.is_none());
+    }
+
+    #[tokio::test]
+    async fn a_bare_answer_is_kept_back_and_nothing_of_it_is_written() {
+        let listener = TcpListener::bind("127.0.0.1:0").await.expect("a port");
+        let mut peer = TcpStream::connect(listener.local_addr().expect("bound")).await.expect("connects");
+        let (stream, address) = listener.accept().await.expect("accepts");
+        let all = Arc::new(Connections::new(&Limits::default(), usize::MAX));
+        let (mut transport, remains) =
+            Transport::new(stream, all.admit(address.ip()).expect("a place")).expect("settings");
+        assert!(transport.write_all(b"HTTP/1.1 400 Bad Request\r\n\r\n").await.is_err());
+        drop(transport);
+        let (open, kept_back) = remains.take();
+        assert_eq!(kept_back, Some(StatusCode::BAD_REQUEST));
+        drop(open);
+        let mut written = Vec::new();
+        peer.read_to_end(&mut written).await.expect("ends");
+        assert_eq!(written, b"");
     }
 }
