@@ -141,7 +141,7 @@ fn a_signal_ends_every_other_command_at_once_and_leaves_nothing_half_written() {
     let calls: [&[&str]; 6] = [
         &["synth", "--parts", "500", "--views", "20", "--seed", "1", "--out", &set],
         &["synth", "--turntable", "can", "--parts", "50", "--views", "72", "--seed", "1", "--out", &turn],
-        &["tables", "P0", "--table", "5", "--seeds", "1000", "--out", &report],
+        &["tables", "P0", "--table", "1", "--seeds", "1000", "--out", &report],
         &["evaluate", &cloud, &truth, "--align", "--samples", "10000000"],
         &["evaluate", "--photometric", &path("motor"), "virtual:starter-motor?seed=3&views=3&size=4096x3072&cell=0.5"],
         &["export", &cloud, "--format", "obj,stl,glb", "--voxel", "0.2", "--smooth", "1000", "--out", &exported],
