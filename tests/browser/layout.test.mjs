@@ -42,6 +42,12 @@ describe('the layout', () => {
       await viewer.colorMode('confidence');
       await mkdir(OUT, { recursive: true });
       await page.screenshot({ path: new URL(`layout-${name}.png`, OUT).pathname });
+      if (size.width < 640) {
+        const [picture, scale] = await page.evaluate(() =>
+          ['#viewport', '[data-testid=color-scale]'].map((which) => document.querySelector(which).getBoundingClientRect().toJSON()),
+        );
+        assert.ok(scale.top >= picture.bottom - 1, `the scale lies over the picture: ${scale.top} < ${picture.bottom}`);
+      }
 
       const found = await page.evaluate((least) => {
         const name = (element) => element.dataset.testid || element.id || element.className || element.tagName;

@@ -18,7 +18,7 @@ use std::io::{BufRead, BufReader};
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitCode, Stdio};
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
 use tokio::io::AsyncWriteExt;
@@ -42,6 +42,8 @@ const HALF_OPEN: usize = 1000;
 
 /// Most memory that the agent may have resident at any time.
 const MOST_MEGABYTES: u64 = 400;
+/// Most bytes of log.
+const MOST_LOG: u64 = 100_000;
 /// Time after the end in which a fast viewer must hold the final model.
 const FINAL_WITHIN: Duration = Duration::from_secs(2);
 /// Time in which vanished viewers must be noticed.
@@ -176,7 +178,12 @@ async fn attack(program: &Path, addresses: &[String]) -> Result<bool> {
     let peak = peak_resident_bytes(agent.process.id())? / MEGABYTE;
     report.figures.insert("peak_megabytes".into(), peak.into());
     report.bound("at most 400 MB", peak <= MOST_MEGABYTES);
-    report.figures.insert("log_bytes".into(), agent.log_bytes.load(Ordering::Relaxed).into());
+    let log_bytes = agent.log_bytes.load(Ordering::Relaxed);
+    report.figures.insert("log_bytes".into(), log_bytes.into());
+    report.bound(
+        "at most 100 kB of log, and no panic in it",
+        log_bytes <= MOST_LOG && !agent.panicked.load(Ordering::Relaxed),
+    );
     let held = report.bounds.iter().all(|(_, held)| *held);
     for (what, held) in &report.bounds {
         eprintln!("{} {what}", if *held { "held  " } else { "BROKEN" });
@@ -275,6 +282,7 @@ struct Agent {
     process: Child,
     address: SocketAddr,
     log_bytes: Arc<AtomicU64>,
+    panicked: Arc<AtomicBool>,
     ended: Arc<OnceLock<Instant>>,
 }
 
@@ -297,18 +305,23 @@ impl Agent {
             }
         };
         let (log_bytes, ended) = (Arc::new(AtomicU64::new(0)), Arc::new(OnceLock::new()));
-        let (bytes, end) = (Arc::clone(&log_bytes), Arc::clone(&ended));
+        let panicked = Arc::new(AtomicBool::new(false));
+        let (bytes, end, panics) = (Arc::clone(&log_bytes), Arc::clone(&ended), Arc::clone(&panicked));
         std::thread::spawn(move || {
             let mut line = Vec::new();
             while log.read_until(b'\n', &mut line).is_ok_and(|n| n > 0) {
                 bytes.fetch_add(line.len() as u64, Ordering::Relaxed);
-                if String::from_utf8_lossy(&line).contains(" finished: ") {
+                let text = String::from_utf8_lossy(&line);
+                if text.contains(" finished: ") {
                     let _ = end.set(Instant::now());
+                }
+                if text.contains(" panicked at ") {
+                    panics.store(true, Ordering::Relaxed);
                 }
                 line.clear();
             }
         });
-        Ok(Self { process, address, log_bytes, ended })
+        Ok(Self { process, address, log_bytes, panicked, ended })
     }
 
     /// When the agent said that the inspection is finished.

@@ -1,7 +1,7 @@
 //! An agent served on a free loopback port, and inspections published to it.
 
 use crate::sources::open;
-use anyhow::Result;
+use anyhow::{Context, Result};
 use semascan_inspection::spec::InspectionSpec;
 use semascan_inspection::{Inspected, Inspection};
 use semascan_model::InspectionId;
@@ -21,6 +21,7 @@ pub struct Served {
     /// What it tells its clients.
     pub live: Arc<LiveModel>,
     stop: Option<tokio::sync::oneshot::Sender<()>>,
+    server: Option<tokio::task::JoinHandle<()>>,
 }
 
 impl Served {
@@ -47,10 +48,20 @@ impl Served {
         let server = Server::bind(&config, Arc::clone(&live))?;
         let address = server.local_address()?;
         let (stop, stopped) = tokio::sync::oneshot::channel::<()>();
-        tokio::spawn(server.run(async move {
+        let server = tokio::spawn(server.run(async move {
             let _ = stopped.await;
         }));
-        Ok(Self { address, live, stop: Some(stop) })
+        Ok(Self { address, live, stop: Some(stop), server: Some(server) })
+    }
+
+    /// Ends the server in order.
+    ///
+    /// # Errors
+    /// If it panicked.
+    pub async fn end(mut self) -> Result<()> {
+        drop(self.stop.take());
+        self.server.take().context("it was ended before")?.await?;
+        Ok(())
     }
 
     /// Inspects `uri` with its own labels on threads of its own, published to the clients.

@@ -208,3 +208,104 @@ async fn health_is_about_the_work_and_every_answer_is_bounded_for_browsers() {
         assert!(answer.len() < 2000, "{line}: HEAD has no body");
     }
 }
+
+/// All that comes back for `bytes`, sent as they are; the connection must be ended by the agent.
+async fn raw_answer(address: SocketAddr, bytes: &[u8]) -> String {
+    let mut stream = TcpStream::connect(address).await.expect("connects");
+    // The agent may answer and end before it has read all.
+    let _ = stream.write_all(bytes).await;
+    let mut answer = Vec::new();
+    let read = tokio::time::timeout(Duration::from_secs(10), stream.read_to_end(&mut answer)).await;
+    read.expect("the agent ends the connection").expect("and it is not reset, so that the answer arrives");
+    String::from_utf8(answer).expect("text")
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn every_refusal_has_a_reason_in_words_and_the_headers_of_other_answers() {
+    let limits = Limits { request_s: 0.5, ..Limits::default() };
+    let served = Served::start_with(large_file(), limits).expect("serves");
+    let host = format!("Host: {}\r\n", served.address);
+    let large = format!("GET / HTTP/1.1\r\n{host}X: {}\r\n\r\n", "x".repeat(100 << 10));
+    let many = format!("GET / HTTP/1.1\r\n{host}{}\r\n", "a: b\r\n".repeat(200));
+    let upgrade = "Connection: upgrade\r\nUpgrade: websocket\r\nSec-WebSocket-Version: 13\r\nSec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\n";
+    let good = format!("GET /nothing HTTP/1.1\r\n{host}\r\n");
+    for (name, request, status, word) in [
+        ("noise", "\x16\x03\x01\x02\0\r\n\r\n".to_owned(), "400 Bad Request", "no HTTP/1.1 request"),
+        ("a name with a space", format!("GET / HTTP/1.1\r\n{host}a b: c\r\n\r\n"), "400 Bad Request", "no HTTP/1.1"),
+        ("two lengths", format!("GET / HTTP/1.1\r\n{host}Content-Length: x\r\n\r\n"), "400 Bad Request", "no HTTP"),
+        ("noise after a request", format!("{good}\0\0\r\n\r\n"), "400 Bad Request", "no HTTP/1.1 request"),
+        ("no host", "GET / HTTP/1.1\r\n\r\n".to_owned(), "403 Forbidden", "no Host header"),
+        ("no upgrade", format!("GET /ws HTTP/1.1\r\n{host}\r\n"), "400 Bad Request", "upgrade"),
+        ("other protocol", format!("GET /ws HTTP/1.1\r\n{host}{upgrade}\r\n"), "400 Bad Request", "semascan.v1 only"),
+        ("no file", good.clone(), "404 Not Found", "no file nothing"),
+        ("method", format!("BREW / HTTP/1.1\r\n{host}\r\n"), "405 Method Not Allowed", "GET and HEAD only"),
+        ("half a request", format!("GET / HTTP/1.1\r\n{host}"), "408 Request Timeout", "did not arrive in time"),
+        ("content", format!("GET / HTTP/1.1\r\n{host}Content-Length: 3\r\n\r\nabc"), "413 Payload", "no content"),
+        ("pieces", format!("GET / HTTP/1.1\r\n{host}Transfer-Encoding: chunked\r\n\r\n"), "413 Payload", "no content"),
+        ("large head", large, "431 Request Header", "too large"),
+        ("many fields", many, "431 Request Header", "too large"),
+    ] {
+        let answer = raw_answer(served.address, request.as_bytes()).await;
+        // Of several answers the last one is looked at.
+        let last = answer.rfind("HTTP/1.1 4").map(|at| &answer[at..]).unwrap_or_default();
+        let (head, body) = last.split_once("\r\n\r\n").unwrap_or_default();
+        let head = head.to_ascii_lowercase();
+        assert!(last.starts_with(&format!("HTTP/1.1 {status}")) && body.contains(word), "{name}: {answer}");
+        assert!(head.contains("x-content-type-options: nosniff"), "{name}: {answer}");
+        assert!(head.contains("content-type: text/plain; charset=utf-8"), "{name}: {answer}");
+        assert!(head.contains("content-security-policy: default-src"), "{name}: {answer}");
+        assert!(head.contains(&format!("content-length: {}", body.len())), "{name}: {answer}");
+    }
+    // An idle connection asked for nothing, and is told nothing.
+    assert_eq!(raw_answer(served.address, b"").await, "");
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_connection_without_a_place_is_told_so() {
+    let limits = Limits { connections: 1, ..Limits::default() };
+    let served = Served::start_with(no_files(), limits).expect("serves");
+    let _viewer = Client::connect(served.address, &mut Holdings::default()).await.expect("connects");
+    for request in ["", "GET / HTTP/1.1\r\n\r\n", &"x".repeat(50 << 10)] {
+        let mut stream = TcpStream::connect(served.address).await.expect("the kernel takes it");
+        let _ = stream.write_all(request.as_bytes()).await;
+        let _ = stream.shutdown().await;
+        let mut answer = String::new();
+        stream.read_to_string(&mut answer).await.expect("it is not reset");
+        assert!(answer.starts_with("HTTP/1.1 503 Service Unavailable\r\n"), "{answer}");
+        assert!(answer.contains("nosniff") && answer.ends_with("\r\n\r\ntoo many connections"), "{answer}");
+    }
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn when_the_agent_ends_viewers_are_told_and_downloads_finished() {
+    let served = Served::start_with(large_file(), Limits::default()).expect("serves");
+    let address = served.address;
+    let mut viewer = open_socket(address, SUBPROTOCOL, None).await.expect("opens");
+    viewer.send(Message::Binary(hello(0).into())).await.expect("sends");
+    // One that has not said Hello, one that takes a large message slowly, one that downloads, one that only sits there.
+    let mut silent = open_socket(address, SUBPROTOCOL, None).await.expect("opens");
+    let mut download = request(address, "GET /large.wasm").await.expect("connects");
+    let mut half = TcpStream::connect(address).await.expect("connects");
+    half.write_all(b"GET / HT").await.expect("sends");
+    let first = tokio::time::timeout(Duration::from_secs(5), viewer.next()).await;
+    assert!(matches!(first, Ok(Some(Ok(Message::Binary(_))))), "{first:?}");
+    let mut piece = [0; 1000];
+    download.read_exact(&mut piece).await.expect("begins");
+
+    let begun = Instant::now();
+    let ends = tokio::spawn(served.end());
+    for socket in [&mut viewer, &mut silent] {
+        let reason = close_of(socket).await.expect("a Close");
+        assert_eq!(reason, "1001: the agent ends");
+    }
+    assert!(begun.elapsed() < Duration::from_secs(1), "{:?}", begun.elapsed());
+    let mut rest = Vec::new();
+    download.read_to_end(&mut rest).await.expect("reads");
+    assert!(rest.len() + piece.len() > LARGE_FILE.len(), "{} bytes", rest.len());
+    ends.await.expect("no panic").expect("the server ends");
+    assert!(begun.elapsed() < Duration::from_secs(4), "{:?}", begun.elapsed());
+    let mut nothing = Vec::new();
+    let cut = tokio::time::timeout(Duration::from_secs(1), half.read_to_end(&mut nothing)).await;
+    assert!(cut.is_ok(), "what does not end is cut off");
+    assert!(TcpStream::connect(address).await.is_err(), "nobody listens any more");
+}

@@ -6,10 +6,11 @@
 
 mod commands;
 mod stderr;
+mod stdout;
 
 use clap::Parser;
 use semascan_server::EmbeddedFiles;
-use std::io::IsTerminal;
+use std::io::{IsTerminal, Write};
 use std::process::ExitCode;
 use std::sync::Mutex;
 use stderr::Stderr;
@@ -18,7 +19,10 @@ use tracing_subscriber::util::SubscriberInitExt;
 
 /// Does what the command line says; `viewer` holds the viewer's files.
 pub fn run(viewer: EmbeddedFiles) -> ExitCode {
-    let cli = commands::Cli::parse();
+    let cli = match commands::Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(answer) => return say(&answer),
+    };
     tracing_subscriber::registry()
         .with(
             tracing_subscriber::fmt::layer()
@@ -37,6 +41,13 @@ pub fn run(viewer: EmbeddedFiles) -> ExitCode {
             ExitCode::from(code)
         }
     }
+}
+
+/// Prints help, version, or what is wrong with the call. Help that could not be printed is no success.
+fn say(answer: &clap::Error) -> ExitCode {
+    let printed = answer.print().and_then(|()| std::io::stdout().flush());
+    let code = u8::try_from(answer.exit_code()).unwrap_or(2);
+    ExitCode::from(if printed.is_err() { code.max(1) } else { code })
 }
 
 /// Whether the log has colours: on a terminal, and where nobody asked for none (`NO_COLOR`).

@@ -44,27 +44,45 @@ impl Farewell {
         Self { code: close_code::POLICY, reason: reason.into() }
     }
 
+    /// The agent ends, and the client with it unless another one begins.
+    fn away() -> Self {
+        Self { code: close_code::AWAY, reason: "the agent ends".into() }
+    }
+
     /// The client may try again.
     fn again(reason: impl Into<String>) -> Self {
         Self { code: close_code::AGAIN, reason: reason.into() }
     }
 }
 
-/// Serves one client until it leaves or misbehaves.
+/// Serves one client until it leaves or misbehaves, or the server ends.
 pub(super) async fn serve(socket: WebSocket, shared: Shared, connection: Arc<Connection>) {
-    let Shared { live, limits, log, connections, .. } = shared;
     let (mut to_client, mut from_client) = socket.split();
-    if !connections.greet(&connection) {
-        return say_farewell(to_client, Farewell::again("too many clients arrive at once"), &log).await;
+    let farewell = tokio::select! {
+        farewell = follow(&mut to_client, &mut from_client, &shared, &connection) => farewell,
+        () = shared.connections.ending() => Some(Farewell::away()),
+    };
+    if let Some(farewell) = farewell {
+        say_farewell(to_client, from_client, farewell, &shared.log).await;
     }
-    let hello = match timeout(seconds(limits.hello_s), read_hello(&mut from_client)).await {
+}
+
+/// Follows the stream with one client; why it has to be closed, if it does not leave by itself.
+async fn follow(
+    to_client: &mut ToClient,
+    from_client: &mut FromSocket,
+    shared: &Shared,
+    connection: &Connection,
+) -> Option<Farewell> {
+    let Shared { live, limits, log, connections, .. } = shared;
+    if !connections.greet(connection) {
+        return Some(Farewell::again("too many clients arrive at once"));
+    }
+    let hello = match timeout(seconds(limits.hello_s), read_hello(from_client)).await {
         Ok(Ok(Some(hello))) => hello,
-        Ok(Ok(None)) => return,
-        Ok(Err(farewell)) => return say_farewell(to_client, farewell, &log).await,
-        Err(_) => {
-            let late = Farewell::policy(format!("no Hello within {} s", limits.hello_s));
-            return say_farewell(to_client, late, &log).await;
-        }
+        Ok(Ok(None)) => return None,
+        Ok(Err(farewell)) => return Some(farewell),
+        Err(_) => return Some(Farewell::policy(format!("no Hello within {} s", limits.hello_s))),
     };
     connection.views();
     let name = Excerpt(&hello.client).to_string();
@@ -73,13 +91,11 @@ pub(super) async fn serve(socket: WebSocket, shared: Shared, connection: Arc<Con
     let (requests, mut requested) = mpsc::channel(REQUESTS);
     // One side ends the other: writing stops when the client leaves, reading when it cannot be written to.
     let farewell = tokio::select! {
-        farewell = write(&mut to_client, &live, &limits, hello, &heard, &mut requested) => farewell,
-        farewell = read_rest(&mut from_client, &heard, &requests) => farewell,
+        farewell = write(to_client, live, limits, hello, &heard, &mut requested) => farewell,
+        farewell = read_rest(from_client, &heard, &requests) => farewell,
     };
     log.info(Kind::Left, || format!("viewer left: {name}"));
-    if let Some(farewell) = farewell {
-        say_farewell(to_client, farewell, &log).await;
-    }
+    farewell
 }
 
 /// When something of the client came last.
@@ -223,17 +239,24 @@ async fn send_message(to_client: &mut ToClient, message: Message, limits: &Limit
     }
 }
 
-/// Says why, then closes; a client that does not take that in time either is cut off.
-async fn say_farewell(mut to_client: ToClient, farewell: Farewell, log: &ClientLog) {
+/// Says why, then closes and waits for the answer to that: a connection that is closed while something in it is unread is reset,
+/// and the reason lost. A client that does not take and answer it in time is cut off.
+async fn say_farewell(mut to_client: ToClient, mut from_client: FromSocket, farewell: Farewell, log: &ClientLog) {
     let Farewell { code, reason } = farewell;
-    log.warn(Kind::ViewerRefused, || format!("viewer closed: {}", Excerpt(&reason)));
+    match code {
+        // Every viewer is told, and the agent has said itself that it ends.
+        close_code::AWAY => tracing::debug!("viewer closed: {reason}"),
+        _ => log.warn(Kind::ViewerRefused, || format!("viewer closed: {}", Excerpt(&reason))),
+    }
     let refused = (code == close_code::POLICY).then(|| pack(Body::Refused(Refused { reason: reason.clone() })));
     let close = Message::Close(Some(CloseFrame { code, reason: close_reason(&reason) }));
     let _ = timeout(FAREWELL, async {
         if let Some(refused) = refused {
             to_client.send(Message::Binary(refused)).await?;
         }
-        to_client.send(close).await
+        to_client.send(close).await?;
+        while let Some(Ok(_)) = from_client.next().await {}
+        Ok::<(), axum::Error>(())
     })
     .await;
 }

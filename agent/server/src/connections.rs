@@ -6,16 +6,21 @@
 
 use super::limits::{Limits, seconds};
 use std::collections::HashMap;
+use std::future::Future;
 use std::net::{IpAddr, Ipv6Addr};
-use std::sync::atomic::{AtomicU8, AtomicU64, Ordering};
+use std::pin::Pin;
+use std::sync::atomic::{AtomicBool, AtomicU8, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::task::{Context, Poll};
 use std::time::{Duration, Instant};
-use tokio::sync::oneshot;
+use tokio::sync::{oneshot, watch};
 
 /// A connection that moved something so recently is not ended for another.
 const GRACE: Duration = Duration::from_millis(500);
 /// A whole answer may take so many times the time for a piece of it.
 const WHOLE_ANSWER: u32 = 15;
+/// How often it is looked whether all connections have ended.
+const LOOK: Duration = Duration::from_millis(10);
 
 /// What a connection is doing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -41,6 +46,8 @@ pub(super) struct Connection {
     moved: AtomicU64,
     /// Milliseconds after `began` at which the last request came.
     asked: AtomicU64,
+    /// Something came that is no whole request yet.
+    begun: AtomicBool,
     end: Mutex<Option<oneshot::Sender<()>>>,
 }
 
@@ -54,8 +61,19 @@ impl Connection {
         self.moved.store(self.since_began(), Ordering::Relaxed);
     }
 
-    /// A request came.
+    /// Something came.
+    pub(super) fn heard(&self) {
+        self.begun.store(true, Ordering::Relaxed);
+    }
+
+    /// Whether a request began that is not whole.
+    pub(super) fn has_begun_to_ask(&self) -> bool {
+        self.begun.load(Ordering::Relaxed)
+    }
+
+    /// A whole request came.
     pub(super) fn asked(&self) {
+        self.begun.store(false, Ordering::Relaxed);
         self.asked.store(self.since_began(), Ordering::Relaxed);
         self.set(Doing::Answering);
     }
@@ -92,10 +110,20 @@ impl Connection {
 #[derive(Debug)]
 pub(super) struct Place {
     pub(super) connection: Arc<Connection>,
-    /// Completes when the connection has to end.
-    pub(super) ended: oneshot::Receiver<()>,
+    /// Completes once, when the connection has to end.
+    ended: oneshot::Receiver<()>,
     number: u64,
     connections: Arc<Connections>,
+}
+
+impl Place {
+    /// Ready from when on the connection has to end; may be polled again then.
+    pub(super) fn poll_ended(&mut self, context: &mut Context<'_>) -> Poll<()> {
+        if self.ended.is_terminated() {
+            return Poll::Ready(());
+        }
+        Pin::new(&mut self.ended).poll(context).map(drop)
+    }
 }
 
 impl Drop for Place {
@@ -111,6 +139,7 @@ pub(super) struct Connections {
     most_of_address: usize,
     most_greeting: usize,
     answer: Duration,
+    ending: watch::Sender<bool>,
     state: Mutex<State>,
 }
 
@@ -128,6 +157,7 @@ impl Connections {
             most_of_address: limits.connections_per_address,
             most_greeting: limits.hellos,
             answer: seconds(limits.answer_s),
+            ending: watch::Sender::new(false),
             state: Mutex::default(),
         }
     }
@@ -155,6 +185,7 @@ impl Connections {
             doing: AtomicU8::new(Doing::Waiting as u8),
             moved: AtomicU64::new(0),
             asked: AtomicU64::new(0),
+            begun: AtomicBool::new(false),
             end: Mutex::new(Some(end)),
         });
         let number = state.next;
@@ -194,7 +225,21 @@ impl Connections {
         self.lock().end_stillest(|_| true);
     }
 
-    /// Ends all.
+    /// Completes when the server ends, and every connection has to be ended in order.
+    pub(super) async fn ending(&self) {
+        // The sender is `self`'s: it does not go before that.
+        let _ = self.ending.subscribe().wait_for(|ending| *ending).await;
+    }
+
+    /// Asks all to end in order, and waits until they have.
+    pub(super) async fn end_in_order(&self) {
+        self.ending.send_replace(true);
+        while !self.lock().by_number.is_empty() {
+            tokio::time::sleep(LOOK).await;
+        }
+    }
+
+    /// Ends all at once.
     pub(super) fn end_all(&self) {
         self.lock().by_number.drain().for_each(|(_, connection)| connection.end());
     }

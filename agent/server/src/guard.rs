@@ -87,6 +87,12 @@ impl AccessRule {
     }
 }
 
+/// Whether content is announced with a request.
+fn has_body(headers: &HeaderMap) -> bool {
+    headers.contains_key(header::TRANSFER_ENCODING)
+        || headers.get_all(header::CONTENT_LENGTH).iter().any(|length| length.as_bytes() != b"0")
+}
+
 fn text(headers: &HeaderMap, name: header::HeaderName) -> Option<&str> {
     headers.get(name)?.to_str().ok()
 }
@@ -106,7 +112,7 @@ fn is_authority(text: &str) -> bool {
         && (port.is_empty() || port.strip_prefix(':').is_some_and(|digits| digits.parse::<u16>().is_ok()))
 }
 
-/// Middleware: refuses methods that change something, and what [`AccessRule::check`] refuses; gives every answer the headers
+/// Middleware: refuses methods that change something, requests with content, and what [`AccessRule::check`] refuses; gives every answer the headers
 /// that bound what a browser makes of it.
 pub(super) async fn guard(State(shared): State<Shared>, request: Request, next: Next) -> Response {
     let host = text(request.headers(), header::HOST).map(str::to_owned);
@@ -115,8 +121,16 @@ pub(super) async fn guard(State(shared): State<Shared>, request: Request, next: 
             shared.log.warn(Kind::RequestRefused, || format!("request refused: {reason}"));
             (StatusCode::FORBIDDEN, reason).into_response()
         }
+        (&Method::GET | &Method::HEAD, Ok(())) if has_body(request.headers()) => {
+            // It is not read: what follows it on the connection cannot be told from it.
+            let close = [(header::CONNECTION, "close")];
+            (StatusCode::PAYLOAD_TOO_LARGE, close, "this agent takes no content with a request").into_response()
+        }
         (&Method::GET | &Method::HEAD, Ok(())) => next.run(request).await,
-        (_, Ok(())) => (StatusCode::METHOD_NOT_ALLOWED, [(header::ALLOW, "GET, HEAD")]).into_response(),
+        (_, Ok(())) => {
+            let allowed = [(header::ALLOW, "GET, HEAD")];
+            (StatusCode::METHOD_NOT_ALLOWED, allowed, "this agent answers GET and HEAD only").into_response()
+        }
     };
     // A Host that was not checked has no place in a header.
     let host = host.filter(|_| response.status() != StatusCode::FORBIDDEN);

@@ -13,6 +13,7 @@ mod limits;
 mod live;
 mod live_stream;
 mod messages;
+mod plain_answer;
 mod saved;
 mod server;
 mod thumbnail;

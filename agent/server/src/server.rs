@@ -7,7 +7,8 @@ use super::guard::{AccessRule, guard};
 use super::health::health;
 use super::limits::{LimitError, Limits, seconds};
 use super::live::LiveModel;
-use super::transport::Transport;
+use super::plain_answer::{plain_answer, reason_of, say_and_close};
+use super::transport::{Open, Transport};
 use super::web::WebFiles;
 use axum::body::Body;
 use axum::extract::ws::WebSocketUpgrade;
@@ -25,9 +26,12 @@ use std::future::Future;
 use std::io::ErrorKind;
 use std::net::{IpAddr, SocketAddr};
 use std::path::PathBuf;
+use std::pin::pin;
 use std::sync::Arc;
 use std::time::Duration;
 use tokio::net::{TcpListener, TcpSocket, TcpStream};
+use tokio::sync::Semaphore;
+use tokio::time::timeout;
 use tower_service::Service;
 
 /// Kernel buffer of a connection: what a slow client has in it cannot be replaced by newer revisions any more.
@@ -40,6 +44,11 @@ const READ_BUFFER: usize = 4 << 10;
 const SWEEP: Duration = Duration::from_millis(500);
 /// Pause after the system had no connection to give.
 const EXHAUSTED: Duration = Duration::from_millis(100);
+/// Time in which connections end in order when the server does: answers are finished, viewers told. A part of the 5 s in which
+/// the process ends.
+const DRAIN: Duration = Duration::from_secs(2);
+/// Connections without a place that are told so at once; with more the answer may be lost.
+const REFUSALS: usize = 16;
 /// File descriptors that connections leave for everything else.
 #[cfg(unix)]
 const OTHER_FILES: u64 = 64;
@@ -95,6 +104,7 @@ pub struct Server {
     listener: TcpListener,
     router: Router,
     shared: Shared,
+    refusals: Arc<Semaphore>,
 }
 
 /// What all requests share.
@@ -137,7 +147,7 @@ impl Server {
             .fallback(file)
             .layer(middleware::from_fn_with_state(shared.clone(), guard))
             .with_state(shared.clone());
-        Ok(Self { listener, router, shared })
+        Ok(Self { listener, router, shared, refusals: Arc::new(Semaphore::new(REFUSALS)) })
     }
 
     /// The address that was bound.
@@ -148,7 +158,8 @@ impl Server {
         self.listener.local_addr()
     }
 
-    /// Answers until `shutdown` completes; connections do not end by themselves, so they are ended then.
+    /// Answers until `shutdown` completes. Then no connection is taken any more, answers are finished, and viewers are sent a
+    /// Close frame (1001, going away); what has not ended 2 s later is cut off.
     pub async fn run(self, shutdown: impl Future<Output = ()> + Send + 'static) {
         let sweep = async {
             loop {
@@ -178,6 +189,10 @@ impl Server {
             () = accept => {}
             () = shutdown => {}
         }
+        drop(self.listener);
+        if timeout(DRAIN, self.shared.connections.end_in_order()).await.is_err() {
+            tracing::debug!("connections are cut off: they did not end within {} s", DRAIN.as_secs());
+        }
         self.shared.connections.end_all();
     }
 
@@ -185,23 +200,52 @@ impl Server {
     fn take(&self, stream: TcpStream, peer: IpAddr) {
         match self.shared.connections.admit(peer) {
             Ok(place) => {
-                let (router, limits) = (self.router.clone(), Arc::clone(&self.shared.limits));
-                tokio::spawn(converse(stream, place, router, limits));
+                tokio::spawn(converse(stream, place, self.router.clone(), self.shared.clone()));
             }
             Err(reason) => {
                 self.shared.log.warn(Kind::ConnectionRefused, || format!("connection of {peer} refused: {reason}"));
-                // The buffer of a new connection takes it, or the client learns nothing.
-                let answer = b"HTTP/1.1 503 Service Unavailable\r\nConnection: close\r\nContent-Length: 0\r\n\r\n";
-                let _ = stream.try_write(answer);
+                let answer = plain_answer(StatusCode::SERVICE_UNAVAILABLE, reason);
+                match Arc::clone(&self.refusals).try_acquire_owned() {
+                    Ok(permit) => {
+                        tokio::spawn(async move {
+                            say_and_close(stream, &answer).await;
+                            drop(permit);
+                        });
+                    }
+                    // The buffer of a new connection takes it; what the client has sent by then may undo that.
+                    Err(_) => drop(stream.try_write(answer.as_bytes())),
+                }
             }
         }
     }
 }
 
-/// Answers the requests of one connection until it ends or becomes a WebSocket.
-async fn converse(stream: TcpStream, place: Place, router: Router, limits: Arc<Limits>) {
+/// Answers the requests of one connection until it ends or becomes a WebSocket. What was no request is answered last.
+async fn converse(stream: TcpStream, place: Place, router: Router, shared: Shared) {
     let connection = Arc::clone(&place.connection);
-    let Ok(transport) = Transport::new(stream, place) else { return };
+    let Ok((transport, remains)) = Transport::new(stream, place) else { return };
+    let Err(error) = answer(transport, Arc::clone(&connection), router, &shared).await else { return };
+    tracing::debug!("a connection ended: {error}");
+    let (open, kept_back) = remains.take();
+    let late = error.is_timeout() && connection.has_begun_to_ask();
+    let Some(status) = kept_back.or(late.then_some(StatusCode::REQUEST_TIMEOUT)) else { return };
+    let reason = reason_of(status);
+    shared.log.warn(Kind::RequestRefused, || format!("request refused: {reason}"));
+    let Some(Open { stream, mut place }) = open else { return };
+    let answer = plain_answer(status, reason);
+    tokio::select! {
+        () = say_and_close(stream, &answer) => {}
+        () = std::future::poll_fn(|context| place.poll_ended(context)) => {}
+    }
+}
+
+/// Answers requests that come over `transport`; where the server ends, the one that is being answered is the last.
+async fn answer(
+    transport: Transport,
+    connection: Arc<Connection>,
+    router: Router,
+    shared: &Shared,
+) -> Result<(), hyper::Error> {
     let service = service_fn(move |mut request: Request<Incoming>| {
         connection.asked();
         request.extensions_mut().insert(Arc::clone(&connection));
@@ -209,14 +253,16 @@ async fn converse(stream: TcpStream, place: Place, router: Router, limits: Arc<L
     });
     let served = http1::Builder::new()
         .timer(TokioTimer::new())
-        .header_read_timeout(seconds(limits.request_s))
+        .header_read_timeout(seconds(shared.limits.request_s))
         .max_buf_size(REQUEST_HEAD)
         .serve_connection(TokioIo::new(transport), service)
-        .with_upgrades()
-        .await;
-    if let Err(error) = served {
-        tracing::debug!("a connection ended: {error}");
+        .with_upgrades();
+    let mut served = pin!(served);
+    tokio::select! {
+        result = served.as_mut() => return result,
+        () = shared.connections.ending() => served.as_mut().graceful_shutdown(),
     }
+    served.await
 }
 
 fn listen(address: SocketAddr) -> std::io::Result<TcpListener> {
@@ -276,6 +322,6 @@ async fn file(State(shared): State<Shared>, uri: Uri, headers: HeaderMap) -> Res
     let read = tokio::task::spawn_blocking(move || shared.files.serve(uri.path(), &headers)).await;
     read.unwrap_or_else(|error| {
         tracing::error!("a file could not be read: {}", Excerpt(&error.to_string()));
-        StatusCode::INTERNAL_SERVER_ERROR.into_response()
+        (StatusCode::INTERNAL_SERVER_ERROR, "the file could not be read").into_response()
     })
 }

@@ -11,6 +11,7 @@ pub use options::OpenOptions;
 
 use bop::BopSource;
 use pcd::PcdSource;
+use semascan_formats::regular_file;
 use semascan_inspection::source::{Source, SourceError};
 use semascan_model::choice::nearest;
 use std::path::{Path, PathBuf};
@@ -56,6 +57,9 @@ pub fn open(uri: &str, options: impl Into<OpenOptions>) -> Result<Box<dyn Source
     let path = Path::new(uri);
     if !path.exists() {
         return Err(refuse(missing(path)));
+    }
+    if !path.is_dir() {
+        regular_file::check(path).map_err(|error| refuse(error.to_string()))?;
     }
     match KINDS.iter().find(|kind| (kind.recognizes)(path)) {
         Some(kind) => (kind.open)(path, &options.into()),

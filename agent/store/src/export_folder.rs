@@ -5,7 +5,7 @@ use crate::contents::{Contents, MODEL_FILES, RECORD};
 use crate::lock::{FolderLock, same_file};
 use crate::write::remove_temporary_files;
 use crate::{StoreError, write_file};
-use semascan_formats::WriteError;
+use semascan_formats::{WriteError, regular_file};
 use std::fs::{self, File};
 use std::io::BufWriter;
 use std::path::{Path, PathBuf};
@@ -51,6 +51,7 @@ impl ExportFolder {
     /// # Errors
     /// [`ExportError`] if the folder is none, cannot be written, is another inspection's, or another process writes into it.
     pub fn begin(folder: &Path, source: &Path) -> Result<Self, ExportError> {
+        regular_file::check(source).map_err(StoreError::io(source))?;
         let metadata = fs::metadata(source).map_err(StoreError::io(source))?;
         Contents::of(folder)?;
         fs::create_dir_all(folder).map_err(StoreError::io(folder))?;

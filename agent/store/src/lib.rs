@@ -28,4 +28,4 @@ pub use generation::{SetError, check_beside_record, check_folder, check_set};
 pub use lock::FolderLock;
 pub use result_folder::{Kept, ResultFolder};
 pub use saved::{SavedError, SavedInspection, read_inspection};
-pub use write::write_file;
+pub use write::{check_place, write_file};

@@ -62,6 +62,7 @@ pub enum SavedError {
 /// # Errors
 /// [`SavedError`] naming the file, also where the files are of several inspections.
 pub fn read_inspection(folder: &Path) -> Result<SavedInspection, SavedError> {
+    regular_file::check_folder(folder).map_err(|source| SavedError::Io { path: folder.to_owned(), source })?;
     for _ in 1..LOOKS {
         match read_once(folder) {
             // Replaced while it was read: the next look sees the new set whole.

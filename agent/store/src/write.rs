@@ -2,7 +2,7 @@
 
 use crate::StoreError;
 use crate::lock::beside;
-use semascan_formats::WriteError;
+use semascan_formats::{WriteError, regular_file};
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
@@ -15,6 +15,7 @@ pub fn write_file(
     path: &Path,
     content: impl FnOnce(&mut BufWriter<File>) -> Result<(), WriteError>,
 ) -> Result<(), StoreError> {
+    check_place(path)?;
     let io_error = |source| StoreError::Io { path: path.to_owned(), source };
     let temporary = beside(path, &uuid::Uuid::now_v7().to_string())
         .ok_or_else(|| io_error(io::Error::from(io::ErrorKind::InvalidFilename)))?;
@@ -24,6 +25,22 @@ pub fn write_file(
         return result;
     }
     sync_folder(path.parent().unwrap_or(Path::new(".")))
+}
+
+/// Whether a file can be put at `path`: nothing or a regular file stands there, in a folder. A pipe or device would be gone
+/// after the renaming.
+///
+/// # Errors
+/// [`StoreError`] naming the file, or the folder that is not there.
+pub fn check_place(path: &Path) -> Result<(), StoreError> {
+    let io_error = |source| StoreError::Io { path: path.to_owned(), source };
+    match regular_file::check(path) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => {}
+        result => return result.map_err(io_error),
+    }
+    let folder = path.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let about = fs::metadata(folder).map_err(StoreError::io(folder))?;
+    if about.is_dir() { Ok(()) } else { Err(StoreError::NoFolder { path: folder.to_owned() }) }
 }
 
 /// Writes the file `path` and brings it to the disk; errors speak of `shown`, the name that it will have.

@@ -11,14 +11,46 @@ use std::path::{Component, Path, PathBuf};
 /// Most bytes of a file that is read as a whole.
 pub const LARGEST: u64 = 4 << 30;
 
+/// What a path leads to where that is neither a file nor a folder: within the errors of this module.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("is {0} and not a regular file")]
+pub struct NotRegular(&'static str);
+
+/// Whether `error` says that a path leads to something else than a regular file.
+pub fn is_not_regular(error: &io::Error) -> bool {
+    matches!(error.kind(), io::ErrorKind::IsADirectory | io::ErrorKind::NotADirectory)
+        || error.get_ref().is_some_and(|inner| inner.is::<NotRegular>())
+}
+
+/// Whether a regular file at `path` can be read, or another one put in its place; links are followed.
+///
+/// # Errors
+/// The system's, or one that says what the path leads to where that is no regular file.
+pub fn check(path: &Path) -> io::Result<()> {
+    check_kind(&std::fs::metadata(path)?)
+}
+
+/// Whether there is a folder at `path`; links are followed.
+///
+/// # Errors
+/// The system's, or one that says what the path leads to where that is no folder.
+pub fn check_folder(path: &Path) -> io::Result<()> {
+    let about = std::fs::metadata(path)?;
+    if about.is_dir() {
+        return Ok(());
+    }
+    let what = if about.is_file() { "a file" } else { kind(about.file_type()) };
+    Err(io::Error::new(io::ErrorKind::NotADirectory, format!("is {what} and not a folder")))
+}
+
 /// Opens a regular file; links are followed.
 ///
 /// # Errors
 /// The system's, or one that says what the path leads to where that is no regular file.
 pub fn open(path: &Path) -> io::Result<File> {
-    check(&std::fs::metadata(path)?)?;
+    check(path)?;
     let file = File::open(path)?;
-    check(&file.metadata()?)?;
+    check_kind(&file.metadata()?)?;
     Ok(file)
 }
 
@@ -85,7 +117,7 @@ pub fn inside(folder: &Path, name: &str) -> io::Result<PathBuf> {
     if !path.starts_with(folder.canonicalize().map_err(named)?) {
         return Err(outside());
     }
-    check(&std::fs::metadata(&path).map_err(named)?).map_err(named)?;
+    check(&path).map_err(named)?;
     Ok(path)
 }
 
@@ -97,15 +129,14 @@ fn scheme(name: &str) -> Option<&str> {
     is_scheme.then_some(scheme)
 }
 
-fn check(about: &Metadata) -> io::Result<()> {
+fn check_kind(about: &Metadata) -> io::Result<()> {
     if about.is_file() {
         return Ok(());
     }
     if about.is_dir() {
         return Err(io::Error::new(io::ErrorKind::IsADirectory, "is a folder and not a file"));
     }
-    let reason = format!("is {} and not a regular file", kind(about.file_type()));
-    Err(io::Error::new(io::ErrorKind::InvalidInput, reason))
+    Err(io::Error::new(io::ErrorKind::InvalidInput, NotRegular(kind(about.file_type()))))
 }
 
 #[cfg(unix)]
@@ -189,9 +220,13 @@ mod tests {
         std::os::unix::fs::symlink("/dev/zero", &device).expect("links");
         for (path, word) in [(&pipe, "named pipe"), (&socket, "socket"), (&device, "device")] {
             let error = read(path).expect_err(word);
-            assert!(error.to_string().contains(word), "{error}");
+            assert!(error.to_string().contains(word) && is_not_regular(&error), "{error}");
         }
+        assert!(!is_not_regular(&read(&root.path().join("missing")).expect_err("missing")));
         assert_eq!(read(root.path()).expect_err("a folder").kind(), io::ErrorKind::IsADirectory);
+        assert!(check_folder(root.path()).is_ok());
+        let error = check_folder(&pipe).expect_err("a pipe");
+        assert!(error.to_string().contains("named pipe") && is_not_regular(&error), "{error}");
         drop(listener);
     }
 

@@ -8,7 +8,9 @@ pub mod chunk;
 mod convert;
 mod limits;
 
-pub use limits::{MAX_CLIENT_MESSAGE, MAX_HELD_CHUNKS, MAX_SERVER_MESSAGE, WireError, decode_client, decode_server};
+pub use limits::{
+    MAX_CLIENT_MESSAGE, MAX_ENTRIES, MAX_HELD_CHUNKS, MAX_SERVER_MESSAGE, WireError, decode_client, decode_server,
+};
 pub use v1::*;
 
 /// Name of the WebSocket subprotocol; the version is part of it.

@@ -1,6 +1,7 @@
 //! Size limits and the checked entry points for everything that arrives.
 
-use super::{ClientMessage, ServerMessage, client_message};
+use super::server_message::Body;
+use super::{ClientMessage, Inspection, ServerMessage, client_message};
 use prost::Message;
 
 /// Largest message an agent accepts from a client: a Hello that lists [`MAX_HELD_CHUNKS`].
@@ -11,6 +12,10 @@ pub const MAX_HELD_CHUNKS: usize = 16_000;
 
 /// Largest message a viewer accepts from an agent.
 pub const MAX_SERVER_MESSAGE: usize = 8 << 20;
+
+/// Most entries of a list in a message of an agent: labels and instances have 16 bits. A few bytes of a message stand for many
+/// times as many in memory.
+pub const MAX_ENTRIES: usize = 1 << 16;
 
 /// Why a message was refused.
 #[derive(Debug, thiserror::Error, PartialEq, Eq)]
@@ -65,7 +70,41 @@ pub fn decode_client(bytes: &[u8]) -> Result<ClientMessage, WireError> {
 pub fn decode_server(bytes: &[u8]) -> Result<ServerMessage, WireError> {
     check(bytes, MAX_SERVER_MESSAGE)?;
     let message = ServerMessage::decode(bytes).map_err(|e| WireError::Malformed(e.to_string()))?;
+    for (field, entries) in message.body.as_ref().map_or_else(Vec::new, lists) {
+        if entries > MAX_ENTRIES {
+            let reason = format!("{entries} entries are over the limit of {MAX_ENTRIES}");
+            return Err(WireError::Field { field, reason });
+        }
+    }
     if message.body.is_none() { Err(WireError::Empty) } else { Ok(message) }
+}
+
+/// The lists of a message, and how many entries they have.
+fn lists(body: &Body) -> Vec<(&'static str, usize)> {
+    let classes = |inspection: &Option<Inspection>| {
+        let counts = |i: &Inspection| {
+            vec![("inspection.components", i.components.len()), ("inspection.defects", i.defects.len())]
+        };
+        inspection.as_ref().map_or_else(Vec::new, counts)
+    };
+    match body {
+        Body::Welcome(welcome) => {
+            let mut lists = classes(&welcome.inspection);
+            lists.push(("capabilities", welcome.capabilities.len()));
+            lists
+        }
+        Body::Clear(clear) => classes(&clear.inspection),
+        Body::Progress(progress) => progress.figures.as_ref().map_or_else(Vec::new, |figures| {
+            vec![
+                ("figures.components", figures.components.len()),
+                ("figures.defects", figures.defects.len()),
+                ("figures.findings", figures.findings.len()),
+                ("figures.instances", figures.instances.len()),
+            ]
+        }),
+        Body::View(view) => vec![("timings", view.timings.len())],
+        _ => Vec::new(),
+    }
 }
 
 fn check(bytes: &[u8], limit: usize) -> Result<(), WireError> {

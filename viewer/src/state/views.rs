@@ -3,6 +3,9 @@
 use semascan_protocol::{Intrinsics, Pose, ViewPage, ViewReport};
 use std::sync::Arc;
 
+/// Characters of a view's reason that are kept.
+const MOST_REASON: usize = 1000;
+
 /// One captured view.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ViewEntry {
@@ -89,7 +92,7 @@ impl From<&ViewReport> for ViewEntry {
         Self {
             index: report.index,
             accepted: report.accepted,
-            reason: report.reason.clone(),
+            reason: report.reason.chars().take(MOST_REASON).collect(),
             pose: report.table_from_camera,
             intrinsics: report.intrinsics,
             thumbnail_jpeg: report.thumbnail_jpeg.as_slice().into(),
@@ -103,7 +106,26 @@ impl From<&ViewReport> for ViewEntry {
     }
 }
 
-/// The captured views in the order of their numbers, the latest [`Views::MAX`] of them at most. The agent sends the latest by
+impl ViewEntry {
+    /// Bytes of its pictures.
+    fn picture_bytes(&self) -> usize {
+        [&self.thumbnail_jpeg, &self.overlay_png, &self.sigma_png, &self.contribution_png].map(|p| p.len()).iter().sum()
+    }
+
+    /// Keeps what is known of it and lets its pictures go.
+    fn drop_pictures(&mut self) {
+        let none: Arc<[u8]> = Arc::default();
+        for picture in
+            [&mut self.thumbnail_jpeg, &mut self.overlay_png, &mut self.sigma_png, &mut self.contribution_png]
+        {
+            *picture = none.clone();
+        }
+        self.pictures_dropped = true;
+    }
+}
+
+/// The captured views in the order of their numbers, the latest [`Views::MAX`] of them at most, with pictures of
+/// [`Views::MAX_PICTURE_BYTES`]. The agent sends the latest by
 /// itself, and earlier ones as they are asked for.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Views {
@@ -116,6 +138,14 @@ pub struct Views {
 impl Views {
     /// Most views that are kept for display.
     pub const MAX: usize = 1000;
+
+    /// Most bytes of pictures that are kept: those of the latest views.
+    pub const MAX_PICTURE_BYTES: usize = 128 << 20;
+
+    /// Bytes of the pictures that are kept.
+    pub fn picture_bytes(&self) -> usize {
+        self.list.iter().map(ViewEntry::picture_bytes).sum()
+    }
 
     /// The number before which more views can be asked for; `None` if the agent has none, or no more are kept here.
     pub fn earlier(&self) -> Option<u32> {
@@ -180,6 +210,14 @@ impl Views {
             self.earlier = true;
             self.selected = self.selected.filter(|s| *s != gone);
             self.latest = self.latest.filter(|l| *l != gone);
+        }
+        let mut bytes = self.picture_bytes();
+        for view in &mut self.list {
+            if bytes <= Self::MAX_PICTURE_BYTES {
+                break;
+            }
+            bytes -= view.picture_bytes();
+            view.drop_pictures();
         }
     }
 

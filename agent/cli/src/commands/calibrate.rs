@@ -4,9 +4,11 @@
 use super::Failure;
 use super::source::open;
 use crate::stderr::Stderr;
+use crate::stdout::print_json;
 use anyhow::{Context, anyhow};
 use clap::Args;
 use image::RgbImage;
+use semascan_formats::regular_file;
 use semascan_inspection::spec::InspectionSpec;
 use semascan_model::Taxonomy;
 use semascan_model::choice::possible_instead;
@@ -94,8 +96,7 @@ impl CalibrateArgs {
                 writeln!(out, "disagreement up to {largest:.4} on {asked} views inside, threshold {most:.4}")?;
             }
             let path = folder.join(FILE_NAME);
-            let text =
-                semascan_formats::regular_file::read_to_string(&path).with_context(|| path.display().to_string())?;
+            let text = regular_file::read_to_string(&path).with_context(|| path.display().to_string())?;
             let text = with_domain(&text, &domain)?;
             // What is written can be read.
             Manifest::parse(&text).map_err(|(field, reason)| anyhow!("{}: {field}: {reason}", path.display()))?;
@@ -103,7 +104,7 @@ impl CalibrateArgs {
             writeln!(out, "written to {}", path.display())?;
         }
         if self.json {
-            writeln!(std::io::stdout().lock(), "{}", json!({ "domain": domain, "sets": scores }))?;
+            print_json(&json!({ "domain": domain, "sets": scores }))?;
         }
         Ok(())
     }
@@ -167,9 +168,7 @@ fn of_source(uri: &str, out: &mut impl Write) -> Result<Numbers, Failure> {
 /// The numbers of pictures from elsewhere: of all in a folder, or of the views of a source.
 fn of_pictures(path: &Path, out: &mut impl Write) -> Result<Numbers, Failure> {
     let name = path.display().to_string();
-    if !path.is_dir() {
-        return Err(Failure::Call(anyhow!("{name}: no such folder")));
-    }
+    regular_file::check_folder(path).with_context(|| name.clone())?;
     let mut files: Vec<PathBuf> = std::fs::read_dir(path)
         .with_context(|| name.clone())?
         .map(|entry| entry.map(|e| e.path()))
@@ -185,7 +184,7 @@ fn of_pictures(path: &Path, out: &mut impl Write) -> Result<Numbers, Failure> {
     files.sort();
     let mut numbers = Vec::new();
     for file in files {
-        let bytes = semascan_formats::regular_file::read(&file).with_context(|| file.display().to_string())?;
+        let bytes = regular_file::read(&file).with_context(|| file.display().to_string())?;
         let picture = image::load_from_memory(&bytes).with_context(|| file.display().to_string())?.to_rgb8();
         match numbers_of(&view_of(picture), None, 0) {
             Some(of_picture) => numbers.push(of_picture),

@@ -1,9 +1,9 @@
 //! `semascan completions SHELL`: what a shell needs to complete the arguments of this program.
 
 use super::{Cli, Failure};
+use crate::stdout::print;
 use clap::{Args, CommandFactory};
 use clap_complete::{Shell, generate};
-use std::io::Write;
 
 /// Arguments of `semascan completions`.
 #[derive(Debug, Args)]
@@ -16,10 +16,8 @@ pub(crate) struct CompletionsArgs {
 
 impl CompletionsArgs {
     pub(crate) fn run(self) -> Result<(), Failure> {
-        // A closed pipe is an error, not a panic.
         let mut script = Vec::new();
         generate(self.shell, &mut Cli::command(), "semascan", &mut script);
-        std::io::stdout().lock().write_all(&script)?;
-        Ok(())
+        print(&script)
     }
 }

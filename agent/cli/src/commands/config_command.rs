@@ -1,8 +1,8 @@
 //! `semascan config`: a commented sample of `cell.toml`, which its help shows too, or whether a `cell.toml` can be read.
 
 use super::{Failure, config};
+use crate::stdout::print;
 use clap::Args;
-use std::io::Write;
 use std::path::PathBuf;
 
 /// Arguments of `semascan config`.
@@ -20,7 +20,7 @@ pub(crate) struct ConfigArgs {
 impl ConfigArgs {
     pub(crate) fn run(self) -> Result<(), Failure> {
         if self.sample {
-            std::io::stdout().lock().write_all(config::SAMPLE.as_bytes())?;
+            print(config::SAMPLE.as_bytes())?;
         }
         if let Some(file) = self.file {
             config::read(Some(&file)).map_err(Failure::Call)?;

@@ -2,6 +2,7 @@
 
 use super::{Failure, config, models};
 use crate::stderr::Stderr;
+use crate::stdout::print_json;
 use anyhow::anyhow;
 use clap::Args;
 use semascan_perception::segment::network::engine::{self, Engine, EngineChoice, EngineError, OnnxRuntime};
@@ -67,7 +68,7 @@ impl DoctorArgs {
         let failed: Vec<&str> = findings.iter().filter(|f| f.health == Health::Failed).map(|f| f.what).collect();
         if self.json {
             let report = json!({ "healthy": failed.is_empty(), "findings": findings });
-            writeln!(std::io::stdout().lock(), "{report}")?;
+            print_json(&report)?;
         }
         if failed.is_empty() {
             Ok(())

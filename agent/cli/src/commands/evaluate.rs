@@ -3,12 +3,15 @@
 
 use super::spec_args::UnitArg;
 use super::{Failure, numbers, photometric, pose_truth};
+use crate::stderr::Stderr;
+use crate::stdout::print_json;
 use anyhow::{Context, anyhow};
 use clap::Args;
 use nalgebra::Isometry3;
 use semascan_evaluation::{
     AlignedEvaluation, Evaluation, MeasuredGeometry, Range, Scale, evaluate, evaluate_aligned, figures, ranges,
 };
+use semascan_formats::regular_file;
 use semascan_geometry::measure::{CONVENTIONS, ClassScore, Comparison, SEMANTIC_CONVENTIONS};
 use semascan_inspection::record::pose_record;
 use semascan_inspection::spec::LengthUnit;
@@ -93,9 +96,7 @@ impl EvaluateArgs {
                 let hint = if mesh.is_file() { format!(", such as {}", mesh.display()) } else { String::new() };
                 return wrong(anyhow!("{}: is a folder; name a cloud or a mesh in it{hint}", path.display()));
             }
-            if !path.is_file() {
-                return wrong(anyhow!("{}: no such file", path.display()));
-            }
+            regular_file::check(path).with_context(|| path.display().to_string())?;
             let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
             if !FORMATS.contains(&extension.as_str()) {
                 let instead = possible_instead(&extension, &FORMATS);
@@ -114,7 +115,7 @@ impl EvaluateArgs {
     fn as_they_stand(&self, a: &MeasuredGeometry, b: &MeasuredGeometry) -> Result<(), Failure> {
         let found = evaluate(a, b, &Isometry3::identity(), self.tau * 1e-3)
             .with_context(|| format!("{} and {}: nothing can be measured", self.a.display(), self.b.display()))?;
-        let mut out = io::stderr().lock();
+        let mut out = Stderr::default();
         self.head(&mut out, a, b, "as they stand, without alignment")?;
         for (name, value) in figures(&found.comparison) {
             writeln!(out, "{name:<26} {:>12}", readable(name, value))?;
@@ -143,7 +144,7 @@ impl EvaluateArgs {
             )));
         };
         let ranges = ranges(&runs);
-        let mut out = io::stderr().lock();
+        let mut out = Stderr::default();
         let how =
             format!("{} alignments (global, then GICP), {} without a match", runs.len() + failed.len(), failed.len());
         self.head(&mut out, a, b, &how)?;
@@ -207,9 +208,7 @@ impl EvaluateArgs {
 
     fn print(&self, report: &Value) -> Result<(), Failure> {
         if self.json {
-            let mut out = io::stdout().lock();
-            serde_json::to_writer(&mut out, report)?;
-            writeln!(out)?;
+            print_json(report)?;
         }
         Ok(())
     }

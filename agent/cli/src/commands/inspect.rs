@@ -3,11 +3,11 @@
 use super::signals::Signals;
 use super::spec_args::SpecArgs;
 use super::{Failure, config, numbers, report, run, serve, source};
+use crate::stdout::print_json;
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use run::{Running, Target};
 use semascan_inspection::event::{EventKind, StageStatus};
-use std::io::Write;
 use std::path::PathBuf;
 
 /// Arguments of `semascan inspect`.
@@ -58,12 +58,9 @@ impl InspectArgs {
         if !quiet {
             report::print(&inspected.record, &self.out)?;
         }
-        if self.json {
-            let mut out = std::io::stdout().lock();
-            serde_json::to_writer(&mut out, &inspected.record)?;
-            writeln!(out)?;
-        }
-        run::verdict(&inspected.record, signals)
+        let printed = if self.json { print_json(&inspected.record) } else { Ok(()) };
+        run::verdict(&inspected.record, signals)?;
+        printed
     }
 }
 
@@ -82,6 +79,7 @@ fn follow(running: &mut Running, bar: &ProgressBar) {
         match &event.kind {
             EventKind::Stage { view, stage, status: StageStatus::Started } => {
                 bar.set_message(format!("view {view}: {}", stage.name()));
+                bar.suspend(|| tracing::trace!("view {view}: {} begins", stage.name()));
             }
             EventKind::ViewFinished { record, .. } => {
                 if let Some(reason) = &record.reason {
@@ -90,6 +88,11 @@ fn follow(running: &mut Running, bar: &ProgressBar) {
                 bar.suspend(|| tracing::debug!("{}", report::of_view(record)));
                 bar.inc(1);
             }
+            EventKind::Refined { poses, .. } => {
+                bar.suspend(|| tracing::debug!("{} poses refined; the map is made anew with them", poses.len()));
+            }
+            EventKind::Measured { .. } => bar.suspend(|| tracing::debug!("the final model is meshed and measured")),
+            EventKind::Judged { .. } => bar.suspend(|| tracing::debug!("the poses are compared with the pictures")),
             _ => {}
         }
     }

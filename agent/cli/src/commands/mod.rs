@@ -47,7 +47,7 @@ use verbosity::Verbosity;
 /// What scripts rely on.
 const EXIT_CODES: &str = "\
 Exit codes: 0 done; 1 the work failed, or too few views could be used; 2 the call was wrong, or a file that it names is not
-there; 130 (SIGINT) and 143 (SIGTERM) the work was cut off: an inspection keeps what it has, within 5 s, and its record says
+there or is none; 130 (SIGINT) and 143 (SIGTERM) the work was cut off: an inspection keeps what it has, within 5 s, and its record says
 `stopped`; a second signal ends it at once. A server whose work was done ends with 0.";
 
 /// Semantic 3D inspection of used parts.
@@ -149,7 +149,7 @@ fn is_of_the_call(cause: &(dyn std::error::Error + 'static)) -> bool {
     let source = |error: &SourceError| matches!(error, SourceError::Uri { .. });
     let select = |error: &SelectError| matches!(error, SelectError::Unknown { .. } | SelectError::None { .. });
     // An option that is a file, as ONNX Runtime's library is.
-    let engine = |error: &EngineError| matches!(error, EngineError::Library { path, .. } if !path.exists());
+    let engine = |error: &EngineError| matches!(error, EngineError::Library { path, .. } if !path.is_file());
     if let Some(error) = cause.downcast_ref() {
         return source(error);
     }
@@ -168,19 +168,26 @@ fn is_of_the_call(cause: &(dyn std::error::Error + 'static)) -> bool {
             _ => false,
         };
     }
-    is_missing(cause)
-        || matches!(cause.downcast_ref(), Some(StoreError::NotEmpty { .. } | StoreError::Foreign { .. }))
-        || matches!(
-            cause.downcast_ref(),
-            Some(
-                ExportError::OwnSource { .. } | ExportError::OfInspection { .. } | ExportError::OtherInspection { .. }
-            )
-        )
+    let store = |error: &StoreError| {
+        matches!(error, StoreError::NotEmpty { .. } | StoreError::Foreign { .. } | StoreError::NoFolder { .. })
+    };
+    if let Some(error) = cause.downcast_ref() {
+        return store(error);
+    }
+    if let Some(error) = cause.downcast_ref::<ExportError>() {
+        return match error {
+            ExportError::Store(error) => store(error),
+            _ => true,
+        };
+    }
+    is_no_file(cause)
 }
 
-/// Whether it is the system's word that there is no such file.
-fn is_missing(cause: &(dyn std::error::Error + 'static)) -> bool {
-    cause.downcast_ref::<std::io::Error>().is_some_and(|error| error.kind() == std::io::ErrorKind::NotFound)
+/// Whether it says that there is no such file, or that what is there is none: a folder, a pipe, a device.
+fn is_no_file(cause: &(dyn std::error::Error + 'static)) -> bool {
+    cause.downcast_ref::<std::io::Error>().is_some_and(|error| {
+        error.kind() == std::io::ErrorKind::NotFound || semascan_formats::regular_file::is_not_regular(error)
+    })
 }
 
 impl Cli {

@@ -4,8 +4,10 @@
 use super::Failure;
 use super::calibrate::CalibrateArgs;
 use crate::stderr::Stderr;
-use anyhow::anyhow;
+use crate::stdout::print_json;
+use anyhow::Context;
 use clap::{Args, Subcommand};
+use semascan_formats::regular_file;
 use semascan_perception::segment::network::{Installed, installed, search_path};
 use serde_json::{Value, json};
 use std::io::Write;
@@ -37,8 +39,8 @@ impl ModelsArgs {
         if let Some(ModelsCommand::Calibrate(arguments)) = self.command {
             return arguments.run();
         }
-        if let Some(missing) = self.models.iter().find(|folder| !folder.is_dir()) {
-            return Err(Failure::Call(anyhow!("{}: no such folder", missing.display())));
+        for folder in &self.models {
+            regular_file::check_folder(folder).with_context(|| folder.display().to_string())?;
         }
         let folders = if self.models.is_empty() { search_path() } else { self.models };
         let models = installed(&folders);
@@ -54,7 +56,7 @@ impl ModelsArgs {
         }
         if self.json {
             let models: Vec<Value> = models.iter().map(to_json).collect();
-            writeln!(std::io::stdout().lock(), "{}", json!({ "models": models }))?;
+            print_json(&json!({ "models": models }))?;
         }
         Ok(())
     }

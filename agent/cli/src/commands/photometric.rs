@@ -4,6 +4,7 @@
 use super::Failure;
 use super::source::open;
 use crate::stderr::Stderr;
+use crate::stdout::print_json;
 use anyhow::anyhow;
 use semascan_evaluation::{PoseFile, judge_poses};
 use semascan_inspection::record::photometric_record;
@@ -21,9 +22,6 @@ pub(super) fn judge(
     json: bool,
 ) -> Result<(), Failure> {
     let paths = || std::iter::once(inspection).chain(others.iter().map(PathBuf::as_path));
-    if let Some(missing) = paths().find(|path| !path.exists()) {
-        return Err(Failure::Call(anyhow!("{}: no such file or folder", missing.display())));
-    }
     let files = paths().map(PoseFile::read).collect::<Result<Vec<_>, _>>()?;
     let mut spec = InspectionSpec::default();
     spec.source.unit = unit;
@@ -65,9 +63,7 @@ pub(super) fn judge(
             "views": record.views, "compared": record.compared, "pairs": record.pairs, "searched": record.searched,
             "still": record.still, "matches": record.matches, "unreadable": judged.unreadable, "unposed": judged.unposed,
         });
-        let mut out = std::io::stdout().lock();
-        serde_json::to_writer(&mut out, &report)?;
-        writeln!(out)?;
+        print_json(&report)?;
     }
     Ok(())
 }

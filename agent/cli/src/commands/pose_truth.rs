@@ -2,6 +2,7 @@
 
 use super::Failure;
 use crate::stderr::Stderr;
+use crate::stdout::print_json;
 use semascan_evaluation::{POSE_TRUTH_CONVENTION, PoseFile, PoseTruth};
 use semascan_inspection::record::pose_record;
 use serde_json::json;
@@ -41,9 +42,7 @@ pub(super) fn judge(inspection: &Path, truth: &Path, json: bool) -> Result<(), F
             "truth_from_model": pose_record(&judged.truth_from_model),
             "views": views.collect::<Vec<_>>(), "without_pose": judged.without_pose,
         });
-        let mut out = std::io::stdout().lock();
-        serde_json::to_writer(&mut out, &report)?;
-        writeln!(out)?;
+        print_json(&report)?;
     }
     Ok(())
 }

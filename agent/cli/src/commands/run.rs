@@ -199,9 +199,11 @@ pub(crate) fn finish(
     };
     // Who stops an inspection does not wait for figures.
     if !stop.is_set() {
+        tracing::debug!("the model is compared with the truth, where the source knows it");
         judge(&mut inspected);
     }
     if let Some(output) = output {
+        tracing::debug!("the inspection is written to {}", output.path().display());
         output.save(&mut inspected, tries, &stop, failed)?;
     }
     Ok(inspected)

@@ -1,9 +1,9 @@
 //! `semascan schema`: the JSON Schema of `inspection.json`.
 
 use super::Failure;
+use crate::stdout::print_pretty_json;
 use clap::Args;
 use semascan_model::record::InspectionRecord;
-use std::io::Write;
 
 /// Arguments of `semascan schema`.
 #[derive(Debug, Args)]
@@ -11,9 +11,6 @@ pub(crate) struct SchemaArgs {}
 
 impl SchemaArgs {
     pub(crate) fn run(self) -> Result<(), Failure> {
-        let mut out = std::io::stdout().lock();
-        serde_json::to_writer_pretty(&mut out, &InspectionRecord::json_schema())?;
-        writeln!(out)?;
-        Ok(())
+        print_pretty_json(&InspectionRecord::json_schema())
     }
 }

@@ -1,6 +1,8 @@
 //! From a source's URI or path to the source: what this binary was built with.
 
 use semascan_inspection::source::{Source, SourceError};
+#[cfg(feature = "demo")]
+use semascan_inspection::spec::CameraMask;
 use semascan_inspection::spec::InspectionSpec;
 #[cfg(feature = "demo")]
 use semascan_simulation::{KEYS, PARTS, VirtualCell, VirtualCellSpec};
@@ -12,6 +14,9 @@ use semascan_simulation::{KEYS, PARTS, VirtualCell, VirtualCellSpec};
 pub(crate) fn open(uri: &str, spec: &InspectionSpec) -> Result<Box<dyn Source>, SourceError> {
     #[cfg(feature = "demo")]
     if uri.starts_with("virtual:") {
+        if let CameraMask::File(mask) = &spec.source.camera_mask {
+            tracing::warn!("{}: not used, a simulated camera sees nothing of its robot", mask.display());
+        }
         // A mesh that is put on the turntable names no unit: the cell's key does.
         let unit =
             spec.source.unit.map(|unit| format!("{}unit={}", if uri.contains('?') { '&' } else { '?' }, unit.name()));

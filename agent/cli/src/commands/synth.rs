@@ -3,17 +3,18 @@
 
 use super::synth_turntable::{self, TurntableArgs};
 use super::{Failure, numbers, serve};
-use anyhow::anyhow;
+use crate::stdout::print_json;
+use anyhow::{Context, anyhow};
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use nalgebra::Isometry3;
+use semascan_formats::regular_file;
 use semascan_inspection::source::SourceError;
 use semascan_perception::view::View;
 use semascan_simulation::{GENERATOR, Randomisation, TrainingCell, TrainingOptions, VirtualCellSpec};
 use semascan_sources::training_set::{Description, GeneratedPart, Manifest, PartGenerator, TrainingSet};
 use serde::Serialize;
 use serde_json::{Value, json};
-use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -66,6 +67,9 @@ struct Summary<'a> {
 impl SynthArgs {
     pub(crate) fn run(self, quiet: bool) -> Result<(), Failure> {
         serve::use_threads(self.threads)?;
+        if self.out.exists() {
+            regular_file::check_folder(&self.out).with_context(|| self.out.display().to_string())?;
+        }
         if let Some(recordings) = self.turntable.options(self.views, self.size) {
             let parts = self.first_part..self.first_part + self.parts;
             return synth_turntable::write(&self.out, parts, self.seed, recordings, self.json);
@@ -111,9 +115,7 @@ impl SynthArgs {
                 views_written: written,
                 seconds,
             };
-            let mut out = std::io::stdout().lock();
-            serde_json::to_writer(&mut out, &summary)?;
-            writeln!(out)?;
+            print_json(&summary)?;
         }
         Ok(())
     }

@@ -4,6 +4,7 @@
 //! it, which no reader of scenes knows: `table_from_camera` of each view (metres; x, y, z, w of the rotation).
 
 use super::Failure;
+use crate::stdout::print_json;
 use anyhow::Context;
 use clap::{Args, ValueEnum};
 use nalgebra::Isometry3;
@@ -12,7 +13,6 @@ use semascan_perception::view::View;
 use semascan_simulation::{TurntableDisc, TurntableOptions, TurntablePart, TurntableRecording};
 use semascan_sources::bop::{SceneEntry, SceneWriter};
 use serde_json::json;
-use std::io::Write;
 use std::ops::Range;
 use std::path::Path;
 
@@ -109,9 +109,7 @@ pub(crate) fn write(
         written.push(folder);
     }
     if json {
-        let mut out = std::io::stdout().lock();
-        serde_json::to_writer(&mut out, &json!({ "recordings": written, "views": options.views }))?;
-        writeln!(out)?;
+        print_json(&json!({ "recordings": written, "views": options.views }))?;
     }
     Ok(())
 }

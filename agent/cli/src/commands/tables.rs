@@ -3,11 +3,13 @@
 
 use super::{Failure, numbers};
 use crate::stderr::Stderr;
+use crate::stdout::print_pretty_json;
 use anyhow::{Context, anyhow};
 use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
 use semascan_evaluation::tables::{NetworkSetting, p0, p1, p2};
-use semascan_store::write_file;
+use semascan_formats::regular_file;
+use semascan_store::{check_place, write_file};
 use serde::Serialize;
 use std::io::Write;
 use std::path::PathBuf;
@@ -77,6 +79,8 @@ struct P1Report {
 
 impl TablesArgs {
     pub(crate) fn run(self, quiet: bool) -> Result<(), Failure> {
+        // What cannot be written is said before anything is computed.
+        self.out.as_deref().map(check_place).transpose()?;
         match self.paper {
             Paper::P0 => self.p0(quiet),
             Paper::P1 => self.p1(quiet),
@@ -102,8 +106,8 @@ impl TablesArgs {
     }
 
     fn networks(&self) -> Result<NetworkSetting, Failure> {
-        if let Some(folder) = self.models.as_ref().filter(|folder| !folder.is_dir()) {
-            return Err(Failure::Call(anyhow!("--models {}: no such folder", folder.display())));
+        if let Some(folder) = &self.models {
+            regular_file::check_folder(folder).with_context(|| format!("--models {}", folder.display()))?;
         }
         let mut setting = if self.quick { NetworkSetting::quick() } else { NetworkSetting::default() };
         setting.test.views = self.views.unwrap_or(setting.test.views);
@@ -152,10 +156,9 @@ impl TablesArgs {
         let ycb = self.ycb.clone().or_else(|| in_data().filter(|folder| folder.is_dir()));
         match &ycb {
             None => tracing::warn!("no YCB meshes: name their folder with --ycb; those objects are left out"),
-            Some(folder) if !folder.is_dir() => {
-                return Err(Failure::Call(anyhow!("--ycb {}: no such folder", folder.display())));
+            Some(folder) => {
+                regular_file::check_folder(folder).with_context(|| format!("--ycb {}", folder.display()))?
             }
-            Some(_) => {}
         }
         let config = p1::Config {
             seeds: self.seeds.unwrap_or(if self.quick { 1 } else { 10 }),
@@ -189,7 +192,7 @@ impl TablesArgs {
             write_file(file, |out| Ok(out.write_all(text.as_bytes())?)).context("the report could not be written")?;
         }
         if self.json {
-            writeln!(std::io::stdout().lock(), "{text}")?;
+            print_pretty_json(report)?;
         }
         Ok(())
     }

@@ -2,12 +2,15 @@
 
 mod evaluate;
 mod export;
+mod file_kinds;
 mod first_steps;
 mod full_disk;
 mod inspect;
+mod kills;
 mod log;
 mod outcome;
 mod signals;
+mod stdout;
 mod synth;
 mod tables;
 

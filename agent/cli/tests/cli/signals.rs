@@ -86,6 +86,88 @@ fn a_signal_at_any_instant_ends_an_inspection_as_its_record_says() {
     assert!(stopped >= 3, "{seen:?}");
 }
 
+/// What an inspection with `-vv` says when it comes to a stage, and whether it can still be stopped then: later it may be
+/// finished before the signal is looked at.
+const STAGES: [(&str, bool); 11] = [
+    ("view 0: acquire begins", true),
+    ("view 0: segment begins", true),
+    ("view 0: register begins", true),
+    ("view 0: fuse begins", true),
+    ("view 5: acquire begins", true),
+    ("view 11: fuse begins", false),
+    ("poses refined", false),
+    ("meshed and measured", false),
+    ("compared with the pictures", false),
+    ("compared with the truth", false),
+    ("is written to", false),
+];
+
+#[test]
+fn a_signal_in_every_stage_ends_an_inspection_as_its_record_says() {
+    let dir = tempfile::tempdir().expect("temporary folder");
+    let source = "virtual:starter-motor?seed=3&views=12&size=160x120&cell=2.5";
+    for (stage, (marker, stops)) in STAGES.into_iter().enumerate() {
+        for (name, expected) in [("-INT", 130), ("-TERM", 143)] {
+            let out = dir.path().join(format!("out{stage}{name}"));
+            let mut child = start(&["inspect", source, "-vv", "--out", out.to_str().expect("UTF-8")]);
+            let mut lines = BufReader::new(child.stderr.take().expect("a pipe")).lines().map_while(Result::ok);
+            assert!(lines.any(|line| line.contains(marker)), "{marker}: it never came to that");
+            signal(child.id(), name);
+            // Nobody may wait for who reads its words.
+            let words = std::thread::spawn(move || lines.collect::<Vec<_>>());
+            let code = code(ended(child));
+            let words = words.join().expect("its words").join("\n");
+            let stated = outcome(&out).unwrap_or_else(|| panic!("{marker}, {name}: no record: {words}"));
+            let agrees = match stated {
+                Outcome::Stopped => code == expected,
+                Outcome::Finished => code == 0 && !stops,
+                _ => false,
+            };
+            assert!(agrees, "{marker}, {name}: code {code}, record {stated:?}: {words}");
+            // The set is whole, whatever it holds.
+            semascan_store::read_inspection(&out).unwrap_or_else(|error| panic!("{marker}, {name}: {error}"));
+        }
+    }
+}
+
+#[test]
+fn a_signal_ends_every_other_command_at_once_and_leaves_nothing_half_written() {
+    let dir = tempfile::tempdir().expect("temporary folder");
+    let path = |name: &str| dir.path().join(name).to_str().expect("UTF-8").to_owned();
+    let made = semascan(&["inspect", MOTOR, "--out", &path("motor")]);
+    assert_eq!(made.status.code(), Some(0), "{}", stderr(&made));
+    let (cloud, truth) = (path("motor/cloud.ply"), path("motor/truth.ply"));
+    let (set, turn, report, exported) = (path("set"), path("turn"), path("report.json"), path("exported"));
+    let calls: [&[&str]; 6] = [
+        &["synth", "--parts", "500", "--views", "20", "--seed", "1", "--out", &set],
+        &["synth", "--turntable", "can", "--parts", "50", "--views", "72", "--seed", "1", "--out", &turn],
+        &["tables", "P0", "--table", "1", "--seeds", "1000", "--out", &report],
+        &["evaluate", &cloud, &truth, "--align", "--samples", "10000000"],
+        &["evaluate", "--photometric", &path("motor"), "virtual:starter-motor?seed=3&views=3&size=4096x3072&cell=0.5"],
+        &["export", &cloud, "--format", "obj,stl,glb", "--voxel", "0.2", "--smooth", "1000", "--out", &exported],
+    ];
+    for call in calls {
+        for (name, expected) in [("-INT", 130), ("-TERM", 143)] {
+            let child = start(call);
+            std::thread::sleep(Duration::from_millis(400));
+            signal(child.id(), name);
+            let begin = Instant::now();
+            let code = code(ended(child));
+            // A command that was done by then cannot be stopped any more.
+            assert!(code == expected || (code == 0 && call[0] == "export"), "{call:?}, {name}: {code}");
+            assert!(begin.elapsed() < Duration::from_secs(2), "{call:?}, {name}: {:?}", begin.elapsed());
+        }
+    }
+    assert!(!Path::new(&report).exists(), "a report of tables that were not computed");
+    // Parts of a set are whole or not there.
+    let parts = std::fs::read_dir(&set).expect("begun").map(|entry| entry.expect("readable").path());
+    for part in
+        parts.filter(|part| part.is_dir() && !part.file_name().is_some_and(|n| n.to_string_lossy().starts_with('.')))
+    {
+        assert_eq!(std::fs::read_dir(part.join("rgb")).expect("pictures").count(), 20, "{}", part.display());
+    }
+}
+
 #[test]
 fn a_second_signal_ends_at_once_and_commands_without_a_record_too() {
     let dir = tempfile::tempdir().expect("temporary folder");

@@ -2,7 +2,8 @@
 //!
 //! Distances are computed in f32 relative to the query, so that their error follows the distance and the size of the
 //! triangle, not where both lie. Triangles that are thin to nothing count as the segments they are; triangles that name
-//! a vertex that is not there, or one that is not finite, are left out. Of many triangles in the same place one counts.
+//! a vertex that is not there, or one that is not finite, are left out. Where there are many triangles in the same place, of
+//! those whose corners are within 2^-16 of their size of each other one counts.
 
 use super::batch;
 use super::box_tree::{Bounds, BoxTree, Entry};
@@ -12,8 +13,10 @@ use std::collections::HashSet;
 
 /// Triangles in a leaf.
 const LEAF: usize = 4;
-/// Triangles with the same centre as another from which it is worth while to look for coincident ones.
+/// Triangles that lie in the same place as another from which it is worth while to look for coincident ones.
 const COINCIDENT: usize = 1000;
+/// Corners of coincident triangles are the same on a grid of that part of the triangle's size.
+const GRID: f64 = 1.0 / 65_536.0;
 /// No triangle.
 const NONE: u32 = u32::MAX;
 
@@ -76,16 +79,13 @@ impl SurfaceIndex {
             .collect();
         let box_of = |i: u32| corners_of(&triangles[i as usize]).map_or(Bounds::EMPTY, bounds);
         let mut tree = BoxTree::new(&mut entries, box_of);
-        // Boxes of coincident triangles cannot be told apart, and a query would look into all of them: each is kept once.
-        // They lie side by side in the tree, where a few of them cost nothing.
-        if entries.windows(2).filter(|pair| pair[0].centre == pair[1].centre).count() > COINCIDENT {
+        // Boxes of triangles in the same place cannot be told apart, and a query would look into all of them: each is kept
+        // once. They lie side by side in the tree, where a few of them cost nothing.
+        let in_one_place = |pair: &[Entry]| alike(&box_of(pair[0].item), &box_of(pair[1].item));
+        if entries.windows(2).filter(|pair| in_one_place(pair)).count() > COINCIDENT {
             entries.sort_unstable_by_key(|entry| entry.item);
             let mut seen = HashSet::new();
-            entries.retain(|entry| {
-                let mut corners = triangles[entry.item as usize].map(|i| positions[i as usize].map(f32::to_bits));
-                corners.sort_unstable();
-                seen.insert(corners)
-            });
+            entries.retain(|entry| corners_of(&triangles[entry.item as usize]).is_some_and(|c| seen.insert(place(c))));
             tree = BoxTree::new(&mut entries, box_of);
         }
         let ids: Vec<_> = entries.iter().map(|e| (triangles[e.item as usize], e.item)).collect();
@@ -159,6 +159,31 @@ impl SurfaceIndex {
         let corner = (0..3).fold(0, |best, k| if to[k] < to[best] { k } else { best });
         Some(Nearest { distance: q.length(), point: (q + origin).to_array(), triangle, vertex: ids[corner], feature })
     }
+}
+
+/// Whether two boxes are the same up to a cell of the grid of [`place`].
+fn alike(a: &Bounds, b: &Bounds) -> bool {
+    let size = (0..3).map(|axis| f64::from(a.high[axis]) - f64::from(a.low[axis])).fold(0.0, f64::max);
+    let apart =
+        |p: [f32; 3], q: [f32; 3]| (0..3).map(|k| (f64::from(p[k]) - f64::from(q[k])).abs()).fold(0.0, f64::max);
+    apart(a.low, b.low).max(apart(a.high, b.high)) <= GRID * size
+}
+
+/// Where a triangle lies: its corners, in no order, on a grid whose cell is [`GRID`] of its size, rounded to a power of two.
+fn place(corners: [[f32; 3]; 3]) -> [[u64; 3]; 3] {
+    let exact = corners.map(|corner| corner.map(f64::from));
+    let side = |axis: usize| {
+        let along = exact.map(|corner| corner[axis]);
+        along.into_iter().fold(f64::MIN, f64::max) - along.into_iter().fold(f64::MAX, f64::min)
+    };
+    let size = side(0).max(side(1)).max(side(2));
+    // A triangle that is a point has no size: its corner itself is where it lies.
+    let cell = if size > 0.0 { GRID * size.log2().floor().exp2() } else { 1.0 };
+    let on_grid = |c: f64| if size > 0.0 { (c / cell).round() * cell } else { c };
+    // Zero has two signs.
+    let mut place = exact.map(|corner| corner.map(|c| (on_grid(c) + 0.0).to_bits()));
+    place.sort_unstable();
+    place
 }
 
 /// Whether a triangle is so thin that f32 cannot tell its inside: its height is below a thousandth of its longest side.

@@ -100,3 +100,40 @@ fn many_triangles_in_one_place_count_once() {
     assert_eq!(near([0.0, 0.0, -0.5]), (0, 0.5));
     assert_eq!(near([0.0, 0.0, 1.25]), (20_000, 0.25));
 }
+
+#[test]
+fn many_triangles_in_almost_one_place_count_a_few_times_and_leave_others_alone() {
+    let mut rng = rand_pcg::Pcg64::seed_from_u64(5);
+    // Oblique, so that its box is far larger than it is; at 0.1 m a micrometre is 1e-5 of its size.
+    let triangle = [[0.0, 0.0, 0.0], [0.1, 0.02, 0.05], [0.03, 0.1, 0.08_f32]];
+    for (count, jitter) in [(128_000, 1e-7_f32), (128_000, 0.0), (20_000, 3e-7)] {
+        let mut positions: Vec<[f32; 3]> = Vec::new();
+        for _ in 0..count {
+            for corner in triangle {
+                positions.push(corner.map(|c| c + if jitter > 0.0 { rng.random_range(-jitter..jitter) } else { 0.0 }));
+            }
+        }
+        // A fine sheet beside it, of triangles that are smaller than the other one's grid allows for.
+        let (fine, of_fine) = sheet();
+        let scale = 1e-3;
+        let stacked = positions.len() as u32;
+        positions.extend(fine.iter().map(|p| [p[0] * scale + 0.3, p[1] * scale, p[2] * scale]));
+        let triangles: Vec<[u32; 3]> = (0..stacked / 3)
+            .map(|t| [3 * t, 3 * t + 1, 3 * t + 2])
+            .chain(of_fine.iter().map(|t| t.map(|i| i + stacked)))
+            .collect();
+        let index = SurfaceIndex::new(&positions, &triangles);
+        let of_stack = index.ids.iter().filter(|(t, _)| t[0] < stacked).count();
+        assert_eq!(index.ids.len() - of_stack, of_fine.len(), "the sheet is as it was");
+        // Each of nine coordinates may lie at the edge of two cells.
+        assert!(of_stack <= 512, "{of_stack} of {count} triangles with {jitter} m between them are kept");
+        eprintln!("{count} triangles within {jitter} m: {of_stack} are kept");
+        for _ in 0..20 {
+            let p: [f32; 3] = std::array::from_fn(|_| rng.random_range(-0.05..0.35));
+            let each = triangles.iter().map(|t| distance(p, t.map(|i| positions[i as usize])));
+            let expected = each.fold(f64::INFINITY, f64::min);
+            let found = f64::from(index.closest(p).expect("found").distance);
+            assert!((found - expected).abs() < 2e-6, "{found} against {expected}");
+        }
+    }
+}

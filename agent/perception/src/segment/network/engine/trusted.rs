@@ -4,6 +4,8 @@
 //! put it there: the file, its folder and the folders on the way to it are not open to everybody's writing. A folder above
 //! that one may be, where only owners may rename and remove in it, as in `/tmp`.
 
+use semascan_formats::regular_file;
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 /// The file that `path` leads to, if it may be loaded.
@@ -15,9 +17,10 @@ pub(super) fn trusted(path: &Path) -> Result<PathBuf, String> {
         return Err("is not named by its whole path, and what lies in the current folder is not loaded".into());
     }
     // A name that is no file would send the loader through the system's folders.
-    if !path.is_file() {
-        return Err("there is no such file".into());
-    }
+    regular_file::check(path).map_err(|error| match error.kind() {
+        ErrorKind::NotFound => "there is no such file".to_owned(),
+        _ => error.to_string(),
+    })?;
     let library = path.canonicalize().map_err(|e| e.to_string())?;
     // The way that was named, with its links, and the way to the file.
     for way in [path, &library] {
