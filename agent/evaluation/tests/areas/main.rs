@@ -107,6 +107,7 @@ fn check(name: &str, pictures: &Pictures, median: f64) {
         (0..POSES).map(|seed| (stated(&inspect(pictures.posed(&pose(seed)))) / seen - 1.0, seed)).collect();
     errors.sort_by(|(a, _), (b, _)| a.abs().total_cmp(&b.abs()));
     let ((middle, _), (worst, at)) = (errors[errors.len() / 2], errors[errors.len() - 1]);
+    println!("{name}: error median {:+.2} %, worst {:+.2} % in pose {at}", 100.0 * middle, 100.0 * worst);
     assert!(
         middle.abs() <= median && worst.abs() <= 0.04,
         "{name}: seen {:.1} mm2, error median {:+.2} %, worst {:+.2} % in pose {at}",
@@ -145,8 +146,8 @@ fn spheres_in_any_pose_have_the_area_that_was_seen() {
 
 #[test]
 fn motors_in_any_pose_have_the_area_that_was_seen() {
-    for (seed, sensor) in [(7, EXACT), (8, NOISY)] {
+    for (seed, sensor) in [(7, EXACT), (8, NOISY), (9, NOISY)] {
         let pictures = Pictures::take(&motor(seed), &AROUND, 0.5, camera(1280, 0.5), sensor);
-        check(&format!("motor {seed}"), &pictures, 0.015);
+        check(&format!("motor {seed}"), &pictures, 0.01);
     }
 }
