@@ -107,7 +107,6 @@ fn check(name: &str, pictures: &Pictures, median: f64) {
         (0..POSES).map(|seed| (stated(&inspect(pictures.posed(&pose(seed)))) / seen - 1.0, seed)).collect();
     errors.sort_by(|(a, _), (b, _)| a.abs().total_cmp(&b.abs()));
     let ((middle, _), (worst, at)) = (errors[errors.len() / 2], errors[errors.len() - 1]);
-    println!("{name}: error median {:+.2} %, worst {:+.2} % in pose {at}", 100.0 * middle, 100.0 * worst);
     assert!(
         middle.abs() <= median && worst.abs() <= 0.04,
         "{name}: seen {:.1} mm2, error median {:+.2} %, worst {:+.2} % in pose {at}",
