@@ -214,9 +214,9 @@ impl Inspection {
         });
         let stages = Stages { segmenter: segmenter.as_mut(), region: &mut region, registrar: registrar.as_mut() };
         let modelled = pipeline::run(source.as_mut(), stages, &config, &events, &stop.0);
-        let (model, views, used) = match modelled {
-            Ok(Modelled { model, views, used }) => (Ok(model), views, used),
-            Err(error) => (Err(error), 0, 0),
+        let (model, views, used, thinned) = match modelled {
+            Ok(Modelled { model, views, used, thinned }) => (Ok(model), views, used, Some(thinned)),
+            Err(error) => (Err(error), 0, 0, None),
         };
         // The mesh belongs to the inspection: its figures are measured on it.
         let measured = model.as_ref().ok().and_then(Option::as_ref).map(|model| {
@@ -255,7 +255,10 @@ impl Inspection {
             base_from_table: recorded.base_from_table.as_ref().map(pose_record),
             refinement: recorded.refinement.clone(),
             photometric: recorded.photometric.clone(),
-            run: Some(RunRecord::new(recorded.views.len() as u32, used, least_share, region.counted())),
+            run: Some(RunRecord {
+                surfaces_thinned: thinned.filter(|_| used > 0),
+                ..RunRecord::new(recorded.views.len() as u32, used, least_share, region.counted())
+            }),
             views: recorded.views.clone(),
             ..begun
         };

@@ -2,7 +2,7 @@
 
 use super::thumbnail::{contribution_overlay, overlay, sigma_overlay, thumbnail};
 use semascan_inspection::event::{EventKind, ProcessedView, StageStatus};
-use semascan_model::record::{PoseRecord, Stage, ViewRecord};
+use semascan_model::record::{PoseRecord, Stage, ViewNetworksRecord, ViewRecord};
 use semascan_model::{InspectionId, Taxonomy};
 use semascan_perception::view::Intrinsics;
 use semascan_protocol::{self as wire, Inspection, Pose, StageEvent, StageTiming, ViewReport};
@@ -81,7 +81,16 @@ pub(super) fn view_report(record: &ViewRecord, processed: Option<&ProcessedView>
         timings: record.timings.iter().map(|t| stage_timing(wire_stage(t.stage), t.seconds)).collect(),
         points_added: record.points_added,
         pictures_dropped: false,
-        out_of_domain: record.networks.as_ref().and_then(|n| n.domain).is_some_and(|domain| domain.outside),
+        domain: domain(record.networks.as_ref()).into(),
+    }
+}
+
+fn domain(networks: Option<&ViewNetworksRecord>) -> wire::Domain {
+    match networks.map(|networks| networks.domain) {
+        None => wire::Domain::NoNetwork,
+        Some(None) => wire::Domain::Unknown,
+        Some(Some(domain)) if domain.outside => wire::Domain::Outside,
+        Some(Some(_)) => wire::Domain::Inside,
     }
 }
 
@@ -92,4 +101,28 @@ fn pose(p: &PoseRecord) -> Pose {
 
 fn intrinsics(k: &Intrinsics) -> wire::Intrinsics {
     wire::Intrinsics { width: k.width, height: k.height, fx: k.fx, fy: k.fy, cx: k.cx, cy: k.cy }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use semascan_model::record::{DomainRecord, UncertaintyFigures};
+
+    #[test]
+    fn a_domain_that_nothing_judged_is_not_known() {
+        let judged = |outside| DomainRecord {
+            score: 1.0,
+            threshold: 2.0,
+            disagreement: None,
+            disagreement_threshold: None,
+            outside,
+        };
+        let of = |domain| {
+            let components = UncertaintyFigures::default();
+            super::domain(Some(&ViewNetworksRecord { window: None, domain, components, defects: None }))
+        };
+        assert_eq!(super::domain(None), wire::Domain::NoNetwork);
+        assert_eq!(of(None), wire::Domain::Unknown);
+        assert_eq!([true, false].map(|o| of(Some(judged(o)))), [wire::Domain::Outside, wire::Domain::Inside]);
+    }
 }

@@ -78,11 +78,12 @@ impl Geometry {
     /// Reads a file by the ending of its name: `ply`, `obj`, `stl`, `gltf`, `glb` or `pcd`.
     ///
     /// # Errors
-    /// [`ReadError::Format`] for other endings, if the file is not what it should be, or if a triangle has a corner that is
-    /// not there or nowhere.
+    /// [`ReadError::Format`] for other endings, if the file is not what it should be, or if a triangle names a vertex
+    /// that is not there. Triangles with a corner that is no usable number are skipped and counted in the warnings; it is an
+    /// error if that leaves none.
     pub fn read(name: &str, bytes: &[u8], files: Resolver<'_>) -> Result<Self, ReadError> {
         let ending = name.rsplit_once('.').map(|(_, e)| e.to_ascii_lowercase()).unwrap_or_default();
-        let geometry = match ending.as_str() {
+        let mut geometry = match ending.as_str() {
             "ply" => ply::read(name, bytes)?.into_geometry(),
             "obj" => obj::read(name, bytes, files)?,
             "stl" => stl::read(name, bytes)?,
@@ -93,7 +94,8 @@ impl Geometry {
                 return Err(ReadError::Format { file: name.to_owned(), reason });
             }
         };
-        geometry.check().map_err(|reason| ReadError::Format { file: name.to_owned(), reason })?;
+        let checked = geometry.check().and_then(|()| geometry.skip_triangles_without_place());
+        checked.map_err(|reason| ReadError::Format { file: name.to_owned(), reason })?;
         Ok(geometry)
     }
 
@@ -148,12 +150,45 @@ impl Geometry {
         }
         let vertices = self.positions.len();
         for &v in self.triangles.iter().flatten() {
-            let position = self.positions.get(v as usize);
-            let position = position.ok_or_else(|| format!("a face names vertex {v}, of {vertices}"))?;
-            if !position.iter().all(|c| c.is_finite() && c.abs() < MAX_COORDINATE) {
-                return Err(format!("vertex {v} has a coordinate that is no usable number"));
+            if v as usize >= vertices {
+                return Err(format!("a face names vertex {v}, of {vertices}"));
             }
         }
+        Ok(())
+    }
+
+    /// Leaves out the triangles with a corner whose coordinates are no usable numbers, and says how many they are.
+    fn skip_triangles_without_place(&mut self) -> Result<(), String> {
+        let is_usable = |v: &u32| {
+            self.positions.get(*v as usize).is_some_and(|p| p.iter().all(|c| c.is_finite() && c.abs() < MAX_COORDINATE))
+        };
+        let keep: Vec<bool> = self.triangles.iter().map(|t| t.iter().all(is_usable)).collect();
+        let (all, kept) = (keep.len(), keep.iter().filter(|k| **k).count());
+        if kept == all {
+            return Ok(());
+        }
+        if kept == 0 {
+            return Err("every triangle has a corner with a coordinate that is no usable number".into());
+        }
+        let skipped = all - kept;
+        self.warnings.push(format!("{skipped} of {all} triangles have a corner that is no usable number: skipped"));
+        // For each triangle the number of those before it that stay.
+        let mut before = Vec::with_capacity(all + 1);
+        before.push(0);
+        before.extend(keep.iter().scan(0, |count, keep| {
+            *count += usize::from(*keep);
+            Some(*count)
+        }));
+        for piece in &mut self.pieces {
+            let [start, end] = [piece.triangles.start, piece.triangles.end].map(|at| before[at.min(all)]);
+            piece.triangles = start..end;
+        }
+        if self.texture_coordinates.len() == all {
+            let mut keep = keep.iter();
+            self.texture_coordinates.retain(|_| keep.next().copied().unwrap_or(false));
+        }
+        let mut keep = keep.iter();
+        self.triangles.retain(|_| keep.next().copied().unwrap_or(false));
         Ok(())
     }
 }
@@ -161,4 +196,47 @@ impl Geometry {
 /// Linear light of an sRGB colour with channels in 0..=1, as 2.2 powers.
 pub(crate) fn linear(color: [f32; 3]) -> [f32; 3] {
     color.map(|c| c.clamp(0.0, 1.0).powf(2.2))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A PLY mesh of three triangles of which `broken` first ones have a corner at `x` = nan.
+    fn mesh(broken: usize) -> Result<Geometry, ReadError> {
+        let header = "ply\nformat ascii 1.0\nelement vertex 9\nproperty float x\nproperty float y\nproperty float z\n\
+                      element face 3\nproperty list uchar int vertex_indices\nend_header\n";
+        let vertex = |v: usize| {
+            let x = if v.is_multiple_of(3) && v / 3 < broken { "nan".to_owned() } else { v.to_string() };
+            format!("{x} {} {}\n", v % 2, v % 3)
+        };
+        let vertices: String = (0..9).map(vertex).collect();
+        let text = format!("{header}{vertices}3 0 1 2\n3 3 4 5\n3 6 7 8\n");
+        Geometry::read("mesh.ply", text.as_bytes(), &crate::no_files)
+    }
+
+    #[test]
+    fn triangles_without_a_place_are_skipped_and_counted() {
+        assert!(mesh(0).expect("a mesh").warnings.is_empty());
+        let read = mesh(2).expect("one triangle is left");
+        assert_eq!(read.triangles, [[6, 7, 8]]);
+        assert_eq!(read.warnings, ["2 of 3 triangles have a corner that is no usable number: skipped"]);
+        let error = mesh(3).expect_err("nothing is left").to_string();
+        assert!(error.contains("mesh.ply") && error.contains("every triangle"), "{error}");
+    }
+
+    #[test]
+    fn pieces_and_textures_follow_the_triangles_that_stay() {
+        let mut geometry = Geometry {
+            positions: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [f64::INFINITY, 0.0, 0.0]],
+            triangles: vec![[0, 1, 2], [1, 2, 3], [2, 1, 0], [3, 0, 1]],
+            texture_coordinates: (0..4).map(|k| [[k as f32, 0.0]; 3]).collect(),
+            pieces: [0..2, 2..3, 3..4].map(|triangles| Piece { triangles, ..Piece::default() }).into(),
+            ..Geometry::default()
+        };
+        geometry.skip_triangles_without_place().expect("two are left");
+        assert_eq!(geometry.triangles, [[0, 1, 2], [2, 1, 0]]);
+        assert_eq!(geometry.pieces.iter().map(|p| p.triangles.clone()).collect::<Vec<_>>(), [0..1, 1..2, 2..2]);
+        assert_eq!(geometry.texture_coordinates.iter().map(|t| t[0][0]).collect::<Vec<_>>(), [0.0, 2.0]);
+    }
 }

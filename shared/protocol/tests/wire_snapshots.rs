@@ -162,7 +162,7 @@ fn view_report() {
         points_added: 4096,
         sigma_png: vec![0x89, b'P'],
         contribution_png: vec![0x89, b'N'],
-        out_of_domain: false,
+        domain: Domain::Inside.into(),
         pictures_dropped: false,
     })));
 }
@@ -179,7 +179,7 @@ fn view_request_and_page() {
 
 #[test]
 fn view_report_out_of_domain() {
-    let report = ViewReport { index: 3, accepted: true, out_of_domain: true, ..Default::default() };
+    let report = ViewReport { index: 3, accepted: true, domain: Domain::Outside.into(), ..Default::default() };
     insta::assert_snapshot!(server(server_message::Body::View(report)));
 }
 

@@ -38,7 +38,7 @@ use notices::{Level, Notices, Topic};
 use progress::{RunProgress, Standing};
 use semascan_model::ModelFigures;
 use semascan_protocol::server_message::Body;
-use semascan_protocol::{Figures, Inspection, Phase, StageState};
+use semascan_protocol::{Domain, Figures, Inspection, Phase, StageState};
 use timings::Timings;
 use views::Views;
 
@@ -176,7 +176,7 @@ impl AppState {
             Body::View(report) => {
                 self.timings.report(report);
                 self.views.report(report);
-                if report.out_of_domain {
+                if report.domain() == Domain::Outside {
                     let text = "A view is unlike those that the networks were trained for: its labels do not count.";
                     self.notices.push(Level::Warning, Topic::Domain, text.into());
                 }

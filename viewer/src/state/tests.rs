@@ -17,7 +17,7 @@ use semascan_model::LengthUnit;
 use semascan_model::{FeatureFigures, ModelFigures, Taxonomy};
 use semascan_protocol::server_message::Body;
 use semascan_protocol::{
-    Inspection, Phase, Pose, Progress, Stage, StageEvent, StageState, StageTiming, ViewPage, ViewReport,
+    Domain, Inspection, Phase, Pose, Progress, Stage, StageEvent, StageState, StageTiming, ViewPage, ViewReport,
 };
 
 fn inspection(id: &str, epoch: u32, components: &[&str]) -> Inspection {
@@ -330,13 +330,23 @@ fn a_model_that_is_cut_says_so_until_another_begins() {
 
 #[test]
 fn views_out_of_domain_are_marked_and_said_once() {
-    let outside = |index| view_report(ViewReport { out_of_domain: true, ..view(index) });
+    let outside = |index| view_report(ViewReport { domain: Domain::Outside.into(), ..view(index) });
     let state =
         state_after([connected(inspection("a", 0, &["housing"]), false), view_report(view(0)), outside(1), outside(2)]);
-    let marks: Vec<bool> = state.views.iter().map(|v| v.out_of_domain).collect();
-    assert_eq!(marks, [false, true, true]);
+    let marks: Vec<Domain> = state.views.iter().map(|v| v.domain).collect();
+    assert_eq!(marks, [Domain::Unknown, Domain::Outside, Domain::Outside]);
     let said: Vec<_> = state.notices.iter().filter(|n| n.text.contains("labels do not count")).collect();
     assert_eq!(said.iter().map(|n| (n.level, n.count)).collect::<Vec<_>>(), [(Level::Warning, 2)]);
+}
+
+#[test]
+fn a_domain_that_is_not_stated_is_not_known() {
+    let number = |domain: i32| view_report(ViewReport { domain, ..view(domain as u32) });
+    let reports = (0..5).map(number);
+    let state = state_after([connected(inspection("a", 0, &["housing"]), false)].into_iter().chain(reports));
+    let domains: Vec<Domain> = state.views.iter().map(|v| v.domain).collect();
+    let (known, beyond) = ([Domain::Outside, Domain::Inside, Domain::NoNetwork], Domain::Unknown);
+    assert_eq!(domains, [&[Domain::Unknown][..], &known, &[beyond]].concat());
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! The captured views, as the agent reported them.
 
-use semascan_protocol::{Intrinsics, Pose, ViewPage, ViewReport};
+use semascan_protocol::{Domain, Intrinsics, Pose, ViewPage, ViewReport};
 use std::sync::Arc;
 
 /// Characters of a view's reason that are kept.
@@ -29,8 +29,8 @@ pub struct ViewEntry {
     pub contribution_png: Arc<[u8]>,
     /// Voxels that this view made.
     pub points_added: u64,
-    /// Whether it is unlike the views that the networks were trained for: its labels do not count.
-    pub out_of_domain: bool,
+    /// Whether the networks were trained for such views.
+    pub domain: Domain,
     /// Whether the agent has dropped its pictures: it keeps those of the latest views.
     pub pictures_dropped: bool,
 }
@@ -100,7 +100,7 @@ impl From<&ViewReport> for ViewEntry {
             sigma_png: report.sigma_png.as_slice().into(),
             contribution_png: report.contribution_png.as_slice().into(),
             points_added: report.points_added,
-            out_of_domain: report.out_of_domain,
+            domain: report.domain(),
             pictures_dropped: report.pictures_dropped,
         }
     }

@@ -37,6 +37,9 @@ pub(crate) fn print(record: &InspectionRecord, folder: &Path) -> io::Result<()> 
     if let Some(run) = record.run.filter(|run| run.region.left_out() > 0) {
         writeln!(out, "  region of interest: {}", run.region)?;
     }
+    if record.run.is_some_and(|run| run.surfaces_thinned == Some(false)) {
+        writeln!(out, "  stopped before noisy surfaces were made thin: they are as thick as the noise of the depth")?;
+    }
     if record.labels == LabelSource::None {
         writeln!(out, "  labels: none were used")?;
     }

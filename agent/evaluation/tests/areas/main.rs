@@ -145,8 +145,8 @@ fn spheres_in_any_pose_have_the_area_that_was_seen() {
 
 #[test]
 fn motors_in_any_pose_have_the_area_that_was_seen() {
-    for (seed, sensor) in [(7, EXACT), (8, NOISY)] {
+    for (seed, sensor) in [(7, EXACT), (8, NOISY), (9, NOISY)] {
         let pictures = Pictures::take(&motor(seed), &AROUND, 0.5, camera(1280, 0.5), sensor);
-        check(&format!("motor {seed}"), &pictures, 0.015);
+        check(&format!("motor {seed}"), &pictures, 0.01);
     }
 }

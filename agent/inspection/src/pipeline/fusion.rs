@@ -22,6 +22,10 @@ use semascan_perception::segment::Segmentation;
 use semascan_perception::view::View;
 use std::sync::Arc;
 
+/// Voxels of the largest model whose noisy surfaces are made thin when the inspection is stopped: whoever stopped it waits
+/// for seconds only, and the mesh has to be made in them as well.
+const THINNED_WHEN_STOPPED: usize = 1 << 20;
+
 /// Registration against the model, and integration into it.
 pub(super) struct Fusion<'a> {
     info: &'a SourceInfo,
@@ -191,15 +195,16 @@ impl<'a> Fusion<'a> {
         self.accepted.len()
     }
 
-    /// Refines all poses, makes the map anew with them, and marks outliers; the final model, `None` if no view is in it. A
-    /// refinement that fails is published as a failed stage, and the model stays as it was. Who `stopped` the inspection does
-    /// not wait for a refinement, nor for a judgement of the poses.
-    pub(super) fn finish(self, stopped: bool) -> Option<SharedModel> {
+    /// Refines all poses, makes the map anew with them, makes noisy surfaces thin and marks outliers; the final model, and
+    /// whether its surfaces were made thin; `None` if no view is in it. A refinement that fails is published as a failed stage,
+    /// and the model stays as it was. Who `stopped` the inspection does not wait for a refinement, nor for a judgement of the
+    /// poses, nor for the surfaces of a large model.
+    pub(super) fn finish(self, stopped: bool) -> Option<(SharedModel, bool)> {
         let model = self.model.clone().filter(|_| !self.accepted.is_empty())?;
         if stopped {
-            let touched = model.write().mark_outliers(&self.config.filter);
+            let (touched, thinned) = model.write().finish_in_short_time(&self.config.filter, THINNED_WHEN_STOPPED);
             self.publish_model(&model, None, untouched(touched), true);
-            return Some(model);
+            return Some((model, thinned));
         }
         let last = self.accepted.last().map_or(0, |accepted| accepted.view);
         let mut poses: Vec<Isometry3<f64>> = self.accepted.iter().map(|a| a.table_from_camera).collect();
@@ -238,7 +243,7 @@ impl<'a> Fusion<'a> {
             None => self.pictures.judge(&[&poses]),
         };
         self.events.publish(EventKind::Judged { photometric: Box::new(photometric_record(&judged)) });
-        Some(model)
+        Some((model, true))
     }
 
     fn publish_model(&self, model: &SharedModel, view: Option<u32>, touched: Vec<TouchedChunk>, complete: bool) {

@@ -82,6 +82,8 @@ pub(crate) struct Modelled {
     pub(crate) views: usize,
     /// Views that are in the model.
     pub(crate) used: usize,
+    /// Whether the model's noisy surfaces were made thin.
+    pub(crate) thinned: bool,
 }
 
 /// Takes the views of `source` their way until the last one, the pixels outside the region left out. Once `stop` is set, the
@@ -113,7 +115,8 @@ pub(crate) fn run(
             views += 1;
         }
         let used = fusion.used();
-        Ok(Modelled { model: fusion.finish(stop.load(Ordering::Relaxed)), views, used })
+        let (model, thinned) = fusion.finish(stop.load(Ordering::Relaxed)).unzip();
+        Ok(Modelled { model, views, used, thinned: thinned.unwrap_or(false) })
     })
 }
 

@@ -267,6 +267,17 @@ fn views_go_into_a_surface_that_was_made_thin() {
 }
 
 #[test]
+fn a_map_that_is_too_large_for_the_time_stays_thick_and_says_so() {
+    let filter = super::OutlierFilter::default();
+    let mut map = map_of_steps(0.012);
+    let voxels = map.len();
+    let (marked, thinned) = map.finish_in_short_time(&filter, voxels - 1);
+    assert!(!thinned && map.len() == voxels && !marked.is_empty());
+    let (_, thinned) = map.finish_in_short_time(&filter, voxels);
+    assert!(thinned && map.len() < 2 * voxels / 3, "{} of {voxels} voxels", map.len());
+}
+
+#[test]
 fn a_quiet_surface_does_not_move() {
     let mut map = map_of_steps(0.001);
     let before = map.cloud();

@@ -10,7 +10,8 @@
 //!   between surfaces with the normals of its corners, and each third of it counts as the piece of such a surface whose
 //!   projection it is. The planes that normals are fitted by reach across a crease, and so does the mean over a voxel: both
 //!   blur it. Normals at creases are sharpened as a blurred picture is, by what they differ from the mean around them
-//!   (unsharp masking).
+//!   (unsharp masking). Noise makes normals differ as well, but from vertex to vertex: it goes away in a mean over means,
+//!   where a crease stays. So what is a crease is decided by means that are taken twice.
 //! - **Too small at the rim.** The outermost sample of a surface lies on average half a sample spacing inside its edge. The
 //!   voxels that hold such samples reach beyond them by half a voxel on average, and vertices of the rim lie half a voxel
 //!   inside these, so that half the sample spacing is missing. A map's voxels are twice as wide as a pixel's footprint: it
@@ -19,22 +20,22 @@
 //!
 //! The tests of `agent/evaluation` compare it with what simulated views have seen.
 
-use crate::vector::{cross, dot, length, sub};
+use crate::vector::{cross, dot, length, sub, unit};
 use semascan_model::SemanticMesh;
 use std::collections::BTreeMap;
 
 /// Width in voxels of the strip that is missing along the rim.
 const STRIP: f64 = 0.25;
-/// Length of the mean of the unit normals around a face above which they are those of a smooth surface: they differ from it
-/// by 11 degrees (root mean square) at most. Where they differ more there is a crease.
-const SMOOTH: f64 = 0.98;
+/// Length of the mean over the mean directions around a face above which the surface is smooth there: they differ from it
+/// by 6 degrees (root mean square) at most. Where they differ more there is a crease.
+const SMOOTH: f64 = 0.994;
 /// Cosine between the normal of a face and that of its corner down to which the corner is taken at its word.
 const STEEPEST: f64 = 0.5;
 /// This cosine for the chamfer of a right angle: sharpening turns no normal farther.
 const CHAMFER: f64 = std::f64::consts::FRAC_1_SQRT_2;
-/// Length of the mean of the unit normals around a vertex above which they may differ by noise: by 18 degrees (root mean
-/// square). Only below it are they sharpened.
-const ROUGH: f64 = 0.95;
+/// Such a length around a vertex above which normals are not sharpened: they turn too little (by 9 degrees) to be told from
+/// noise.
+const ROUGH: f64 = 0.988;
 /// How many times a corner's deviation from the mean normal around it is added to it at a crease. Smaller values leave the
 /// edges of simulated motors smaller still.
 const SHARPENING: f64 = 2.0;
@@ -47,17 +48,12 @@ const SHARPENING: f64 = 2.0;
 /// they are.
 pub fn seen_vertex_areas(mesh: &SemanticMesh, voxel: f32) -> Vec<f64> {
     let position = |v: u32| mesh.vertices.positions[v as usize].map(f64::from);
-    // Sum and number of the normals of the faces' corners around each vertex.
-    let mut around = vec![([0.0; 3], 0_u32); mesh.len()];
     let finite = |corners: [[f32; 3]; 3]| corners.iter().flatten().all(|c| c.is_finite());
     let triangles = || mesh.triangles.iter().copied().filter(|t| mesh.corners(*t).is_some_and(finite));
-    for triangle in triangles() {
-        let normal = sum(triangle.map(|v| mesh.vertices.normals[v as usize].map(f64::from)));
-        for v in triangle {
-            let (normals, count) = &mut around[v as usize];
-            (*normals, *count) = (sum([*normals, normal, [0.0; 3]]), *count + 3);
-        }
-    }
+    let normals: Vec<[f64; 3]> = mesh.vertices.normals.iter().map(|n| n.map(f64::from)).collect();
+    let means = means_around(&normals, triangles());
+    let directions: Vec<[f64; 3]> = means.iter().map(|m| unit(*m, f64::MIN_POSITIVE).unwrap_or_default()).collect();
+    let means_of_means = means_around(&directions, triangles());
     let mut areas = vec![0.0; mesh.len()];
     // Edges between marked vertices, lower end first, and whether their face runs from that to the other.
     let mut edges: Vec<(u32, u32, bool)> = Vec::new();
@@ -65,13 +61,16 @@ pub fn seen_vertex_areas(mesh: &SemanticMesh, voxel: f32) -> Vec<f64> {
     for triangle in triangles() {
         let [a, b, c] = triangle;
         let across = cross(sub(position(b), position(a)), sub(position(c), position(a)));
-        let normal = sum(triangle.map(|v| around[v as usize].0));
-        let count: u32 = triangle.iter().map(|v| around[*v as usize].1).sum();
-        let long = length(normal);
-        let double = if long > SMOOTH * f64::from(count) {
-            (dot(across, normal) / long).max(0.0)
+        let mean = sum(triangle.map(|v| means[v as usize]));
+        let long = length(mean);
+        let turning = sum(triangle.map(|v| means_of_means[v as usize]));
+        let double = if long > 0.0 && length(turning) > 3.0 * SMOOTH {
+            (dot(across, mean) / long).max(0.0)
         } else {
-            let share = |v: &u32| stretch(across, mesh.vertices.normals[*v as usize], around[*v as usize]);
+            let share = |&v: &u32| {
+                let turns = length(means_of_means[v as usize]) < ROUGH;
+                stretch(across, normals[v as usize], turns.then_some(means[v as usize]))
+            };
             length(across) * triangle.iter().map(share).sum::<f64>() / 3.0
         };
         triangle.iter().for_each(|v| areas[*v as usize] += double / 6.0);
@@ -88,17 +87,17 @@ pub fn seen_vertex_areas(mesh: &SemanticMesh, voxel: f32) -> Vec<f64> {
         .map(|same| if same[0].2 { (same[0].0, same[0].1) } else { (same[0].1, same[0].0) })
         .collect();
     // The rim's direction at each of its vertices.
-    let mut directions: BTreeMap<u32, [f64; 3]> = BTreeMap::new();
+    let mut rim_directions: BTreeMap<u32, [f64; 3]> = BTreeMap::new();
     for &(from, to) in &rim {
         let edge = sub(position(to), position(from));
         for end in [from, to] {
-            let direction = directions.entry(end).or_default();
+            let direction = rim_directions.entry(end).or_default();
             *direction = sum([*direction, edge.map(|c| c / length(edge).max(f64::MIN_POSITIVE)), [0.0; 3]]);
         }
     }
     for &(from, to) in &rim {
         let edge = sub(position(to), position(from));
-        let direction = sum([directions[&from], directions[&to], [0.0; 3]]);
+        let direction = sum([rim_directions[&from], rim_directions[&to], [0.0; 3]]);
         let along = dot(edge, direction).max(0.0) / length(direction).max(f64::MIN_POSITIVE);
         for end in [from, to] {
             areas[end as usize] += 0.5 * along * STRIP * f64::from(voxel);
@@ -107,21 +106,30 @@ pub fn seen_vertex_areas(mesh: &SemanticMesh, voxel: f32) -> Vec<f64> {
     areas
 }
 
-/// How much larger a surface with this `normal` is than its projection on a face that is perpendicular to `across`. The
-/// normal is sharpened by the sum of the normals around it and their number.
-fn stretch(across: [f64; 3], normal: [f32; 3], (around, count): ([f64; 3], u32)) -> f64 {
-    let normal = normal.map(f64::from);
+/// For each vertex the mean of `values` at the corners of the faces around it; zero where there are no faces.
+fn means_around(values: &[[f64; 3]], triangles: impl Iterator<Item = [u32; 3]>) -> Vec<[f64; 3]> {
+    let mut sums = vec![([0.0; 3], 0_u32); values.len()];
+    for triangle in triangles {
+        let of_face = sum(triangle.map(|v| values[v as usize]));
+        for v in triangle {
+            let (around, count) = &mut sums[v as usize];
+            (*around, *count) = (sum([*around, of_face, [0.0; 3]]), *count + 3);
+        }
+    }
+    sums.into_iter().map(|(around, count)| around.map(|c| c / f64::from(count.max(1)))).collect()
+}
+
+/// How much larger a surface with this `normal` is than its projection on a face that is perpendicular to `across`. At a
+/// crease the normal is sharpened by the `mean` of the normals around it.
+fn stretch(across: [f64; 3], normal: [f64; 3], mean: Option<[f64; 3]>) -> f64 {
     let cosine = |n: [f64; 3]| dot(across, n) / (length(across) * length(n)).max(f64::MIN_POSITIVE);
     let blurred = cosine(normal);
     // Without a normal, or with one that is not of this side, nothing is known.
     if blurred < STEEPEST {
         return 1.0;
     }
-    // Noise tilts normals as well, but not so far.
-    if length(around) > ROUGH * f64::from(count) {
-        return 1.0 / blurred.max(CHAMFER);
-    }
-    let sharp = [0, 1, 2].map(|k| normal[k] + SHARPENING * (normal[k] - around[k] / f64::from(count.max(1))));
+    let Some(mean) = mean else { return 1.0 / blurred.max(CHAMFER) };
+    let sharp = [0, 1, 2].map(|k| normal[k] + SHARPENING * (normal[k] - mean[k]));
     1.0 / cosine(sharp).clamp(CHAMFER.min(blurred), blurred)
 }
 
@@ -204,6 +212,22 @@ mod tests {
     }
 
     #[test]
+    fn noise_of_normals_is_no_crease() {
+        // Normals differ from vertex to vertex by 12 degrees (root mean square) in no order, faces are as rough.
+        let mut mesh = square(0.3, 0.2e-3);
+        let flat: f64 = seen_vertex_areas(&square(0.3, 0.0), VOXEL).iter().sum();
+        for (k, normal) in mesh.vertices.normals.iter_mut().enumerate() {
+            let (sine, cosine) = (2.4 * k as f32).sin_cos();
+            *normal = [0.208 * cosine, 0.208 * sine, 0.978];
+        }
+        let area: f64 = seen_vertex_areas(&mesh, VOXEL).iter().sum();
+        assert!(
+            mesh.area() > 1.015 * square(0.3, 0.0).area() && (area / flat - 1.0).abs() < 0.003,
+            "{area} for {flat}"
+        );
+    }
+
+    #[test]
     fn a_chamfer_counts_as_the_crease_that_it_cuts() {
         // Across: ten cells along x, a chamfer of 0.7 cells, ten cells down. Along y: 20 cells.
         let across: Vec<([f32; 2], [f32; 3])> = (0..=10)
@@ -247,7 +271,7 @@ mod tests {
         let area: f64 = seen_vertex_areas(&mesh, VOXEL).iter().sum();
         let truth = 20.0 * (10.7 + 10.7) * 1e-6;
         let (missing, left) = (truth - mesh.area(), truth - area);
-        assert!(missing > 0.01 * truth && left > 0.0 && left < 0.95 * missing, "{left} of {missing}");
+        assert!(missing > 0.01 * truth && left > 0.0 && left < 0.75 * missing, "{left} of {missing}");
     }
 
     #[test]

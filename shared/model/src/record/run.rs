@@ -20,13 +20,18 @@ pub struct RunRecord {
     pub sufficient: bool,
     /// Pixels outside the region of interest.
     pub region: RegionRecord,
+    /// Whether noisy surfaces were made thin after the last view: not where a large model was stopped. Absent without a
+    /// model, and in older records.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub surfaces_thinned: Option<bool>,
 }
 
 impl RunRecord {
     /// The run of `views` views of which `used` became part of the model.
     pub fn new(views: u32, used: u32, least_share: f64, region: RegionRecord) -> Self {
         let share = f64::from(used) / f64::from(views.max(1));
-        Self { views, used, share, least_share, sufficient: used > 0 && share >= least_share, region }
+        let sufficient = used > 0 && share >= least_share;
+        Self { views, used, share, least_share, sufficient, region, surfaces_thinned: None }
     }
 }
 

@@ -13,7 +13,7 @@
 //! | `[data-testid=part]` | the part's name |
 //! | `[data-testid=progress]` | `data-phase` = `unknown`, `waiting`, `running`, `finished`, `failed`, `interrupted` (the connection was lost meanwhile), `data-done`, `data-expected`, `data-rejected` |
 //! | `[data-testid=stage-<stage>]` | timing of a stage; `data-last-us`, `data-mean-us` (absent until known) |
-//! | `[data-testid=view-<i>]` | button of a view; `data-accepted` = `true`, `false`; `data-domain` = `inside`, `outside`; `aria-pressed` |
+//! | `[data-testid=view-<i>]` | button of a view; `data-accepted` = `true`, `false`; `data-domain` = `inside`, `outside`, `unknown`, `no-network`; `aria-pressed` |
 //! | `[data-testid=view-detail]` | the selected view at large |
 //! | `[data-testid=overlay-<kind>]` | radio in it: `none`, `labels`, `sigma`, `contribution`, as far as there are any |
 //! | `[data-testid=legend-row-<class>]` | row of component class number `<class>`; `data-class-name`, `data-points` (of the surface), `data-shown` (without hidden marks), `data-area-mm2` (absent until it is known), `data-confidence` |

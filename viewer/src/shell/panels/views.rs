@@ -6,7 +6,7 @@ use crate::state::{Event, units};
 use crate::ui::icons::{CAMERA, Icon, WARNING};
 use crate::ui::{Command, Ui};
 use leptos::prelude::*;
-use semascan_protocol::Phase;
+use semascan_protocol::{Domain, Phase};
 
 /// The strip, newest view at its end and kept in sight unless the person has scrolled away or selected one.
 #[component]
@@ -80,33 +80,56 @@ fn ViewCard(ui: Ui, view: ViewEntry, selected: Memo<Option<u32>>) -> impl IntoVi
     let is_selected = move || selected.get() == Some(index);
     let toggle = move |_| ui.send(Event::SelectView((!is_selected()).then_some(index)));
     let (accepted, reason) = (view.accepted, view.reason.clone());
-    let unlike = view.out_of_domain;
-    let title = if accepted && unlike {
-        format!("View {}: unlike those that the networks were trained for, its labels do not count", index + 1)
-    } else if accepted {
-        format!("View {}", index + 1)
-    } else {
-        format!("View {}, rejected. {}", index + 1, units::sentence(&reason))
+    let (domain, doubt) = (view.domain, domain_doubt(view.domain).filter(|_| accepted));
+    let title = match doubt {
+        Some((_, sentence)) => format!("View {}: {sentence}", index + 1),
+        None if accepted => format!("View {}", index + 1),
+        None => format!("View {}, rejected. {}", index + 1, units::sentence(&reason)),
     };
     view! {
         <li class="view">
             <button
                 class="view-button" class:is-rejected=!accepted type="button"
                 data-testid=format!("view-{index}") data-accepted=accepted.to_string()
-                data-domain=if unlike { "outside" } else { "inside" }
+                data-domain=domain_name(domain)
                 aria-pressed=move || is_selected().to_string() title=title
                 on:click=toggle
             >
                 <Picture view overlay=ViewOverlay::Labels alt=String::new()/>
                 <span class="view-number"><span class="visually-hidden">"View "</span>{index + 1}</span>
-                {(accepted && unlike).then(|| view! {
-                    <span class="view-reason"><Icon path=WARNING/> <span>"Labels do not count"</span></span>
+                {doubt.map(|(words, _)| view! {
+                    <span class="view-reason"><Icon path=WARNING/> <span>{words}</span></span>
                 })}
                 {(!accepted).then(|| view! {
                     <span class="view-reason"><Icon path=WARNING/> <span><span class="visually-hidden">"Rejected: "</span>{reason}</span></span>
                 })}
             </button>
         </li>
+    }
+}
+
+/// As the page's attribute names it.
+fn domain_name(domain: Domain) -> &'static str {
+    match domain {
+        Domain::Unknown => "unknown",
+        Domain::Outside => "outside",
+        Domain::Inside => "inside",
+        Domain::NoNetwork => "no-network",
+    }
+}
+
+/// What is said of a view that is not known to be like those that the networks were trained for: in a few words, and in a
+/// sentence.
+fn domain_doubt(domain: Domain) -> Option<(&'static str, &'static str)> {
+    match domain {
+        Domain::Unknown => Some((
+            "Domain not known",
+            "whether it is like those that the networks were trained for is not known, as none of them is calibrated",
+        )),
+        Domain::Outside => {
+            Some(("Labels do not count", "unlike those that the networks were trained for, its labels do not count"))
+        }
+        Domain::Inside | Domain::NoNetwork => None,
     }
 }
 

@@ -51,6 +51,13 @@ impl SemanticMap {
         changed
     }
 
+    /// As [`finish`](Self::finish) for a map of at most `most` voxels. A larger one only gets its outliers marked: noisy
+    /// surfaces stay as thick as they are. Returns the chunks that changed, and whether surfaces were made thin.
+    pub fn finish_in_short_time(&mut self, filter: &OutlierFilter, most: usize) -> (Vec<[i32; 3]>, bool) {
+        let is_small = self.len() <= most;
+        (if is_small { self.finish(filter) } else { self.mark_outliers(filter) }, is_small)
+    }
+
     /// Sets the outlier flags of every voxel of the measuring volume anew; returns the chunks whose flags changed, in
     /// order. What lies outside is background, which nothing asks about.
     pub fn mark_outliers(&mut self, filter: &OutlierFilter) -> Vec<[i32; 3]> {
