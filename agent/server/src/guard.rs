@@ -112,8 +112,8 @@ fn is_authority(text: &str) -> bool {
         && (port.is_empty() || port.strip_prefix(':').is_some_and(|digits| digits.parse::<u16>().is_ok()))
 }
 
-/// Middleware: refuses methods that change something, requests with content, and what [`AccessRule::check`] refuses; gives every answer the headers
-/// that bound what a browser makes of it.
+/// Middleware: refuses methods that change something, requests with content, and what [`AccessRule::check`] refuses; gives
+/// every answer the headers that bound what a browser makes of it.
 pub(super) async fn guard(State(shared): State<Shared>, request: Request, next: Next) -> Response {
     let host = text(request.headers(), header::HOST).map(str::to_owned);
     let mut response = match (request.method(), shared.access.check(request.headers())) {

@@ -14,10 +14,9 @@ use super::normal_equations::Linearised;
 use super::photometric::{self, PhotometricGate, RANGE};
 use super::se3::{about, exp, halves, log};
 use super::source_points::SourcePoints;
-use super::texture::{TexturedPoints, ViewTexture};
+use super::texture::ViewTexture;
 use nalgebra::{Isometry3, Matrix6, Point3};
 use rayon::prelude::*;
-use std::borrow::Cow;
 
 /// Most other views that a view is paired with: enough for closure, and time stays linear in the number of views.
 const MOST_PARTNERS: usize = 12;
@@ -53,8 +52,6 @@ const SIGMA_FLOOR: f64 = 5e-6;
 const GREY_FLOOR: f64 = 0.02;
 /// Points that decide whether two views overlap.
 const PROBES: usize = 1500;
-/// Fewest points of a view that coarse stages are content with.
-const FEWEST_COARSE_POINTS: usize = 4000;
 /// Fewest pairs that make an edge.
 const FEWEST_PAIRS: u32 = 200;
 /// A round that moves no object by more ends a stage, in pixels of its pictures.
@@ -141,18 +138,17 @@ pub(super) fn refine(views: &[&RefinedView], config: &JointConfig) -> Option<Joi
     if edges.is_empty() {
         return None;
     }
-    let problem = Problem::new(views, &centred, &stiffness, &edges, config);
+    let problem = Problem { views, centred: &centred, stiffness: &stiffness, edges: &edges, config };
     let mut noise = problem.noise(&poses);
     let bound = 3.0 * median(noise.iter().map(|n| n.geometric)).max(SIGMA_FLOOR);
     let fit_before = problem.fit(&poses, bound);
     let before = poses.clone();
     let mut rounds = 0;
     for stage in STAGES {
-        let coarse = problem.thinned(stage.level);
         let still = STILL * median(views.iter().map(|v| v.footprint(stage.level)));
         for round in 0..stage.rounds as usize {
             let gate = stage.gates[round.min(stage.gates.len() - 1)];
-            let moved = coarse.round(&mut poses, &mut noise, gate, stage.level)?;
+            let moved = problem.round(&mut poses, &mut noise, gate, stage.level)?;
             rounds += 1;
             if round + 1 >= stage.gates.len() && moved < still {
                 break;
@@ -217,10 +213,6 @@ struct Noise {
 
 struct Problem<'a> {
     views: &'a [&'a RefinedView],
-    /// The points of each view that are matched into the others.
-    points: Vec<Cow<'a, SourcePoints>>,
-    /// Those that are looked for in the pictures of the others.
-    textured: Vec<Option<Cow<'a, TexturedPoints>>>,
     /// Centre (camera frame) and radius of each view's points.
     centred: &'a [(Point3<f64>, f64)],
     stiffness: &'a [Matrix6<f64>],
@@ -228,30 +220,7 @@ struct Problem<'a> {
     config: &'a JointConfig,
 }
 
-impl<'a> Problem<'a> {
-    fn new(
-        views: &'a [&'a RefinedView],
-        centred: &'a [(Point3<f64>, f64)],
-        stiffness: &'a [Matrix6<f64>],
-        edges: &'a [Edge],
-        config: &'a JointConfig,
-    ) -> Self {
-        let points = views.iter().map(|view| Cow::Borrowed(&view.points)).collect();
-        let textured =
-            views.iter().map(|view| view.texture.as_ref().map(|texture| Cow::Borrowed(&texture.points))).collect();
-        Self { views, points, textured, centred, stiffness, edges, config }
-    }
-
-    /// The problem at `level` of the pictures' pyramid: a pixel there is wider, and fewer points of a row say all that it
-    /// shows. Small surfaces keep their points.
-    fn thinned(&self, level: usize) -> Self {
-        let step = |count: usize| (count / FEWEST_COARSE_POINTS).clamp(1, 1 << level);
-        let points = self.points.iter().map(|points| Cow::Owned(points.thinned(step(points.len())))).collect();
-        let thinned = |points: &Cow<TexturedPoints>| Cow::Owned(points.thinned(step(points.points.len())));
-        let textured = self.textured.iter().map(|points| points.as_ref().map(thinned)).collect();
-        Self { points, textured, ..*self }
-    }
-
+impl Problem<'_> {
     /// One edge with pairs up to `reach` (times the distance) and Tukey's constant `tukey` (metres).
     fn linearise(&self, edge: &Edge, poses: &[Isometry3<f64>], reach: f64, tukey: f64) -> Linearised {
         let (centre, _) = &self.centred[edge.source];
@@ -259,17 +228,17 @@ impl<'a> Problem<'a> {
         let tukey = (tukey as f32).min(distance);
         let gate = Gate { distance, cosine: 0.75, tukey, same_label: self.config.same_label };
         let target_from_source = poses[edge.target].inverse() * poses[edge.source];
-        linearise(&self.points[edge.source], &self.views[edge.target].surface, &target_from_source, centre, &gate)
+        linearise(&self.views[edge.source].points, &self.views[edge.target].surface, &target_from_source, centre, &gate)
     }
 
     /// The pictures of one edge at `level`, with Tukey's constant `tukey`; `None` where either view has none.
     fn compare_pictures(&self, edge: &Edge, poses: &[Isometry3<f64>], level: usize, tukey: f64) -> Option<Linearised> {
-        let (source, target) = (self.textured[edge.source].as_ref()?, &self.views[edge.target]);
+        let (source, target) = (self.views[edge.source].texture.as_ref()?, &self.views[edge.target]);
         let (centre, _) = &self.centred[edge.source];
         let gate = PhotometricGate { level, distance: (SEEN * centre.z) as f32, tukey: (tukey as f32).min(RANGE) };
         let target_from_source = poses[edge.target].inverse() * poses[edge.source];
         let picture = target.texture.as_ref()?;
-        Some(photometric::linearise(source, picture, &target.surface, &target_from_source, centre, &gate))
+        Some(photometric::linearise(&source.points, picture, &target.surface, &target_from_source, centre, &gate))
     }
 
     /// How far the residuals of each edge scatter at the start.

@@ -131,14 +131,6 @@ impl TexturedPoints {
         let samples = all.samples.into_iter().step_by(step).collect();
         (points.len() >= FEWEST_POINTS).then_some(Self { points, samples })
     }
-
-    /// Every `step`-th of these points.
-    pub(super) fn thinned(&self, step: usize) -> Self {
-        Self {
-            points: self.points.iter().copied().step_by(step.max(1)).collect(),
-            samples: self.samples.iter().copied().step_by(step.max(1)).collect(),
-        }
-    }
 }
 
 /// A view's picture, and the points of it that are looked for in the pictures of others.
