@@ -66,7 +66,6 @@ fn no_view_is_worse_than_its_kinematic_pose_by_more_than_it_states() {
         std::fs::write(&part, text).expect("written");
         for seed in SEEDS {
             let (views, worst) = worst_excess(&part, seed);
-            eprintln!("{name}, seed {seed}: {views} views, the worst {worst:+.2} deviations beyond its kinematic pose");
             assert!(views == 6 && worst < DEVIATIONS, "{name}, seed {seed}: {views} views, {worst:+.2} deviations");
         }
     }
