@@ -268,7 +268,10 @@ impl ExportArgs {
         let (taxonomy, frame) = (&model.taxonomy, self.frame());
         if matches!(format, Format::Stl | Format::Glb) && model.shift != [0.0; 3] {
             let [x, y, z] = model.shift;
-            tracing::warn!("{format:?} holds single precision only: its origin lies at {x} {y} {z} of the source");
+            let name = if format == Format::Stl { "STL" } else { "GLB" };
+            tracing::warn!(
+                "{name} holds single precision only: its origin lies at {x} {y} {z} m of the source, as the file notes"
+            );
         }
         match format {
             Format::Cloud => {}
@@ -290,7 +293,7 @@ impl ExportArgs {
                 for component in components(mesh, taxonomy)? {
                     let name = format!("mesh-{}.stl", file_part(&component.name));
                     let path = out.write(&name, |file| {
-                        stl::write_mesh(file, mesh, Some(component.label), &component.name, frame)
+                        stl::write_mesh_at(file, mesh, model.shift, Some(component.label), &component.name, frame)
                     })?;
                     log_written(&path, component.triangles.len(), &format!("triangles, {}", frame.name()));
                 }
@@ -302,7 +305,7 @@ impl ExportArgs {
                     Colors::Surface => SceneColors::Surface,
                     Colors::Classes => SceneColors::Classes,
                 };
-                let options = GlbOptions { part, figures: figures.clone(), generation, colors };
+                let options = GlbOptions { part, figures: figures.clone(), generation, colors, shift: model.shift };
                 let path = out.write("mesh.glb", |file| gltf::write_mesh(file, mesh, taxonomy, &options))?;
                 log_written(&path, mesh.triangles.len(), "triangles");
             }

@@ -139,6 +139,34 @@ fn export_writes_every_format_and_the_same_mesh_as_inspect() {
 }
 
 #[test]
+fn the_origin_of_map_coordinates_is_kept_or_noted() {
+    let dir = tempfile::tempdir().expect("temporary folder");
+    let path = |name: &str| dir.path().join(name).to_str().expect("UTF-8").to_owned();
+    let text = "ply\nformat ascii 1.0\nelement vertex 3\nproperty double x\nproperty double y\nproperty double z\n\
+                element face 1\nproperty list uchar int vertex_indices\nend_header\n\
+                500000.25 4100000 100\n500001 4100000.5 100\n500000 4100001 101.5\n3 0 1 2\n";
+    std::fs::write(path("map.ply"), text).expect("writes");
+    let output = semascan(&["export", &path("map.ply"), "--format", "ply,obj,stl,glb", "--out", &path("out")]);
+    let said = stderr(&output);
+    assert_eq!(output.status.code(), Some(0), "{said}");
+    for format in ["STL", "GLB"] {
+        let expected = format!("{format} holds single precision only: its origin lies at 500000 4100000 100 m of");
+        assert!(said.contains(&expected), "{said}");
+    }
+    let bytes = |file: &str| std::fs::read(Path::new(&path("out")).join(file)).expect("written");
+    let geometry = String::from_utf8(bytes("mesh.obj")).expect("text");
+    assert!(geometry.contains("\nv 500000250 4100000000 100000"), "{geometry}");
+    let mut files = std::fs::read_dir(path("out")).expect("reads").filter_map(Result::ok).map(|entry| entry.path());
+    let solid = files.find(|file| file.extension().is_some_and(|e| e == "stl")).expect("one component");
+    let header = String::from_utf8_lossy(&std::fs::read(solid).expect("reads")[..80]).into_owned();
+    assert!(header.contains("unit mm, z up, origin 500000 4100000 100 m"), "{header}");
+    let scene = gltf::Gltf::from_slice(&bytes("mesh.glb")).expect("valid");
+    let extras = scene.document.as_json().asset.extras.as_ref().expect("the origin is noted").get().to_owned();
+    let extras: serde_json::Value = serde_json::from_str(&extras).expect("JSON");
+    assert_eq!(extras["origin"], serde_json::json!([500_000.0, 4_100_000.0, 100.0]));
+}
+
+#[test]
 fn forty_exports_at_once_onto_one_name_are_right_or_refused() {
     let dir = tempfile::tempdir().expect("temporary folder");
     let path = |name: &str| dir.path().join(name).to_str().expect("UTF-8").to_owned();

@@ -1,9 +1,10 @@
 //! The area that an inspection states against the area that its views have seen: planes, spheres and motors in 20 poses, as
 //! any rotation and shift against the grid of the map, on voxels of half a millimetre.
 
+mod defects;
 mod posed_shape;
 
-use posed_shape::{Pictures, PosedShape, Sensor, pose};
+use posed_shape::{Pictures, Sensor, pose};
 use semascan_inspection::source::{Source, TrueMesh};
 use semascan_inspection::spec::{InspectionSpec, RegistrationMethod};
 use semascan_inspection::{Inspected, Inspection};
@@ -89,9 +90,10 @@ fn motor(seed: u64) -> TrueMesh {
     mesh
 }
 
-fn inspect(source: PosedShape) -> Inspected {
+/// Inspects views whose poses are true, on voxels of `voxel` millimetres.
+fn inspect(source: impl Source + 'static, voxel: f64) -> Inspected {
     let mut spec = InspectionSpec { registration: RegistrationMethod::Kinematic, ..InspectionSpec::default() };
-    spec.source.voxel_mm = Some(VOXEL);
+    spec.source.voxel_mm = Some(voxel);
     Inspection::new(spec, Box::new(source)).expect("set up").start().wait().expect("a model")
 }
 
@@ -104,7 +106,7 @@ fn stated(inspected: &Inspected) -> f64 {
 fn check(name: &str, pictures: &Pictures, median: f64) {
     let seen = pictures.seen.area();
     let mut errors: Vec<(f64, u64)> =
-        (0..POSES).map(|seed| (stated(&inspect(pictures.posed(&pose(seed)))) / seen - 1.0, seed)).collect();
+        (0..POSES).map(|seed| (stated(&inspect(pictures.posed(&pose(seed)), VOXEL)) / seen - 1.0, seed)).collect();
     errors.sort_by(|(a, _), (b, _)| a.abs().total_cmp(&b.abs()));
     let ((middle, _), (worst, at)) = (errors[errors.len() / 2], errors[errors.len() - 1]);
     assert!(

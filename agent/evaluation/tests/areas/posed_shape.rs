@@ -38,7 +38,8 @@ struct Picture {
 pub(crate) struct Pictures {
     camera: Intrinsics,
     taken: Vec<Picture>,
-    classes: u16,
+    components: u16,
+    defects: u16,
     /// What of the surface they saw.
     pub(crate) seen: SeenSurface,
 }
@@ -52,6 +53,19 @@ impl Pictures {
         camera: Intrinsics,
         sensor: Sensor,
     ) -> Self {
+        Self::take_with_defects(shape, &|_| 0, directions, distance, camera, sensor)
+    }
+
+    /// The same of a shape that has the defect `defect_at` each place, metres in its own frame.
+    pub(crate) fn take_with_defects(
+        shape: &TrueMesh,
+        defect_at: &(dyn Fn([f32; 3]) -> u16 + Sync),
+        directions: &[[f64; 3]],
+        distance: f64,
+        camera: Intrinsics,
+        sensor: Sensor,
+    ) -> Self {
+        let surface = (shape, defect_at);
         let rays = RayScene::new(&shape.vertices, &shape.triangles);
         let taken: Vec<_> = directions
             .iter()
@@ -61,7 +75,7 @@ impl Pictures {
                 let up = if eye.x.hypot(eye.y) > 1e-3 { Vector3::z() } else { Vector3::x() };
                 // Optical frame: y down.
                 let shape_from_camera = Isometry3::face_towards(&eye.into(), &Point3::origin(), &-up);
-                let (depth, labels) = capture(shape, &rays, &camera, &shape_from_camera, sensor, i as u64);
+                let (depth, labels) = capture(surface, &rays, &camera, &shape_from_camera, sensor, i as u64);
                 Picture { shape_from_camera, depth: Arc::new(depth), labels: Arc::new(labels) }
             })
             .collect();
@@ -70,13 +84,18 @@ impl Pictures {
             .map(|p| SeenFrom { intrinsics: &camera, depth: &p.depth, table_from_camera: p.shape_from_camera })
             .collect();
         let seen = SeenSurface::of(shape, &rays, &from, 200_000, 1);
-        Self { camera, classes: shape.labels.iter().max().copied().unwrap_or(0), seen, taken }
+        let components = shape.labels.iter().max().copied().unwrap_or(0);
+        let defects = taken.iter().flat_map(|p| &p.labels.defects).max().copied().unwrap_or(0);
+        Self { camera, components, defects, seen, taken }
     }
 
     /// The views of the surface at `table_from_shape`.
     pub(crate) fn posed(&self, table_from_shape: &Isometry3<f64>) -> PosedShape {
         let class = |id: u16| ClassDef { id, name: format!("class {id}"), color: [id as u8; 3] };
-        let taxonomy = Taxonomy { components: (0..=self.classes).map(class).collect(), defects: vec![class(0)] };
+        let taxonomy = Taxonomy {
+            components: (0..=self.components).map(class).collect(),
+            defects: (0..=self.defects).map(class).collect(),
+        };
         let info = SourceInfo {
             uri: "posed".into(),
             part: "posed shape".into(),
@@ -126,7 +145,7 @@ pub(crate) struct PosedShape {
 }
 
 fn capture(
-    shape: &TrueMesh,
+    (shape, defect_at): (&TrueMesh, &(dyn Fn([f32; 3]) -> u16 + Sync)),
     rays: &RayScene,
     k: &Intrinsics,
     shape_from_camera: &Isometry3<f64>,
@@ -134,27 +153,29 @@ fn capture(
     seed: u64,
 ) -> (DepthImage, RecordedLabels) {
     let single = |v: Vector3<f64>| Vec3::new(v.x as f32, v.y as f32, v.z as f32);
-    let row = |v: u32| -> Vec<(f32, u16)> {
+    let row = |v: u32| -> Vec<(f32, u16, u16)> {
         let mut rng = Pcg64::seed_from_u64(seed << 32 | u64::from(v));
         let pixel = |u: u32| {
             let direction = shape_from_camera.rotation * k.unproject(f64::from(u), f64::from(v), 1.0).coords;
             // Box-Muller: a normal deviate of the depth's noise.
             let (a, b): (f64, f64) = (rng.random_range(1e-12..1.0), rng.random_range(0.0..std::f64::consts::TAU));
-            let Some(hit) = rays.first_hit(single(shape_from_camera.translation.vector), single(direction)) else {
-                return (0.0, 0);
+            let (origin, direction) = (single(shape_from_camera.translation.vector), single(direction));
+            let Some(hit) = rays.first_hit(origin, direction) else {
+                return (0.0, 0, 0);
             };
             let z = f64::from(hit.t) + sensor.sigma * (-2.0 * a.ln()).sqrt() * b.cos();
             let z = if sensor.step > 0.0 { (z / sensor.step).round() * sensor.step } else { z };
             let [second, third] = hit.barycentric;
             let nearest = if second.max(third) < 1.0 - second - third { 0 } else { 1 + usize::from(third > second) };
-            (z as f32, shape.labels[shape.triangles[hit.triangle as usize][nearest] as usize])
+            let component = shape.labels[shape.triangles[hit.triangle as usize][nearest] as usize];
+            (z as f32, component, defect_at((origin + direction * hit.t).to_array()))
         };
         (0..k.width).map(pixel).collect()
     };
-    let rows: Vec<Vec<(f32, u16)>> = (0..k.height).into_par_iter().map(row).collect();
-    let (metres, components): (Vec<f32>, Vec<u16>) = rows.into_iter().flatten().unzip();
-    let none = vec![0; components.len()];
-    let labels = RecordedLabels { components, defects: none.clone(), instances: none };
+    let rows: Vec<Vec<(f32, u16, u16)>> = (0..k.height).into_par_iter().map(row).collect();
+    let (metres, (components, defects)): (Vec<f32>, (Vec<u16>, Vec<u16>)) =
+        rows.into_iter().flatten().map(|(z, component, defect)| (z, (component, defect))).unzip();
+    let labels = RecordedLabels { instances: vec![0; components.len()], components, defects };
     (DepthImage { width: k.width, height: k.height, metres }, labels)
 }
 

@@ -4,4 +4,4 @@ mod read;
 mod write;
 
 pub(crate) use read::read;
-pub use write::write_mesh;
+pub use write::{write_mesh, write_mesh_at};

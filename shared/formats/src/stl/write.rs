@@ -1,10 +1,10 @@
 //! Binary STL. The format holds one nameless solid a file, hence a file for each component, or one for the whole mesh whose
-//! triangles carry their class in the two bytes that most programs pass over. The head notes the unit and the upward axis, which
-//! the format has no word for.
+//! triangles carry their class in the two bytes that most programs pass over. The header notes the unit, the upward axis and
+//! where the origin lies, which the format has no word for.
 
 use crate::component::check;
 use crate::{FileFrame, WriteError};
-use semascan_model::SemanticMesh;
+use semascan_model::{LengthUnit, SemanticMesh};
 use std::io::{BufWriter, Write};
 
 /// Writes the triangles of component class `label`, or all, in `frame` and under `name` (as much as 80 bytes hold).
@@ -19,6 +19,22 @@ pub fn write_mesh(
     name: &str,
     frame: FileFrame,
 ) -> Result<(), WriteError> {
+    write_mesh_at(out, mesh, [0.0; 3], label, name, frame)
+}
+
+/// Writes a mesh whose positions are relative to `shift`, metres. Single precision cannot hold their sum, so it is not
+/// added: the header notes it as the place of the file's origin, in metres along the axes of the file.
+///
+/// # Errors
+/// As [`write_mesh`].
+pub fn write_mesh_at(
+    out: impl Write,
+    mesh: &SemanticMesh,
+    shift: [f64; 3],
+    label: Option<u16>,
+    name: &str,
+    frame: FileFrame,
+) -> Result<(), WriteError> {
     check(mesh)?;
     let labelled = mesh.triangles.iter().map(|t| (*t, mesh.triangle_label(*t)));
     let chosen: Vec<([u32; 3], u16)> = labelled.filter(|(_, l)| label.is_none_or(|chosen| chosen == *l)).collect();
@@ -28,7 +44,14 @@ pub fn write_mesh(
     let mut out = BufWriter::new(out);
     // A file that begins with `solid` is taken for text.
     let mut header = [b' '; 80];
-    for (byte, c) in header.iter_mut().zip(format!("semascan: unit {}, {name}", frame.name()).bytes()) {
+    let origin = if shift == [0.0; 3] {
+        String::new()
+    } else {
+        // A negative zero is written as zero.
+        let [x, y, z] = FileFrame { unit: LengthUnit::Metres, ..frame }.position(shift).map(|c| c + 0.0);
+        format!("origin {x} {y} {z} m, ")
+    };
+    for (byte, c) in header.iter_mut().zip(format!("semascan: unit {}, {origin}{name}", frame.name()).bytes()) {
         *byte = if c.is_ascii_graphic() { c } else { b' ' };
     }
     out.write_all(&header)?;

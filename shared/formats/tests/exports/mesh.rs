@@ -6,7 +6,7 @@ use semascan_formats::gltf::{GlbOptions, SceneColors, write_mesh as write_glb};
 use semascan_formats::ply::{read, write_cloud, write_semantic_mesh};
 use semascan_formats::{FileFrame, Geometry, UpAxis, WriteError, no_files, obj, stl};
 use semascan_model::LengthUnit;
-use semascan_model::{PointFlags, SemanticMesh};
+use semascan_model::{PointFlags, SemanticMesh, SemanticPoint};
 
 /// A mesh of the points of any cloud, joined at random.
 pub(crate) fn any_mesh() -> impl Strategy<Value = SemanticMesh> {
@@ -185,6 +185,44 @@ fn a_triangle_without_its_vertex_is_refused_everywhere() {
     ];
     for result in refused {
         assert!(matches!(result, Err(WriteError::Vertex { triangle: 0, vertices: 0, .. })), "{result:?}");
+    }
+}
+
+#[test]
+fn what_single_precision_cannot_hold_is_noted_as_the_origin() {
+    let corners = [[0.25, 0.0, 0.0], [1.0, 0.5, 0.0], [0.0, 1.0, 2.0]];
+    let mut mesh = SemanticMesh::default();
+    for position in corners {
+        mesh.push(SemanticPoint { position, ..SemanticPoint::UNKNOWN }, false);
+    }
+    mesh.triangles.push([0, 1, 2]);
+    let shift = [500_000.0, 4_100_000.0, 0.0];
+    let stl_at = |shift, frame| {
+        let mut bytes = Vec::new();
+        stl::write_mesh_at(&mut bytes, &mesh, shift, None, "housing", frame).expect("a valid mesh");
+        (String::from_utf8_lossy(&bytes[..80]).trim_end().to_owned(), floats(&bytes[96..132]))
+    };
+    let relative: Vec<f32> = corners.as_flattened().to_vec();
+    let (header, written) = stl_at(shift, FileFrame::TABLE);
+    assert_eq!((header.as_str(), &written), ("semascan: unit m, z up, origin 500000 4100000 0 m, housing", &relative));
+    let (header, _) = stl_at(shift, FileFrame { unit: LengthUnit::Millimetres, up: UpAxis::Y });
+    assert_eq!(header, "semascan: unit mm, y up, origin 500000 0 -4100000 m, housing");
+    assert_eq!(stl_at([0.0; 3], FileFrame::TABLE).0, "semascan: unit m, z up, housing");
+
+    for (shift, generation, extras) in [
+        (shift, None, serde_json::json!({ "origin": shift })),
+        (shift, Some("7"), serde_json::json!({ "generation": "7", "origin": shift })),
+        ([0.0; 3], None, serde_json::Value::Null),
+    ] {
+        let options = GlbOptions { generation: generation.map(str::to_owned), shift, ..GlbOptions::default() };
+        let mut bytes = Vec::new();
+        write_glb(&mut bytes, &mesh, &taxonomy(), &options).expect("a valid mesh");
+        let scene = gltf::Gltf::from_slice(&bytes).expect("a valid GLB");
+        let noted = scene.document.as_json().asset.extras.as_ref().map(|raw| raw.get().to_owned());
+        let noted = noted.map_or(serde_json::Value::Null, |text| serde_json::from_str(&text).expect("JSON"));
+        assert_eq!(noted, extras);
+        let primitive = scene.meshes().flat_map(|mesh| mesh.primitives()).next().expect("a component");
+        assert_eq!(primitive.bounding_box().max, [1.0, 1.0, 2.0]);
     }
 }
 

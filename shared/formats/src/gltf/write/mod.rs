@@ -49,6 +49,9 @@ pub struct GlbOptions {
     pub generation: Option<String>,
     /// The colours that it shows.
     pub colors: SceneColors,
+    /// What the positions are relative to: metres, table frame (z up). Single precision cannot hold the sum, so a shift other
+    /// than zero is noted as `asset.extras.origin`.
+    pub shift: [f64; 3],
 }
 
 /// Writes `cloud` as GLB. Points whose position is not finite are left out, because glTF cannot hold them; an empty
@@ -107,8 +110,14 @@ impl Builder {
         }
         root.scene = Some(scene);
         root.asset.generator = Some(concat!("semascan ", env!("CARGO_PKG_VERSION")).into());
+        let mut extras = serde_json::Map::new();
         if let Some(generation) = &options.generation {
-            let extras = serde_json::json!({ "generation": generation });
+            extras.insert("generation".into(), generation.as_str().into());
+        }
+        if options.shift != [0.0; 3] {
+            extras.insert("origin".into(), options.shift.to_vec().into());
+        }
+        if !extras.is_empty() {
             root.asset.extras = Some(serde_json::value::to_raw_value(&extras)?);
         }
         let binary = binary.finish(&mut root);
