@@ -75,7 +75,7 @@ impl SeenSurface {
 }
 
 /// Cosine of incidence under which a picture sees a point of the surface.
-fn sees(picture: &SeenFrom<'_>, obstacles: &RayScene, position: [f64; 3], normal: [f32; 3]) -> Option<f64> {
+pub(crate) fn sees(picture: &SeenFrom<'_>, obstacles: &RayScene, position: [f64; 3], normal: [f32; 3]) -> Option<f64> {
     let point = Point3::from(position);
     let in_camera = picture.table_from_camera.inverse_transform_point(&point);
     let (u, v) = picture.intrinsics.project(&in_camera)?;

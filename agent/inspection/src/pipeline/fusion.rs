@@ -9,7 +9,7 @@ use crate::record::{
     view_networks_record,
 };
 use crate::source::SourceInfo;
-use nalgebra::Isometry3;
+use nalgebra::{Isometry3, Matrix6};
 use semascan_model::record::{Stage, StageTime, ViewPose, ViewRecord};
 use semascan_perception::fuse::{
     Associator, FuseError, Integration, LabelledView, MapConfig, Misidentification, SemanticMap, TouchedChunk,
@@ -20,6 +20,7 @@ use semascan_perception::register::{Method, ModelSurface, Registrar, Registratio
 use semascan_perception::reprojection::{JudgedPicture, Pictures};
 use semascan_perception::segment::Segmentation;
 use semascan_perception::view::View;
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 /// Registration against the model, and integration into it.
@@ -43,6 +44,15 @@ struct Accepted {
     table_from_camera: Isometry3<f64>,
     /// From kinematics alone.
     prior: Option<Isometry3<f64>>,
+    /// Covariance over (rotation, translation) of the pose as registered, camera frame.
+    covariance: Matrix6<f64>,
+}
+
+/// A finished model.
+pub(super) struct Finished {
+    pub(super) model: SharedModel,
+    /// The views in it, each with the covariance of its pose over (rotation, translation), camera frame.
+    pub(super) covariances: BTreeMap<u32, Matrix6<f64>>,
 }
 
 /// What these stages made of one view.
@@ -176,6 +186,7 @@ impl<'a> Fusion<'a> {
                 view: view.index,
                 table_from_camera: registration.table_from_camera,
                 prior: registration.prior,
+                covariance: registration.covariance,
             });
             if let Some(picture) = picture {
                 self.pictures.keep(place, picture);
@@ -194,12 +205,14 @@ impl<'a> Fusion<'a> {
     /// Refines all poses, makes the map anew with them, and marks outliers; the final model, `None` if no view is in it. A
     /// refinement that fails is published as a failed stage, and the model stays as it was. Who `stopped` the inspection does
     /// not wait for a refinement, nor for a judgement of the poses.
-    pub(super) fn finish(self, stopped: bool) -> Option<SharedModel> {
+    pub(super) fn finish(self, stopped: bool) -> Option<Finished> {
         let model = self.model.clone().filter(|_| !self.accepted.is_empty())?;
+        let mut covariances: BTreeMap<u32, Matrix6<f64>> =
+            self.accepted.iter().map(|a| (a.view, a.covariance)).collect();
         if stopped {
             let touched = model.write().mark_outliers(&self.config.filter);
             self.publish_model(&model, None, untouched(touched), true);
-            return Some(model);
+            return Some(Finished { model, covariances });
         }
         let last = self.accepted.last().map_or(0, |accepted| accepted.view);
         let mut poses: Vec<Isometry3<f64>> = self.accepted.iter().map(|a| a.table_from_camera).collect();
@@ -215,6 +228,7 @@ impl<'a> Fusion<'a> {
                 rebuilt = Some(chunks);
             }
             poses.clone_from(&refinement.table_from_camera);
+            covariances = self.accepted.iter().map(|a| a.view).zip(refinement.covariances.iter().copied()).collect();
             let refined = self.accepted.iter().zip(poses.iter().zip(&refinement.covariances));
             let refined = refined
                 .map(|(a, (pose, covariance))| ViewPose {
@@ -238,7 +252,7 @@ impl<'a> Fusion<'a> {
             None => self.pictures.judge(&[&poses]),
         };
         self.events.publish(EventKind::Judged { photometric: Box::new(photometric_record(&judged)) });
-        Some(model)
+        Some(Finished { model, covariances })
     }
 
     fn publish_model(&self, model: &SharedModel, view: Option<u32>, touched: Vec<TouchedChunk>, complete: bool) {

@@ -13,13 +13,15 @@ pub(crate) use region::Region;
 use crate::bus::EventBus;
 use crate::event::{EventKind, SharedModel, StageStatus};
 use crate::source::Source;
-use fusion::Fusion;
+use fusion::{Finished, Fusion};
+use nalgebra::Matrix6;
 use semascan_model::record::{Stage, StageTime};
 use semascan_perception::fuse::{AssociationTest, FuseError, OutlierFilter, UncertaintyRule};
 use semascan_perception::organized::OrganizedCloud;
 use semascan_perception::register::Registrar;
 use semascan_perception::segment::{Segmentation, Segmenter};
 use semascan_perception::view::View;
+use std::collections::BTreeMap;
 use std::fmt::Display;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
@@ -82,6 +84,8 @@ pub(crate) struct Modelled {
     pub(crate) views: usize,
     /// Views that are in the model.
     pub(crate) used: usize,
+    /// The covariance of each view's pose in the model over (rotation, translation), camera frame.
+    pub(crate) covariances: BTreeMap<u32, Matrix6<f64>>,
 }
 
 /// Takes the views of `source` their way until the last one, the pixels outside the region left out. Once `stop` is set, the
@@ -113,7 +117,11 @@ pub(crate) fn run(
             views += 1;
         }
         let used = fusion.used();
-        Ok(Modelled { model: fusion.finish(stop.load(Ordering::Relaxed)), views, used })
+        let (model, covariances) = match fusion.finish(stop.load(Ordering::Relaxed)) {
+            Some(Finished { model, covariances }) => (Some(model), covariances),
+            None => (None, BTreeMap::new()),
+        };
+        Ok(Modelled { model, views, used, covariances })
     })
 }
 
