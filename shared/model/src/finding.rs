@@ -185,6 +185,8 @@ impl Finding {
 pub struct RegionFigures {
     /// Area of its mesh faces, square metres.
     pub area: Quantity,
+    /// What the uncertainty of the area is made of.
+    pub area_budget: AreaBudget,
     /// Longest way between two of its points on its surface.
     pub length: Quantity,
     /// Largest extent across that way.
@@ -208,6 +210,35 @@ pub struct RegionFigures {
     pub views: Vec<FindingView>,
     /// The cells of a grid in the table frame that it touches, by which it is found again in another result.
     pub footprint: Footprint,
+}
+
+/// Standard uncertainty of an area by source, square metres: the root of the sum of their squares is that of the area, which
+/// is not known without that of the poses.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct AreaBudget {
+    /// Where between two voxels the rim lies.
+    pub grid: f64,
+    /// Rim to other components.
+    pub other_components: f64,
+    /// Rim to what was not seen.
+    pub unseen: f64,
+    /// How areas are measured on a mesh.
+    pub convention: f64,
+    /// The labels' own uncertainty.
+    pub labels: f64,
+    /// The poses of the views; absent where no covariance is known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub poses: Option<f64>,
+}
+
+impl AreaBudget {
+    /// The combined standard uncertainty; `None` where a part is not known.
+    pub fn combined(&self) -> Option<f64> {
+        let Self { grid, other_components, unseen, convention, labels, poses } = *self;
+        let squares = [grid, other_components, unseen, convention, labels, poses?].map(|part| part * part);
+        Some(squares.iter().sum::<f64>().sqrt())
+    }
 }
 
 /// Depth of a region, positive where material is missing.

@@ -19,10 +19,7 @@ use std::path::{Path, PathBuf};
 
 /// Arguments of `semascan judge`.
 #[derive(Debug, Args)]
-#[command(after_long_help = "\
-Whatever the verdict is, the exit code is 0 if it could be made: 1 says that the work failed, 2 that the call was wrong, as where \
-the criteria name an unknown key or class. Scripts read `decision` of --json: accept, rework, reject, or person where a person \
-decides.")]
+#[command(after_long_help = help())]
 pub(crate) struct JudgeArgs {
     /// The inspection's folder
     folder: PathBuf,
@@ -37,7 +34,18 @@ pub(crate) struct JudgeArgs {
     json: bool,
 }
 
-/// Why nothing was written: not an error.
+/// A `criteria.toml` with every key, commented.
+const SAMPLE: &str = include_str!("criteria.sample.toml");
+
+fn help() -> String {
+    format!(
+        "Whatever the verdict is, the exit code is 0 if it could be made: 1 says that the work failed, 2 that the call was \
+         wrong, as where the criteria name an unknown key or class. Scripts read `decision` of --json: accept, rework, reject, \
+         or person where a person decides.\n\nA sample of criteria.toml:\n\n{SAMPLE}"
+    )
+}
+
+/// Why nothing was written.
 enum Stop {
     Failed(Failure),
     PrintOnly(Box<InspectionRecord>),
@@ -89,4 +97,30 @@ fn mesh(folder: &Path) -> Result<(SemanticMesh, Taxonomy), Failure> {
     let bytes = regular_file::read(&path).with_context(|| name.clone())?;
     let model = ply::read(&name, &bytes)?;
     Ok((model.mesh, model.taxonomy))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use semascan_model::criteria::Criteria;
+
+    #[test]
+    fn the_sample_can_be_used_and_shows_every_key() {
+        // What is commented out is a whole section.
+        let whole: String = SAMPLE
+            .lines()
+            .map(|line| match line.strip_prefix("# ") {
+                Some(rest) if rest.starts_with('[') || rest.contains(" = ") => format!("{rest}\n"),
+                _ => format!("{line}\n"),
+            })
+            .collect();
+        let checked = CheckedCriteria::parse(&whole).expect("a right sample");
+        assert!(checked.criteria.reference.is_some() && CheckedCriteria::parse(SAMPLE).is_ok());
+        let schema = Criteria::json_schema().to_string();
+        for key in
+            schema.split('"').filter(|word| word.ends_with("_mm") || word.ends_with("_mm2") || word.contains("_share"))
+        {
+            assert!(whole.contains(&format!("{key} = ")), "{key}");
+        }
+    }
 }

@@ -48,7 +48,7 @@ pub(crate) struct TablesArgs {
     /// For findings: seed of the first motor [default: 1001]
     #[arg(long, value_name = "SEED")]
     first_seed: Option<u64>,
-    /// For findings: columns and rows of the pictures [default: 640x480]
+    /// For findings: columns and rows of the pictures [default: 960x720]
     #[arg(long, value_name = "WxH", value_parser = size)]
     size: Option<(u32, u32)>,
     /// For findings: where labels come from, source or network [default: source]

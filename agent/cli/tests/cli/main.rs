@@ -5,6 +5,7 @@ mod export;
 mod first_steps;
 mod full_disk;
 mod inspect;
+mod judge;
 mod log;
 mod outcome;
 mod signals;

@@ -1,7 +1,6 @@
 //! Findings against the true regions: which were found, which findings are false, and how far area and length are off.
 //!
-//! A finding and a true region of the same component and defect are compared where they overlap by a third of the smaller
-//! one. One that is found in two pieces, or two that are found as one, are compared as a group, area against area; lengths
+//! A finding and a true region of the same component and defect are compared where a third of one of them lies on the other. One that is found in two pieces, or two that are found as one, are compared as a group, area against area; lengths
 //! only where one finding is one region. A finding most of whose surface has the defect in truth, but on surface that counts
 //! as unseen (it is seen at too flat an angle), is neither right nor false.
 
@@ -9,13 +8,13 @@ use super::true_regions::{TrueRegion, TrueRegions};
 use semascan_geometry::measure::NearestPoints;
 use semascan_inspection::Inspected;
 use semascan_inspection::findings::measure_regions;
-use semascan_model::finding::{Finding, Quantity};
+use semascan_model::finding::{AreaBudget, Finding, Quantity};
 use serde::Serialize;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Farthest that a vertex of the model may lie from a true region that it is on, metres.
 const REACH: f64 = 1.5e-3;
-/// Overlap from which on a finding and a region are compared, as a share of the smaller one.
+/// Share of a finding or region that lies on the other from which on they are compared.
 const OVERLAP: f64 = 1.0 / 3.0;
 /// Seen area from which on a region must be found, square metres.
 pub const COUNTED: f64 = 25e-6;
@@ -52,6 +51,8 @@ pub struct Match {
     pub members: (usize, usize),
     /// Areas, square metres.
     pub area: Compared,
+    /// What the uncertainty of the area is made of; those of several findings are summed.
+    pub budget: AreaBudget,
     /// Lengths, metres; only where one finding is one region.
     pub length: Option<Compared>,
 }
@@ -81,8 +82,9 @@ pub fn score_findings(inspected: &Inspected, truth: &TrueRegions) -> Option<Find
     let measured: Vec<_> =
         measure_regions(&inspected.mesh, voxel).into_iter().filter(|r| r.area >= findings.least_area).collect();
     let list: Vec<&Finding> = findings.list.iter().filter(|f| f.kind.defect().is_some()).collect();
-    let seen = ByClass::new(&truth.seen);
-    let all = ByClass::new(&truth.all);
+    let of_truth =
+        |regions: &[TrueRegion]| ByClass::new(regions.iter().map(|r| ((r.component, r.defect), r.points.clone())));
+    let (seen, all) = (of_truth(&truth.seen), of_truth(&truth.all));
     let mut overlaps: BTreeMap<(usize, usize), f64> = BTreeMap::new();
     let mut on_truth = vec![0.0; list.len()];
     for (i, region) in measured.iter().enumerate() {
@@ -99,8 +101,24 @@ pub fn score_findings(inspected: &Inspected, truth: &TrueRegions) -> Option<Find
         }
     }
     let area = |i: usize| list[i].area().map_or(0.0, |a| a.value);
-    overlaps.retain(|(i, j), overlap| *overlap >= OVERLAP * area(*i).min(truth.seen[*j].area));
-    let pairs: Vec<(usize, usize)> = overlaps.into_keys().collect();
+    let mut pairs: BTreeSet<(usize, usize)> = BTreeSet::new();
+    pairs.extend(overlaps.iter().filter(|((i, _), overlap)| **overlap >= OVERLAP * area(*i)).map(|(pair, _)| *pair));
+    // Small pieces of truth lie on a finding between vertices of it: they are looked up the other way round.
+    let stated = ByClass::new(measured.iter().map(|region| {
+        let points = region.vertices.iter().map(|v| inspected.mesh.vertices.positions[*v as usize]).collect();
+        ((region.component, region.defect), points)
+    }));
+    for (j, region) in truth.seen.iter().enumerate() {
+        let mut on: BTreeMap<usize, usize> = BTreeMap::new();
+        for place in &region.points {
+            if let Some(i) = stated.region_at((region.component, region.defect), *place) {
+                *on.entry(i).or_default() += 1;
+            }
+        }
+        let enough = |count: &usize| *count as f64 >= OVERLAP * region.points.len() as f64;
+        pairs.extend(on.iter().filter(|(_, count)| enough(count)).map(|(i, _)| (*i, j)));
+    }
+    let pairs: Vec<(usize, usize)> = pairs.into_iter().collect();
     let matches = groups(list.len(), truth.seen.len(), &pairs)
         .into_iter()
         .map(|(stated, true_ones)| compare(&list, &truth.seen, &stated, &true_ones))
@@ -135,9 +153,23 @@ fn compare(list: &[&Finding], truth: &[TrueRegion], stated: &[usize], true_ones:
         component: first.component,
         defect: first.defect,
         members: (stated.len(), true_ones.len()),
+        budget: budget(stated.iter().filter_map(|i| list[*i].region.as_ref()).map(|r| r.area_budget)),
         area: Compared { stated: areas, truth: true_ones.iter().map(|j| truth[*j].area).sum() },
         length,
     }
+}
+
+/// The budgets of several findings, summed: what is common to all does not average out.
+fn budget(each: impl Iterator<Item = AreaBudget>) -> AreaBudget {
+    each.reduce(|a, b| AreaBudget {
+        grid: a.grid + b.grid,
+        other_components: a.other_components + b.other_components,
+        unseen: a.unseen + b.unseen,
+        convention: a.convention + b.convention,
+        labels: a.labels + b.labels,
+        poses: a.poses.zip(b.poses).map(|(a, b)| a + b),
+    })
+    .unwrap_or_default()
 }
 
 /// Connected groups of findings and regions.
@@ -162,16 +194,17 @@ fn groups(findings: usize, regions: usize, pairs: &[(usize, usize)]) -> Vec<(Vec
         .collect()
 }
 
-/// True regions by class, to be found by a place.
+/// Regions by class, to be found by a place.
 struct ByClass(BTreeMap<(u16, u16), (NearestPoints, Vec<usize>)>);
 
 impl ByClass {
-    fn new(regions: &[TrueRegion]) -> Self {
+    /// Regions by their class and points, numbered through.
+    fn new(regions: impl Iterator<Item = ((u16, u16), Vec<[f32; 3]>)>) -> Self {
         let mut points: BTreeMap<(u16, u16), (Vec<[f32; 3]>, Vec<usize>)> = BTreeMap::new();
-        for (number, region) in regions.iter().enumerate() {
-            let (places, numbers) = points.entry((region.component, region.defect)).or_default();
-            places.extend(&region.points);
-            numbers.extend(std::iter::repeat_n(number, region.points.len()));
+        for (number, (class, of_region)) in regions.enumerate() {
+            let (places, numbers) = points.entry(class).or_default();
+            numbers.extend(std::iter::repeat_n(number, of_region.len()));
+            places.extend(of_region);
         }
         Self(
             points

@@ -13,6 +13,9 @@ use std::collections::HashMap;
 
 /// Parts that an edge of the true mesh is split into.
 const SPLIT: usize = 4;
+/// Cosine of incidence from which on a surface counts as seen (84 degrees). A single view makes no closed surface there, but
+/// the pixels of several do, and a region of a flat face is in the model or not as a whole.
+const GRAZING: f64 = 0.1;
 
 /// A true region.
 #[derive(Clone, Debug, PartialEq)]
@@ -59,7 +62,8 @@ fn is_seen(corners: [[f32; 3]; 3], pictures: &[SeenFrom<'_>], obstacles: &RaySce
     let [a, b, c] = corners.map(glam::Vec3::from_array);
     let middle = (a + b + c) / 3.0;
     let normal = (b - a).cross(c - a).normalize_or_zero().to_array();
-    pictures.iter().any(|picture| sees(picture, obstacles, middle.to_array().map(f64::from), normal).is_some())
+    let place = (middle.to_array().map(f64::from), normal);
+    pictures.iter().any(|picture| sees(picture, obstacles, place, GRAZING).is_some())
 }
 
 /// Regions of a refined mesh with the areas of its faces: each vertex stands for a third of those around it.

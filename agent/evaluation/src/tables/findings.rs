@@ -27,12 +27,12 @@ pub struct Config {
 }
 
 impl Default for Config {
-    /// Ten motors that no network was trained on, as `semascan inspect virtual:starter-motor?seed=N` sees them.
+    /// Ten motors that no network was trained on, with voxels of 0.9 millimetres.
     fn default() -> Self {
         Self {
             motors: (1001..=1010).collect(),
             views: 12,
-            size: (640, 480),
+            size: (960, 720),
             labels: LabelSource::Source,
             voxel_mm: None,
         }

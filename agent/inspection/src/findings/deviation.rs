@@ -3,7 +3,7 @@
 //! The reference is a mesh in the table frame. Signs are those of its outward side: positive outside, so that missing material
 //! is negative, and its depth positive. What belongs to no component is not compared: the reference need not hold the fixture.
 
-use super::depth::{averaged, quantile};
+use super::depth::{QUANTILE, averaged, quantile};
 use super::regions::{Region, connected, defect_regions};
 use super::surface::Surface;
 use super::{Finding, FindingId, FindingKind, KnownPose, SemanticMesh, Taxonomy};
@@ -109,7 +109,7 @@ pub(crate) fn compare_with_reference(
 fn depth(surface: &Surface<'_>, region: &Region, depths: &[f64]) -> Quantity {
     let smooth = averaged(surface, region, depths);
     let scatter: f64 = depths.iter().zip(&smooth).map(|(d, s)| (d - s) * (d - s)).sum::<f64>() / depths.len() as f64;
-    Quantity::with_standard(quantile(surface, region, &smooth), scatter.sqrt().hypot(0.1 * surface.voxel))
+    Quantity::with_standard(quantile(surface, region, &smooth, QUANTILE), scatter.sqrt().hypot(0.1 * surface.voxel))
 }
 
 #[cfg(test)]

@@ -130,6 +130,7 @@ mod tests {
             instances: Vec::new(),
             region: Some(RegionFigures {
                 area: quantity,
+                area_budget: Default::default(),
                 length: quantity,
                 width: quantity,
                 perimeter: 1.0,

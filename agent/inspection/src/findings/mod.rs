@@ -54,7 +54,7 @@ use std::collections::BTreeMap;
 use surface::Surface;
 
 /// Regions of fewer voxels than this are no findings.
-pub(crate) const LEAST_VOXELS: f64 = 16.0;
+pub(crate) const LEAST_VOXELS: f64 = 8.0;
 
 /// What findings are looked for in.
 pub(crate) struct Model<'a> {
@@ -218,7 +218,7 @@ fn region_figures(
 ) -> RegionFigures {
     let outline = Outline::of(surface, region);
     let extent = Extent::of(surface, region);
-    let [area, length, width] = uncertainty::figures(surface, region, (&outline, extent), &views, poses);
+    let ([area, length, width], area_budget) = uncertainty::figures(surface, region, (&outline, extent), &views, poses);
     let (fitted, unknown) = match depth::fitted_depth(surface, region) {
         Ok(depth) => (Some(depth), None),
         Err(why) => (None, Some(why)),
@@ -233,6 +233,7 @@ fn region_figures(
     let spread = |value: &[f32]| spread(surface, &region.vertices, value);
     RegionFigures {
         area,
+        area_budget,
         length,
         width,
         perimeter: outline.length(),

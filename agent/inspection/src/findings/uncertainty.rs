@@ -14,31 +14,31 @@
 //! | labels: their standard uncertainty u moves the rim to where the probability is 0.5 + u or 0.5 - u; networks err alike along a rim | half the difference of these two areas | A |
 //! | poses: a shift of all labels leaves the area as it is; but where views that saw opposite rims are shifted against each other, the region becomes longer or shorter | width x shift | A |
 //!
-//! The figures of type B are those of simulated motors other than those that the coverage is tested on
-//! (`agent/evaluation/tests/findings`).
+//! The figures of type B are those of simulated motors (2001 to 2005) other than those that the coverage is tested on:
+//! `semascan tables findings` (1001 to 1010), `agent/evaluation/tests/findings` (3001 to 3003).
 
 use super::extent::Extent;
 use super::outline::Outline;
 use super::regions::Region;
 use super::surface::Surface;
 use nalgebra::{Isometry3, Matrix3, Matrix3x6, Matrix6, Point3, Vector3};
-use semascan_model::finding::{FindingView, Quantity};
+use semascan_model::finding::{AreaBudget, FindingView, Quantity};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Standard uncertainty of the place of a rim within a component, voxels.
-const GRID: f64 = 0.35;
+const GRID: f64 = 0.45;
 /// Length over which that is alike, voxels.
 const ALIKE: f64 = 5.0;
 /// Of the place of a rim to another component, voxels, alike all along.
-const CREASE: f64 = 0.25;
+const CREASE: f64 = 0.38;
 /// Of the place of a rim to what was not seen, voxels, alike all along.
-const UNSEEN: f64 = 0.35;
+const UNSEEN: f64 = 0.55;
 /// Of the convention of areas, a share of the area.
-const CONVENTION: f64 = 0.012;
-/// Of each end of a length, voxels.
-const END: f64 = 0.7;
+const CONVENTION: f64 = 0.015;
+/// Of each end of a length, voxels: thin ends are lost between voxels.
+const END: f64 = 1.5;
 /// Of lengths on a mesh, a share of the length.
-const METRIC: f64 = 0.01;
+const METRIC: f64 = 0.02;
 /// How far from a region vertices are looked at that may belong to it, in vertices.
 const REACH: u32 = 8;
 
@@ -51,7 +51,7 @@ pub(crate) struct KnownPose {
     pub(crate) covariance: Matrix6<f64>,
 }
 
-/// Area, length and width of a region with their uncertainties. `seen` are the views that saw it; `poses` are those of views
+/// Area, length and width of a region with their uncertainties, and what that of the area is made of. `seen` are the views that saw it; `poses` are those of views
 /// whose covariance is known.
 pub(crate) fn figures(
     surface: &Surface<'_>,
@@ -59,32 +59,34 @@ pub(crate) fn figures(
     (outline, extent): (&Outline, Extent),
     seen: &[FindingView],
     poses: &BTreeMap<u32, KnownPose>,
-) -> [Quantity; 3] {
+) -> ([Quantity; 3], AreaBudget) {
     let voxel = surface.voxel;
     let area = region.area(surface);
     let labels = label_part(surface, region);
     let shift = relative_shift(surface, region, seen, poses);
-    let parts = [
-        GRID * voxel * (outline.along_component * ALIKE * voxel).sqrt(),
-        CREASE * voxel * outline.along_others,
-        UNSEEN * voxel * outline.along_unseen,
-        CONVENTION * area,
+    let budget = AreaBudget {
+        grid: GRID * voxel * (outline.along_component * ALIKE * voxel).sqrt(),
+        other_components: CREASE * voxel * outline.along_others,
+        unseen: UNSEEN * voxel * outline.along_unseen,
+        convention: CONVENTION * area,
         labels,
-        shift.unwrap_or(0.0) * extent.width,
-    ];
+        poses: shift.map(|shift| shift * extent.width),
+    };
     // How far labels move the whole rim, both ends of a length with it.
     let rim = labels / outline.length().max(voxel);
+    // Without a covariance of any pose nobody can say how far off a figure is.
     let of_extent = |length: f64| {
         let ends = std::f64::consts::SQRT_2 * END * voxel;
-        root_of_squares(&[ends, 2.0 * rim, shift.unwrap_or(0.0), METRIC * length])
+        shift.map(|shift| root_of_squares(&[ends, 2.0 * rim, shift, METRIC * length]))
     };
-    let quantity = |value: f64, standard: f64| match shift {
-        Some(_) => Quantity::with_standard(value, standard),
-        // Without a covariance of any pose nobody can say how far off the figure is.
+    let quantity = |value: f64, standard: Option<f64>| match standard {
+        Some(standard) => Quantity::with_standard(value, standard),
         None => Quantity::without_uncertainty(value),
     };
     let Extent { length, width } = extent;
-    [quantity(area, root_of_squares(&parts)), quantity(length, of_extent(length)), quantity(width, of_extent(width))]
+    let quantities =
+        [quantity(area, budget.combined()), quantity(length, of_extent(length)), quantity(width, of_extent(width))];
+    (quantities, budget)
 }
 
 /// Area of a whole component: the convention's share is all that is known of it.
@@ -181,7 +183,7 @@ mod tests {
         let seen =
             FindingView { view: 3, pixels: PixelBox { left: 0, top: 0, width: 1, height: 1 }, share: 1.0, cosine: 1.0 };
         let measured = (&Outline::of(&surface, region), Extent::of(&surface, region));
-        figures(&surface, region, measured, &[seen], &poses.into_iter().collect())[0]
+        figures(&surface, region, measured, &[seen], &poses.into_iter().collect()).0[0]
     }
 
     #[test]
