@@ -137,7 +137,7 @@ fn criteria_that_cannot_be_used_are_a_wrong_call() {
     // The true mesh as the reference: the surface lies on it, and a hand's breadth of it does not.
     let reference = |tolerance: &str| {
         let text = format!(
-            "{head}[reference]\nfile = \"motor/truth.ply\"\nunit = \"m\"\ntolerance_mm = {tolerance}\nthen = \"reject\"\n"
+            "{head}unlisted = \"accept\"\n[reference]\nfile = \"motor/truth.ply\"\nunit = \"m\"\ntolerance_mm = {tolerance}\nthen = \"reject\"\n"
         );
         std::fs::write(&criteria, text).expect("written");
         verdict(&judge(&motor, &criteria, &[]))

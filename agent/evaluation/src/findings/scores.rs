@@ -195,12 +195,18 @@ fn groups(findings: usize, regions: usize, pairs: &[(usize, usize)]) -> Vec<(Vec
 }
 
 /// Regions by class, to be found by a place.
-struct ByClass(BTreeMap<(u16, u16), (NearestPoints, Vec<usize>)>);
+struct ByClass(BTreeMap<Class, (NearestPoints, Vec<usize>)>);
+
+/// Component and defect class.
+type Class = (u16, u16);
+
+/// Points, and the region of each.
+type Numbered = (Vec<[f32; 3]>, Vec<usize>);
 
 impl ByClass {
     /// Regions by their class and points, numbered through.
-    fn new(regions: impl Iterator<Item = ((u16, u16), Vec<[f32; 3]>)>) -> Self {
-        let mut points: BTreeMap<(u16, u16), (Vec<[f32; 3]>, Vec<usize>)> = BTreeMap::new();
+    fn new(regions: impl Iterator<Item = (Class, Vec<[f32; 3]>)>) -> Self {
+        let mut points: BTreeMap<Class, Numbered> = BTreeMap::new();
         for (number, (class, of_region)) in regions.enumerate() {
             let (places, numbers) = points.entry(class).or_default();
             numbers.extend(std::iter::repeat_n(number, of_region.len()));
@@ -214,7 +220,7 @@ impl ByClass {
         )
     }
 
-    fn region_at(&self, class: (u16, u16), place: [f32; 3]) -> Option<usize> {
+    fn region_at(&self, class: Class, place: [f32; 3]) -> Option<usize> {
         let (index, numbers) = self.0.get(&class)?;
         let nearest = index.nearest(place).filter(|n| n.distance() <= REACH)?;
         numbers.get(nearest.index as usize).copied()

@@ -81,7 +81,9 @@ pub(crate) fn find(model: &Model<'_>, earlier: &[Finding]) -> Result<FindingsRec
     let poses = known_poses(views, covariances);
     let surface = Surface::new(mesh, *voxel);
     let least_area = LEAST_VOXELS * voxel * voxel;
-    let (mut regions, mut small): (Vec<Region>, BTreeMap<(u16, u16), (u64, f64)>) = Default::default();
+    let mut regions = Vec::new();
+    // Number and area by component and defect.
+    let mut small: BTreeMap<(u16, u16), (u64, f64)> = BTreeMap::new();
     for region in if looked_for.is_ok() { regions::defect_regions(&surface) } else { Vec::new() } {
         let area = region.area(&surface);
         if area >= least_area {
