@@ -4,6 +4,7 @@ mod compare;
 mod confusion;
 mod defect_area;
 mod exact;
+pub mod findings;
 mod inspection;
 mod measured_geometry;
 #[cfg(test)]

@@ -59,7 +59,8 @@ impl SeenSurface {
         let samples = drawn
             .par_iter()
             .filter_map(|s| {
-                let cosines = pictures.iter().filter_map(|picture| sees(picture, obstacles, s.position, s.normal));
+                let cosines =
+                    pictures.iter().filter_map(|picture| sees(picture, obstacles, (s.position, s.normal), GRAZING));
                 let cosine = cosines.fold(0.0, f64::max);
                 let label = truth.labels.get(s.vertex as usize).copied().unwrap_or(0);
                 (cosine > 0.0).then_some(SeenSample { position: s.position, label, cosine })
@@ -74,8 +75,13 @@ impl SeenSurface {
     }
 }
 
-/// Cosine of incidence under which a picture sees a point of the surface.
-fn sees(picture: &SeenFrom<'_>, obstacles: &RayScene, position: [f64; 3], normal: [f32; 3]) -> Option<f64> {
+/// Cosine of incidence under which a picture sees a point of the surface with its normal, if above `least_cosine`.
+pub(crate) fn sees(
+    picture: &SeenFrom<'_>,
+    obstacles: &RayScene,
+    (position, normal): ([f64; 3], [f32; 3]),
+    least_cosine: f64,
+) -> Option<f64> {
     let point = Point3::from(position);
     let in_camera = picture.table_from_camera.inverse_transform_point(&point);
     let (u, v) = picture.intrinsics.project(&in_camera)?;
@@ -87,7 +93,7 @@ fn sees(picture: &SeenFrom<'_>, obstacles: &RayScene, position: [f64; 3], normal
     let single = |v: Vector3<f64>| Vec3::new(v.x as f32, v.y as f32, v.z as f32);
     // On the last two thousandths of the way a surface is its own obstacle.
     let free =
-        measured && cosine > GRAZING && !obstacles.is_blocked(single(centre.coords), single(-towards), 1.0 - 5e-4);
+        measured && cosine > least_cosine && !obstacles.is_blocked(single(centre.coords), single(-towards), 1.0 - 5e-4);
     free.then_some(cosine)
 }
 

@@ -4,7 +4,8 @@ use crate::source::{KeyframeRule, Keyframes, Source, SourceError, SourceInfo, Tu
 use crate::spec::{BackgroundMethod, InspectionSpec, MaskRefinement, NetworkSpec, RegistrationMethod, SpecError};
 use rayon::prelude::*;
 use semascan_model::Taxonomy;
-use semascan_model::record::{LabelSource, NetworksRecord};
+use semascan_model::finding::NamedClass;
+use semascan_model::record::{LabelSource, NetworksRecord, Task};
 use semascan_perception::register::{IcpConfig, IcpRegistrar, KinematicRegistrar, Registrar, Selection};
 use semascan_perception::segment::geometric::PatchMethod;
 use semascan_perception::segment::network::{
@@ -45,6 +46,8 @@ pub(crate) struct Composition {
     pub(crate) segmenter: Box<dyn Segmenter>,
     pub(crate) registrar: Box<dyn Registrar>,
     pub(crate) networks: Option<NetworksRecord>,
+    /// The defect classes that are looked for, or why none is.
+    pub(crate) looked_for: Result<Vec<NamedClass>, String>,
 }
 
 /// Puts together what `spec` says for `source`: everything that is wrong with either shows here.
@@ -100,7 +103,31 @@ pub(crate) fn compose(spec: &InspectionSpec, source: Box<dyn Source>) -> Result<
         MaskRefinement::Lcccp => Box::new(GeometricSegmenter::new(prepared, PatchMethod::LCCCP)),
     };
     let registrar = registrar(spec.registration, info);
-    Ok(Composition { source, segmenter, registrar, networks })
+    let looked_for = looked_for(spec.labels, &models, &source.info().taxonomy);
+    Ok(Composition { source, segmenter, registrar, networks, looked_for })
+}
+
+/// The defect classes that `labels` can name, or why they name none: then a surface without defects is no finding.
+fn looked_for(
+    labels: LabelSource,
+    models: &[(PathBuf, Manifest)],
+    taxonomy: &Taxonomy,
+) -> Result<Vec<NamedClass>, String> {
+    let all: Vec<NamedClass> =
+        taxonomy.defects.iter().skip(1).map(|d| NamedClass { class: d.id, name: d.name.clone() }).collect();
+    let (classes, why) = match labels {
+        LabelSource::None => (Vec::new(), "no labels were used"),
+        LabelSource::Source => (all, "the source names no defect classes"),
+        LabelSource::Network => {
+            let of_defects: Vec<&Manifest> = models.iter().map(|(_, m)| m).filter(|m| m.task == Task::Defect).collect();
+            // The classes of these networks alone: a source's truth may know others.
+            let known = extended(&Taxonomy::from_names::<&str>(&[], &[]), &of_defects);
+            let plain = |name: &str| name.trim().to_lowercase().replace(['-', '_'], " ");
+            let knows = |class: &NamedClass| known.defects.iter().any(|d| plain(&d.name) == plain(&class.name));
+            (all.into_iter().filter(knows).collect(), "no network looks for defects")
+        }
+    };
+    if classes.is_empty() { Err(why.into()) } else { Ok(classes) }
 }
 
 fn registrar(method: RegistrationMethod, info: &SourceInfo) -> Box<dyn Registrar> {

@@ -6,6 +6,7 @@
 
 use crate::source::Turntable;
 use jiff::Timestamp;
+use semascan_model::finding::FindingsRecord;
 use semascan_model::record::{Outcome, PhotometricRecord, RefinementRecord, Stage, ViewPose, ViewRecord};
 use semascan_model::{InspectionId, ModelFigures, Taxonomy};
 use semascan_perception::fuse::{SemanticMap, TouchedChunk};
@@ -89,6 +90,11 @@ pub enum EventKind {
     Measured {
         /// Its figures.
         figures: Box<ModelFigures>,
+    },
+    /// The final model was searched for defects.
+    Found {
+        /// What was found.
+        findings: Box<FindingsRecord>,
     },
     /// The final poses were compared with the pictures.
     Judged {

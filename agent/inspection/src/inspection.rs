@@ -3,6 +3,7 @@
 use crate::bus::{EventBus, Events};
 use crate::compose::{Composition, SetupFailure, compose};
 use crate::event::{EventKind, SharedModel};
+use crate::findings;
 use crate::pipeline::{self, Modelled, PipelineConfig, Region, Stages};
 use crate::record::{Recorded, Recorder, pose_record};
 use crate::source::{Source, SourceInfo};
@@ -10,11 +11,13 @@ use crate::spec::InspectionSpec;
 use crate::summary::{Measured, measure, summarize};
 use jiff::Timestamp;
 use semascan_geometry::mesh::MeshError;
+use semascan_model::finding::Finding;
 use semascan_model::record::{
     InspectionRecord, Outcome, RunRecord, SCHEMA_VERSION, Setting, SoftwareRecord, ViewRecord,
 };
 use semascan_model::{InspectionId, ModelFigures, SemanticCloud, SemanticMesh};
 use semascan_perception::fuse::FuseError;
+use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::JoinHandle;
@@ -47,6 +50,7 @@ pub struct Inspection {
     least_share: f64,
     parts: Composition,
     events: EventBus,
+    earlier: Vec<Finding>,
 }
 
 /// An inspection that runs, on threads of its own.
@@ -137,7 +141,14 @@ impl Inspection {
         spec.check_thresholds()?;
         let parts = compose(&spec, source)?;
         let id = InspectionId::from(uuid::Uuid::now_v7());
-        Ok(Self { id, spec, config, region, least_share, parts, events: EventBus::new(id) })
+        Ok(Self { id, spec, config, region, least_share, parts, events: EventBus::new(id), earlier: Vec::new() })
+    }
+
+    /// The same inspection of a part of which an earlier result in the same frame has these findings: those that are found
+    /// again keep their names.
+    #[must_use]
+    pub fn with_earlier_findings(self, earlier: Vec<Finding>) -> Self {
+        Self { earlier, ..self }
     }
 
     /// Its identifier.
@@ -175,6 +186,8 @@ impl Inspection {
             views: Vec::new(),
             components: Vec::new(),
             defects: Vec::new(),
+            findings: None,
+            verdict: None,
             truth: None,
         }
     }
@@ -195,8 +208,8 @@ impl Inspection {
 
     fn run(self, stop: &StopSwitch) -> Result<Inspected, InspectionError> {
         let begun = self.record();
-        let Self { id: _, spec, config, mut region, least_share, parts, events } = self;
-        let Composition { mut source, mut segmenter, mut registrar, networks: _ } = parts;
+        let Self { id: _, spec, config, mut region, least_share, parts, events, earlier } = self;
+        let Composition { mut source, mut segmenter, mut registrar, networks: _, looked_for } = parts;
         let info = source.info().clone();
         // The record is made by a subscriber like any other, which is done when the events are.
         let followed = events.subscribe();
@@ -214,9 +227,11 @@ impl Inspection {
         });
         let stages = Stages { segmenter: segmenter.as_mut(), region: &mut region, registrar: registrar.as_mut() };
         let modelled = pipeline::run(source.as_mut(), stages, &config, &events, &stop.0);
-        let (model, views, used, thinned) = match modelled {
-            Ok(Modelled { model, views, used, thinned }) => (Ok(model), views, used, Some(thinned)),
-            Err(error) => (Err(error), 0, 0, None),
+        let (model, views, used, thinned, covariances) = match modelled {
+            Ok(Modelled { model, views, used, thinned, covariances }) => {
+                (Ok(model), views, used, Some(thinned), covariances)
+            }
+            Err(error) => (Err(error), 0, 0, None, BTreeMap::new()),
         };
         // The mesh belongs to the inspection: its figures are measured on it.
         let measured = model.as_ref().ok().and_then(Option::as_ref).map(|model| {
@@ -242,6 +257,19 @@ impl Inspection {
         if let Some((Ok(Measured { figures, .. }), ..)) = &measured {
             events.publish(EventKind::Measured { figures: Box::new(figures.clone()) });
         }
+        if let (Ok(Some(model)), Some((Ok(Measured { mesh, .. }), _, voxel))) = (&model, &measured)
+            && !mesh.triangles.is_empty()
+        {
+            let map = model.read();
+            let taxonomy = &info.taxonomy;
+            let looked_for = &looked_for;
+            let searched =
+                findings::Model { mesh, voxel: *voxel, taxonomy, looked_for, views: map.kept_views(), covariances };
+            match findings::find(&searched, &earlier) {
+                Ok(findings) => events.publish(EventKind::Found { findings: Box::new(findings) }),
+                Err(error) => tracing::error!("findings are not known: {error}"),
+            }
+        }
         events.publish(EventKind::Ended { outcome: outcome.clone() });
         drop(events);
         let recorded = recorder.join().map_err(|_| InspectionError::Panicked)?;
@@ -255,6 +283,7 @@ impl Inspection {
             base_from_table: recorded.base_from_table.as_ref().map(pose_record),
             refinement: recorded.refinement.clone(),
             photometric: recorded.photometric.clone(),
+            findings: recorded.findings.clone(),
             run: Some(RunRecord {
                 surfaces_thinned: thinned.filter(|_| used > 0),
                 ..RunRecord::new(recorded.views.len() as u32, used, least_share, region.counted())

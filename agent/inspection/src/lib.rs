@@ -1,18 +1,25 @@
 //! An inspection: what it is run with ([`spec`]), where its views come from ([`source`]), the way of one view (the stages),
-//! what happens ([`event`]), what is found ([`summary`]), and the record that stays ([`record`]).
+//! what happens ([`event`]), what the model shows ([`summary`]) and what is found on it ([`findings`]), what follows from that
+//! ([`criteria`], [`judge`]), and the record that stays ([`record`]).
 //!
 //! [`Inspection`] is the one place that puts source, segmenter, registrar and map together: the command line, the server,
 //! the tables and the tests start inspections through it.
 
 pub mod bus;
 mod compose;
+pub mod criteria;
 pub mod event;
+pub mod findings;
 mod inspection;
 mod pipeline;
 pub mod record;
 pub mod source;
 pub mod spec;
 pub mod summary;
+mod toml_error;
+mod verdict;
 
 pub use compose::SetupFailure;
 pub use inspection::{Inspected, Inspection, InspectionError, InspectionHandle, StopSwitch};
+pub use toml_error::explain_toml;
+pub use verdict::judge;

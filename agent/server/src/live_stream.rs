@@ -99,7 +99,10 @@ impl<'a> LiveStream<'a> {
                     }
                 });
             }
-            EventKind::ModelChanged { model: None, .. } | EventKind::Refined { .. } | EventKind::Judged { .. } => {}
+            EventKind::ModelChanged { model: None, .. }
+            | EventKind::Refined { .. }
+            | EventKind::Found { .. }
+            | EventKind::Judged { .. } => {}
         }
     }
 

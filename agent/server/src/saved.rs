@@ -146,6 +146,8 @@ mod tests {
             views: Vec::new(),
             components: Vec::new(),
             defects: Vec::new(),
+            findings: None,
+            verdict: None,
             truth: None,
         }
     }

@@ -126,6 +126,12 @@ impl VirtualCell {
             truth: Some(ViewTruth { table_from_camera: pose.table_from_camera }),
         })
     }
+
+    /// The true defect class at a point of the surface of `component` (metres, table frame); 0 is none. Pictures and the
+    /// vertices of the true mesh have the same.
+    pub fn defect_at(&self, position: [f32; 3], component: u16) -> u16 {
+        self.scene.defect_at(position, component)
+    }
 }
 
 impl Source for VirtualCell {

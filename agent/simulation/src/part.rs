@@ -113,7 +113,12 @@ impl Scene {
     /// Component and defect class at a hit, without the appearance.
     pub(super) fn labels(&self, hit: &Hit, position: Vec3) -> (Tag, u16) {
         let tag = self.mesh.tags[hit.triangle as usize];
-        (tag, self.dress.defects.class_at(self.part_from_table.transform_point3(position), tag.class))
+        (tag, self.defect_at(position.to_array(), tag.class))
+    }
+
+    /// Defect class at a point (metres, table frame) of a component.
+    pub(super) fn defect_at(&self, position: [f32; 3], class: u16) -> u16 {
+        self.dress.defects.class_at(self.part_from_table.transform_point3(Vec3::from_array(position)), class)
     }
 
     /// Everything about the surface at a hit.
@@ -166,8 +171,7 @@ impl Scene {
                     let v = self.mesh.vertices[i as usize];
                     truth.vertices.push(v);
                     truth.labels.push(tag.class);
-                    let p = self.part_from_table.transform_point3(Vec3::from_array(v));
-                    truth.defects.push(self.dress.defects.class_at(p, tag.class));
+                    truth.defects.push(self.defect_at(v, tag.class));
                 }
                 *slot
             }));

@@ -3,10 +3,10 @@
 
 use crate::StoreError;
 use crate::contents::VIEWS;
-use crate::write::{sync_folder, write_new};
-use semascan_formats::ExportFilter;
+use crate::write::{sync_folder, write_file, write_new};
 use semascan_formats::gltf::{self, GlbOptions};
 use semascan_formats::ply::{self, LabelledMesh};
+use semascan_formats::{ExportFilter, WriteError};
 use semascan_inspection::Inspected;
 use semascan_model::Taxonomy;
 use semascan_model::record::InspectionRecord;
@@ -36,8 +36,13 @@ pub(crate) fn write(
     let (path, shown) = place("scene.glb");
     write_new(&path, &shown, |out| {
         let generation = Some(generation.to_owned());
-        let options =
-            GlbOptions { part: record.part.clone(), figures: figures.clone(), generation, ..GlbOptions::default() };
+        let options = GlbOptions {
+            part: record.part.clone(),
+            figures: figures.clone(),
+            findings: record.findings.as_ref().map_or_else(Vec::new, |f| f.list.clone()),
+            generation,
+            ..GlbOptions::default()
+        };
         if mesh.triangles.is_empty() {
             // Without oriented points there is no mesh; what was marked as stray or as background stays in cloud.ply.
             gltf::write_points(out, &ExportFilter::of_the_part().apply(cloud), taxonomy, &options)
@@ -66,10 +71,17 @@ pub(crate) fn write(
 
 /// Writes a record to `path`; errors speak of `shown`, where it will stand.
 pub(crate) fn write_record(path: &Path, shown: &Path, record: &InspectionRecord) -> Result<(), StoreError> {
-    write_new(path, shown, |out| {
-        serde_json::to_writer_pretty(&mut *out, record)?;
-        Ok(writeln!(out)?)
-    })
+    write_new(path, shown, |out| put_record(out, record))
+}
+
+/// Replaces the record at `path` in one step.
+pub(crate) fn write_record_whole(path: &Path, record: &InspectionRecord) -> Result<(), StoreError> {
+    write_file(path, |out| put_record(out, record))
+}
+
+fn put_record(out: &mut impl Write, record: &InspectionRecord) -> Result<(), WriteError> {
+    serde_json::to_writer_pretty(&mut *out, record)?;
+    Ok(writeln!(out)?)
 }
 
 /// Writes every kept view as a semantic cloud of its own (as [Wang 2023] makes of keyframes), `views/000000.ply` and so on

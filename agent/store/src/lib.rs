@@ -9,7 +9,9 @@
 //! | `export_folder.rs` | the folder that exports are written into |
 //! | `write.rs`, `lock.rs` | files that are whole or not there; one writer at a time |
 //! | `saved.rs` | an inspection read back |
+//! | `amended.rs` | the record of a written inspection, changed |
 
+mod amended;
 mod contents;
 mod error;
 mod export_folder;
@@ -22,6 +24,7 @@ mod result_folder;
 mod saved;
 mod write;
 
+pub use amended::{AmendError, amend_record};
 pub use error::StoreError;
 pub use export_folder::{ExportError, ExportFolder};
 pub use generation::{SetError, check_beside_record, check_folder, check_set};

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 /// A unit of length.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub enum LengthUnit {
     /// Millimetres.
     #[serde(rename = "mm")]

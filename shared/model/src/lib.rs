@@ -1,14 +1,17 @@
-//! The data model: classes, semantic points, the semantic mesh.
+//! The data model: classes, semantic points, the semantic mesh, the record of an inspection, findings, criteria and verdicts.
 
 pub mod choice;
 mod cloud;
 mod column;
+pub mod criteria;
 mod figures;
+pub mod finding;
 mod id;
 mod length_unit;
 mod mesh;
 pub mod record;
 mod taxonomy;
+pub mod verdict;
 
 pub use cloud::{POINT_COLUMNS, PointFlags, SemanticCloud, SemanticPoint};
 pub use column::{ColumnValue, NumberType, PointColumn};

@@ -2,8 +2,9 @@
 //! command line win over it.
 
 use anyhow::{Context, Result, anyhow, bail};
+use semascan_inspection::explain_toml;
 use semascan_inspection::spec::InspectionSpec;
-use semascan_model::choice::{nearest, possible_instead};
+use semascan_model::choice::possible_instead;
 use semascan_server::Limits;
 use serde::Deserialize;
 use serde_aux::serde_introspection::serde_introspect;
@@ -62,18 +63,9 @@ fn parse(text: &str) -> Result<CellConfig> {
 /// The section that is no part of an inspection.
 const SERVE: &str = "serve";
 
-/// The error of a reader; where it says that a name is unknown and which there are, the nearest of these too.
+/// The error of a reader.
 fn explained(error: &toml::de::Error) -> anyhow::Error {
-    let text = error.to_string();
-    // serde: unknown field `x`, expected one of `a`, `b`.
-    let names: Vec<&str> = error.message().split('`').skip(1).step_by(2).collect();
-    match names.split_first() {
-        Some((given, possible)) if error.message().starts_with("unknown ") => match nearest(given, possible) {
-            Some(name) => anyhow!("{}; did you mean {name:?}?", text.trim_end()),
-            None => anyhow!("{}", text.trim_end()),
-        },
-        _ => anyhow!("{}", text.trim_end()),
-    }
+    anyhow!("{}", explain_toml(error))
 }
 
 #[cfg(test)]

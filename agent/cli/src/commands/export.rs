@@ -9,6 +9,8 @@ use semascan_formats::{ExportFilter, FileFrame, UpAxis, components, file_part, o
 use semascan_geometry::measure::model_figures;
 use semascan_geometry::mesh::{MeshError, MeshOptions, decimate, fill_holes, mesh_cloud, simplify_points, smooth};
 use semascan_model::LengthUnit;
+use semascan_model::finding::Finding;
+use semascan_model::record::InspectionRecord;
 use semascan_model::{ModelFigures, PointFlags, SemanticCloud, SemanticMesh};
 use semascan_store::{ExportFolder, check_beside_record, check_folder};
 use std::path::{Path, PathBuf};
@@ -305,12 +307,23 @@ impl ExportArgs {
                     Colors::Surface => SceneColors::Surface,
                     Colors::Classes => SceneColors::Classes,
                 };
-                let options = GlbOptions { part, figures: figures.clone(), generation, colors, shift: model.shift };
+                let findings = self.findings();
+                let options =
+                    GlbOptions { part, figures: figures.clone(), findings, generation, colors, shift: model.shift };
                 let path = out.write("mesh.glb", |file| gltf::write_mesh(file, mesh, taxonomy, &options))?;
                 log_written(&path, mesh.triangles.len(), "triangles");
             }
         }
         Ok(())
+    }
+}
+
+impl ExportArgs {
+    /// The findings of the inspection that is exported; none where a file alone is.
+    fn findings(&self) -> Vec<Finding> {
+        let text = regular_file::read_to_string(&self.source.join("inspection.json")).unwrap_or_default();
+        let record = InspectionRecord::from_json(&text).ok();
+        record.and_then(|record| record.findings).map_or_else(Vec::new, |findings| findings.list)
     }
 }
 

@@ -2,12 +2,13 @@
 
 use super::signals::Signals;
 use super::spec_args::SpecArgs;
-use super::{Failure, config, numbers, report, run, serve, source};
+use super::{Failure, config, criteria_file, numbers, report, run, serve, source};
 use crate::stdout::print_json;
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use run::{Running, Target};
 use semascan_inspection::event::{EventKind, StageStatus};
+use semascan_model::record::LabelSource;
 use std::path::PathBuf;
 
 /// Arguments of `semascan inspect`.
@@ -29,6 +30,9 @@ pub(crate) struct InspectArgs {
     config: Option<PathBuf>,
     #[command(flatten)]
     inspection: SpecArgs,
+    /// Judge what was found by these criteria; `semascan judge` does so later
+    #[arg(long, value_name = "TOML")]
+    criteria: Option<PathBuf>,
     /// Also write each view as a semantic cloud of its own: DIR/views/000000.ply
     #[arg(long)]
     view_clouds: bool,
@@ -46,9 +50,19 @@ impl InspectArgs {
         let config = config::read(self.config.as_deref()).map_err(Failure::Call)?;
         let mut spec = self.inspection.apply(config.inspection);
         spec.source.uri = Some(self.source.clone());
+        let criteria = self.criteria.as_deref().map(criteria_file::read).transpose()?;
         // Whether the result can be written is known before anything is opened.
-        let target = Target::open(&self.out, self.overwrite, self.view_clouds)?;
-        let inspection = run::prepare(spec)?;
+        let mut target = Target::open(&self.out, self.overwrite, self.view_clouds)?;
+        let earlier = target.earlier_findings(&self.source);
+        let has_labels = spec.labels != LabelSource::None;
+        let inspection = run::prepare(spec)?.with_earlier_findings(earlier);
+        if let (Some(checked), Some(path)) = (criteria, &self.criteria) {
+            // Without labels there are no classes; the verdict says that nobody looked.
+            if has_labels {
+                criteria_file::check_taxonomy(path, &checked, &inspection.info().taxonomy)?;
+            }
+            target = target.judged_by(checked);
+        }
         let bar = if quiet { ProgressBar::hidden() } else { progress_bar(inspection.info().view_count) };
         let mut running = run::start(inspection, Some(target), signals)?;
         follow(&mut running, &bar);

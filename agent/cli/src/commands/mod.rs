@@ -4,13 +4,16 @@ mod calibrate;
 mod completions;
 mod config;
 mod config_command;
+mod criteria_file;
 #[cfg(feature = "demo")]
 mod demo;
 mod doctor;
 #[cfg(feature = "demo")]
 mod evaluate;
 mod export;
+mod findings_report;
 mod inspect;
+mod judge;
 mod limit_args;
 mod models;
 mod numbers;
@@ -72,6 +75,8 @@ enum Command {
     /// Measure a model against a reference, clouds or meshes; or the poses of an inspection against its pictures
     #[cfg(feature = "demo")]
     Evaluate(evaluate::EvaluateArgs),
+    /// Judge an inspection by criteria: accept, rework, reject, or a person decides
+    Judge(judge::JudgeArgs),
     /// Write the model of an inspection as a mesh or a cloud in other formats
     Export(export::ExportArgs),
     /// List the trained networks that are installed
@@ -85,7 +90,7 @@ enum Command {
     /// Rerun a paper's tables on the virtual cell, its figures beside ours
     #[cfg(feature = "demo")]
     Tables(tables::TablesArgs),
-    /// Print the JSON Schema of inspection.json
+    /// Print the JSON Schema of inspection.json or criteria.toml
     Schema(schema::SchemaArgs),
     /// Write labelled training data from the virtual cell, in BOP layout
     #[cfg(feature = "demo")]
@@ -202,6 +207,7 @@ impl Cli {
             Command::Inspect(args) => args.run(quiet, &signals),
             #[cfg(feature = "demo")]
             Command::Evaluate(args) => args.run(),
+            Command::Judge(args) => args.run(),
             Command::Export(args) => args.run(),
             Command::Models(args) => args.run(),
             Command::Doctor(args) => args.run(viewer),

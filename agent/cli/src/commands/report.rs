@@ -1,5 +1,6 @@
 //! What an inspection found, for people, on stderr.
 
+use super::findings_report;
 use crate::stderr::Stderr;
 use semascan_model::record::{
     DomainRecord, InspectionRecord, LabelSource, NetworksRecord, PhotometricRecord, RegistrationRecord, TruthRecord,
@@ -53,6 +54,12 @@ pub(crate) fn print(record: &InspectionRecord, folder: &Path) -> io::Result<()> 
     for c in record.components.iter().chain(&record.defects) {
         let area = c.area.map_or_else(|| "-".into(), |area| format!("{:.1}", area * 1e6));
         writeln!(out, "{:<28} {:>9} {area:>12} {:>11.3}", c.name, c.points, c.confidence)?;
+    }
+    if let Some(findings) = &record.findings {
+        findings_report::print_findings(&mut out, findings)?;
+    }
+    if let Some(verdict) = &record.verdict {
+        findings_report::print_verdict(&mut out, verdict)?;
     }
     if let Some(truth) = &record.truth {
         print_truth(&mut out, truth, record.labels != LabelSource::None)?;

@@ -6,10 +6,14 @@ use super::Failure;
 use super::signals::{Signals, Work};
 use super::source::open;
 use anyhow::anyhow;
+use jiff::Timestamp;
+use semascan_formats::regular_file;
 use semascan_inspection::bus::Events;
+use semascan_inspection::criteria::CheckedCriteria;
 use semascan_inspection::spec::{InspectionSpec, LabelSource};
 use semascan_inspection::{Inspected, Inspection, InspectionHandle, StopSwitch};
 use semascan_model::Taxonomy;
+use semascan_model::finding::Finding;
 use semascan_model::record::{InspectionRecord, Outcome, RunRecord};
 use semascan_perception::segment::network::select;
 use semascan_store::{Kept, ResultFolder, StoreError};
@@ -40,6 +44,7 @@ pub(crate) struct Target {
     given: PathBuf,
     folder: ResultFolder,
     view_clouds: bool,
+    criteria: Option<CheckedCriteria>,
 }
 
 impl Target {
@@ -49,7 +54,20 @@ impl Target {
     /// # Errors
     /// [`Failure`] if the folder cannot be used.
     pub(crate) fn open(folder: &Path, overwrite: bool, view_clouds: bool) -> Result<Self, Failure> {
-        Ok(Self { given: folder.to_owned(), folder: ResultFolder::open(folder, overwrite)?, view_clouds })
+        let given = folder.to_owned();
+        Ok(Self { given, folder: ResultFolder::open(folder, overwrite)?, view_clouds, criteria: None })
+    }
+
+    /// The same, what is found judged by `criteria`.
+    pub(crate) fn judged_by(self, criteria: CheckedCriteria) -> Self {
+        Self { criteria: Some(criteria), ..self }
+    }
+
+    /// The findings of an inspection of the same source that the folder holds: what is found again keeps its name.
+    pub(crate) fn earlier_findings(&self, source: &str) -> Vec<Finding> {
+        let text = regular_file::read_to_string(&self.folder.path().join("inspection.json")).unwrap_or_default();
+        let earlier = InspectionRecord::from_json(&text).ok().filter(|record| record.source == source);
+        earlier.and_then(|record| record.findings).map_or_else(Vec::new, |findings| findings.list)
     }
 }
 
@@ -83,20 +101,20 @@ pub(crate) fn start(inspection: Inspection, target: Option<Target>, signals: &Si
 }
 
 /// The folder that an inspection is written into.
-#[derive(Debug)]
 pub(crate) struct Output {
     given: PathBuf,
     folder: ResultFolder,
     view_clouds: bool,
+    criteria: Option<CheckedCriteria>,
     begun: InspectionRecord,
 }
 
 impl Output {
     fn begin(target: Target, inspection: &Inspection) -> Result<Self, Failure> {
         let begun = inspection.record();
-        let Target { given, folder, view_clouds } = target;
+        let Target { given, folder, view_clouds, criteria } = target;
         folder.publish_record(&begun)?;
-        Ok(Self { given, folder, view_clouds, begun })
+        Ok(Self { given, folder, view_clouds, criteria, begun })
     }
 
     /// The folder, as the caller named it.
@@ -203,6 +221,11 @@ pub(crate) fn finish(
         judge(&mut inspected);
     }
     if let Some(output) = output {
+        if let Some(criteria) = &output.criteria {
+            let Inspected { record, mesh, source, .. } = &mut inspected;
+            let model = Some((&*mesh, &source.info().taxonomy));
+            semascan_inspection::judge(record, criteria, model, Timestamp::now());
+        }
         tracing::debug!("the inspection is written to {}", output.path().display());
         output.save(&mut inspected, tries, &stop, failed)?;
     }

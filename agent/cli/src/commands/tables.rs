@@ -1,4 +1,4 @@
-//! `semascan tables P0|P1|P2`: reruns a paper's tables on the virtual cell. P0 is [Remanufacturing paper], P1
+//! `semascan tables P0|P1|P2|findings`: reruns a paper's tables on the virtual cell, or judges findings. P0 is [Remanufacturing paper], P1
 //! [Eye-in-hand 2020], P2 [Wang 2023].
 
 use super::{Failure, numbers};
@@ -7,8 +7,10 @@ use crate::stdout::print_pretty_json;
 use anyhow::{Context, anyhow};
 use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
-use semascan_evaluation::tables::{NetworkSetting, p0, p1, p2};
+use semascan_evaluation::tables::{NetworkSetting, findings, p0, p1, p2};
 use semascan_formats::regular_file;
+use semascan_model::record::LabelSource;
+use semascan_simulation::VirtualCellSpec;
 use semascan_store::{check_place, write_file};
 use serde::Serialize;
 use std::io::Write;
@@ -26,6 +28,8 @@ enum Paper {
     /// Keyframe image processing of semantic 3D point clouds based on deep learning: Tables 2 to 4
     #[value(name = "P2", alias = "p2")]
     P2,
+    /// No paper's: findings of unseen motors against truth, and how many of the stated intervals hold it
+    Findings,
 }
 
 /// Arguments of `semascan tables`.
@@ -43,6 +47,15 @@ pub(crate) struct TablesArgs {
     /// Views of each [default: 5, in P1's Tables 3 to 5: 12; P1 itself took 16]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=360))]
     views: Option<u32>,
+    /// For findings: seed of the first motor [default: 1001]
+    #[arg(long, value_name = "SEED")]
+    first_seed: Option<u64>,
+    /// For findings: columns and rows of the pictures [default: 960x720]
+    #[arg(long, value_name = "WxH", value_parser = size)]
+    size: Option<(u32, u32)>,
+    /// For findings: where labels come from, source or network [default: source]
+    #[arg(long, value_name = "FROM", value_parser = labels)]
+    labels: Option<LabelSource>,
     /// In P1's Tables 3 to 5: only objects whose name contains this
     #[arg(long, value_name = "NAME")]
     only: Option<String>,
@@ -66,6 +79,18 @@ pub(crate) struct TablesArgs {
     json: bool,
 }
 
+fn size(value: &str) -> Result<(u32, u32), String> {
+    VirtualCellSpec::parse_size(value).ok_or_else(|| format!("{value:?} is no size such as 640x480"))
+}
+
+fn labels(value: &str) -> Result<LabelSource, String> {
+    match value {
+        "source" => Ok(LabelSource::Source),
+        "network" => Ok(LabelSource::Network),
+        _ => Err(format!("{value:?}: there are source, network")),
+    }
+}
+
 /// The tables of [Eye-in-hand 2020] together.
 #[derive(Serialize)]
 struct P1Report {
@@ -85,6 +110,7 @@ impl TablesArgs {
             Paper::P0 => self.p0(quiet),
             Paper::P1 => self.p1(quiet),
             Paper::P2 => self.p2(quiet),
+            Paper::Findings => self.findings(quiet),
         }
     }
 
@@ -182,6 +208,28 @@ impl TablesArgs {
         let config = p2::Config { tables: self.tables(&p2::TABLES)?, networks: self.networks()? };
         let report = watched(quiet, |on_step| p2::run(&config, on_step))?;
         p2::print(&mut Stderr::default(), &report)?;
+        self.write(&report)
+    }
+
+    /// Findings against truth.
+    fn findings(self, quiet: bool) -> Result<(), Failure> {
+        self.not_p1()?;
+        if !self.tables.is_empty() || self.models.is_some() || self.sigma.is_some() {
+            return Err(Failure::Call(anyhow!("--table, --models and --sigma belong to the papers")));
+        }
+        let mut config = findings::Config { labels: self.labels.unwrap_or_default(), ..Default::default() };
+        if self.quick {
+            (config.size, config.views) = ((320, 240), 4);
+            config.motors.truncate(1);
+        }
+        config.views = self.views.unwrap_or(config.views);
+        config.size = self.size.unwrap_or(config.size);
+        let first = self.first_seed.unwrap_or(1001);
+        if let Some(motors) = self.seeds {
+            config.motors = (first..first + motors).collect();
+        }
+        let report = watched(quiet, |on_step| findings::run(&config, on_step))?;
+        findings::print(&mut Stderr::default(), &report)?;
         self.write(&report)
     }
 

@@ -1,5 +1,6 @@
-//! The papers' tables, rerun on the virtual cell.
+//! The papers' tables, rerun on the virtual cell, and the table of findings.
 
+pub mod findings;
 mod frozen_threshold;
 pub mod p0;
 pub mod p1;

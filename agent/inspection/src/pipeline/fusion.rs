@@ -9,7 +9,7 @@ use crate::record::{
     view_networks_record,
 };
 use crate::source::SourceInfo;
-use nalgebra::Isometry3;
+use nalgebra::{Isometry3, Matrix6};
 use semascan_model::record::{Stage, StageTime, ViewPose, ViewRecord};
 use semascan_perception::fuse::{
     Associator, FuseError, Integration, LabelledView, MapConfig, Misidentification, SemanticMap, TouchedChunk,
@@ -20,6 +20,7 @@ use semascan_perception::register::{Method, ModelSurface, Registrar, Registratio
 use semascan_perception::reprojection::{JudgedPicture, Pictures};
 use semascan_perception::segment::Segmentation;
 use semascan_perception::view::View;
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 /// Voxels of the largest model whose noisy surfaces are made thin when the inspection is stopped: whoever stopped it waits
@@ -48,6 +49,17 @@ struct Accepted {
     table_from_camera: Isometry3<f64>,
     /// From kinematics alone.
     prior: Option<Isometry3<f64>>,
+    /// Covariance over (rotation, translation) of the pose as registered, camera frame.
+    covariance: Matrix6<f64>,
+}
+
+/// A finished model.
+pub(super) struct Finished {
+    pub(super) model: SharedModel,
+    /// Whether its noisy surfaces were made thin.
+    pub(super) thinned: bool,
+    /// The views in it, each with the covariance of its pose over (rotation, translation), camera frame.
+    pub(super) covariances: BTreeMap<u32, Matrix6<f64>>,
 }
 
 /// What these stages made of one view.
@@ -181,6 +193,7 @@ impl<'a> Fusion<'a> {
                 view: view.index,
                 table_from_camera: registration.table_from_camera,
                 prior: registration.prior,
+                covariance: registration.covariance,
             });
             if let Some(picture) = picture {
                 self.pictures.keep(place, picture);
@@ -196,16 +209,18 @@ impl<'a> Fusion<'a> {
         self.accepted.len()
     }
 
-    /// Refines all poses, makes the map anew with them, makes noisy surfaces thin and marks outliers; the final model, and
-    /// whether its surfaces were made thin; `None` if no view is in it. A refinement that fails is published as a failed stage,
-    /// and the model stays as it was. Who `stopped` the inspection does not wait for a refinement, nor for a judgement of the
-    /// poses, nor for the surfaces of a large model.
-    pub(super) fn finish(self, stopped: bool) -> Option<(SharedModel, bool)> {
+    /// Refines all poses, makes the map anew with them, makes noisy surfaces thin and marks outliers; the final model, `None`
+    /// if no view is in it. A refinement that fails is published as a failed stage, and the model stays as it was. Who
+    /// `stopped` the inspection does not wait for a refinement, nor for a judgement of the poses, nor for the surfaces of a
+    /// large model.
+    pub(super) fn finish(self, stopped: bool) -> Option<Finished> {
         let model = self.model.clone().filter(|_| !self.accepted.is_empty())?;
+        let mut covariances: BTreeMap<u32, Matrix6<f64>> =
+            self.accepted.iter().map(|a| (a.view, a.covariance)).collect();
         if stopped {
             let (touched, thinned) = model.write().finish_in_short_time(&self.config.filter, THINNED_WHEN_STOPPED);
             self.publish_model(&model, None, untouched(touched), true);
-            return Some((model, thinned));
+            return Some(Finished { model, thinned, covariances });
         }
         let last = self.accepted.last().map_or(0, |accepted| accepted.view);
         let mut poses: Vec<Isometry3<f64>> = self.accepted.iter().map(|a| a.table_from_camera).collect();
@@ -221,6 +236,7 @@ impl<'a> Fusion<'a> {
                 rebuilt = Some(chunks);
             }
             poses.clone_from(&refinement.table_from_camera);
+            covariances = self.accepted.iter().map(|a| a.view).zip(refinement.covariances.iter().copied()).collect();
             let refined = self.accepted.iter().zip(poses.iter().zip(&refinement.covariances));
             let refined = refined
                 .map(|(a, (pose, covariance))| ViewPose {
@@ -244,7 +260,7 @@ impl<'a> Fusion<'a> {
             None => self.pictures.judge(&[&poses]),
         };
         self.events.publish(EventKind::Judged { photometric: Box::new(photometric_record(&judged)) });
-        Some((model, true))
+        Some(Finished { model, thinned: true, covariances })
     }
 
     fn publish_model(&self, model: &SharedModel, view: Option<u32>, touched: Vec<TouchedChunk>, complete: bool) {

@@ -13,13 +13,15 @@ pub(crate) use region::Region;
 use crate::bus::EventBus;
 use crate::event::{EventKind, SharedModel, StageStatus};
 use crate::source::Source;
-use fusion::Fusion;
+use fusion::{Finished, Fusion};
+use nalgebra::Matrix6;
 use semascan_model::record::{Stage, StageTime};
 use semascan_perception::fuse::{AssociationTest, FuseError, OutlierFilter, UncertaintyRule};
 use semascan_perception::organized::OrganizedCloud;
 use semascan_perception::register::Registrar;
 use semascan_perception::segment::{Segmentation, Segmenter};
 use semascan_perception::view::View;
+use std::collections::BTreeMap;
 use std::fmt::Display;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
@@ -84,6 +86,8 @@ pub(crate) struct Modelled {
     pub(crate) used: usize,
     /// Whether the model's noisy surfaces were made thin.
     pub(crate) thinned: bool,
+    /// The covariance of each view's pose in the model over (rotation, translation), camera frame.
+    pub(crate) covariances: BTreeMap<u32, Matrix6<f64>>,
 }
 
 /// Takes the views of `source` their way until the last one, the pixels outside the region left out. Once `stop` is set, the
@@ -115,8 +119,11 @@ pub(crate) fn run(
             views += 1;
         }
         let used = fusion.used();
-        let (model, thinned) = fusion.finish(stop.load(Ordering::Relaxed)).unzip();
-        Ok(Modelled { model, views, used, thinned: thinned.unwrap_or(false) })
+        let (model, thinned, covariances) = match fusion.finish(stop.load(Ordering::Relaxed)) {
+            Some(Finished { model, thinned, covariances }) => (Some(model), thinned, covariances),
+            None => (None, false, BTreeMap::new()),
+        };
+        Ok(Modelled { model, views, used, thinned, covariances })
     })
 }
 

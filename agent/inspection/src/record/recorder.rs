@@ -4,6 +4,7 @@ use super::isometry;
 use crate::event::{EventKind, InspectionEvent};
 use jiff::Timestamp;
 use nalgebra::Isometry3;
+use semascan_model::finding::FindingsRecord;
 use semascan_model::record::{Outcome, PhotometricRecord, RefinementRecord, ViewRecord};
 use semascan_perception::view::PoseEvidence;
 
@@ -28,6 +29,8 @@ pub struct Recorded {
     pub refinement: Option<RefinementRecord>,
     /// How well the poses agree with the pictures.
     pub photometric: Option<PhotometricRecord>,
+    /// What was found.
+    pub findings: Option<FindingsRecord>,
     /// The table frame, at table angle 0, in the robot base; `None` without a robot.
     pub base_from_table: Option<Isometry3<f64>>,
     /// Views of the model whose true pose is known, in order.
@@ -87,6 +90,7 @@ impl Recorder {
             }
             EventKind::Judged { photometric } => recorded.photometric = Some((**photometric).clone()),
             EventKind::Ended { outcome } => recorded.outcome = Some(outcome.clone()),
+            EventKind::Found { findings } => recorded.findings = Some((**findings).clone()),
             EventKind::Started { .. }
             | EventKind::Stage { .. }
             | EventKind::ModelChanged { .. }

@@ -81,6 +81,11 @@ fn views_come_back_plain_packed_and_from_disk() {
         }
         let kept = map.kept_views();
         let bytes = (kept.bytes_in_memory(), kept.bytes_on_disk());
+        for i in 0..3 {
+            let (depth, whole) = (kept.depth(i).expect("kept"), kept.restore(i).expect("kept"));
+            assert_eq!(depth.metres.as_ref(), whole.cloud.depth);
+            assert_eq!((depth.index, depth.table_from_camera), (whole.index, whole.table_from_camera));
+        }
         let poses = kept.poses();
         map.rebuild(&poses).expect("rebuilds");
         (bytes, map.cloud())

@@ -37,6 +37,8 @@ pub use view::{
     RegistrationRecord, StageTime, ViewPose, ViewRecord,
 };
 
+use crate::finding::FindingsRecord;
+use crate::verdict::Verdict;
 use crate::{ClassDef, FeatureFigures, InspectionId};
 use jiff::Timestamp;
 use serde::{Deserialize, Serialize};
@@ -100,6 +102,13 @@ pub struct InspectionRecord {
     pub components: Vec<ClassSummary>,
     /// Every defect class.
     pub defects: Vec<ClassSummary>,
+    /// What was found: defects with their place and size. Absent in records that did not keep it, and where no labels were
+    /// used or there is no mesh: that is no sign that there is nothing.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub findings: Option<FindingsRecord>,
+    /// What follows from criteria; absent where it was not judged.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub verdict: Option<Verdict>,
     /// The model against truth, where the source knows it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub truth: Option<TruthRecord>,

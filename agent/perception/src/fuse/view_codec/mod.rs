@@ -86,23 +86,11 @@ impl PackedView {
         index: u32,
         table_from_camera: Isometry3<f64>,
     ) -> std::io::Result<LabelledView> {
-        let mut starts = [0; 6];
-        for part in 1..6 {
-            starts[part] = starts[part - 1] + self.lengths[part - 1].0;
-        }
-        let plain: Vec<Vec<u8>> = (0..6)
-            .into_par_iter()
-            .map(|part| {
-                let (packed, plain) = self.lengths[part];
-                let bytes = bytes.get(starts[part]..starts[part] + packed).ok_or_else(truncated)?;
-                zstd::bulk::decompress(bytes, plain)
-            })
-            .collect::<std::io::Result<_>>()?;
+        let plain: Vec<Vec<u8>> =
+            (0..6).into_par_iter().map(|part| self.plain_part(bytes, part)).collect::<std::io::Result<_>>()?;
         let Intrinsics { width, height, .. } = self.intrinsics;
         let pixels = width as usize * height as usize;
-        let measured: Vec<u32> = (0..pixels as u32)
-            .filter(|&i| plain[0].get(i as usize / 8).is_some_and(|b| b >> (i % 8) & 1 == 1))
-            .collect();
+        let measured = measured_pixels(&plain[0], pixels);
         let metres = read_depth(&plain[1], &measured, pixels, self.step)?;
         let rgb = RgbImage::from_raw(width, height, read_color(&plain[2], &measured, pixels)?).ok_or_else(truncated)?;
         let (cloud, rest) = rayon::join(
@@ -118,6 +106,26 @@ impl PackedView {
         );
         Ok(LabelledView { index, cloud, rgb: std::sync::Arc::new(rgb), segmentation: rest?, table_from_camera })
     }
+
+    /// Camera and depth of the view from its bytes.
+    pub(super) fn unpack_depth(&self, bytes: &[u8]) -> std::io::Result<(Intrinsics, Vec<f32>)> {
+        let pixels = self.intrinsics.width as usize * self.intrinsics.height as usize;
+        let measured = measured_pixels(&self.plain_part(bytes, 0)?, pixels);
+        Ok((self.intrinsics, read_depth(&self.plain_part(bytes, 1)?, &measured, pixels, self.step)?))
+    }
+
+    /// One of the parts.
+    fn plain_part(&self, bytes: &[u8], part: usize) -> std::io::Result<Vec<u8>> {
+        let start: usize = self.lengths[..part].iter().map(|(packed, _)| packed).sum();
+        let (packed, plain) = self.lengths[part];
+        zstd::bulk::decompress(bytes.get(start..start + packed).ok_or_else(truncated)?, plain)
+    }
+}
+
+/// The pixels that a bitmap says have depth.
+fn measured_pixels(bitmap: &[u8], pixels: usize) -> Vec<u32> {
+    let is_set = |i: &u32| bitmap.get(*i as usize / 8).is_some_and(|b| b >> (i % 8) & 1 == 1);
+    (0..pixels as u32).filter(is_set).collect()
 }
 
 fn truncated() -> Error {

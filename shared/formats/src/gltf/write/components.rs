@@ -1,7 +1,8 @@
 //! Points by component, those without a unit normal apart: glTF allows no other normals.
 
-use super::class_of;
-use semascan_model::{FeatureFigures, ModelFigures, SemanticCloud, Taxonomy};
+use super::{GlbOptions, class_of};
+use semascan_model::finding::{Finding, FindingId, Quantity, RegionFigures};
+use semascan_model::{FeatureFigures, SemanticCloud, Taxonomy};
 use std::collections::BTreeMap;
 
 /// The points of one component, as indices into the cloud.
@@ -26,17 +27,32 @@ pub(super) struct Extras {
     #[serde(flatten)]
     figures: Option<Known>,
     /// Its defects.
-    findings: Vec<Finding>,
+    findings: Vec<DefectOn>,
 }
 
-/// A defect on a component.
+/// A defect on a component, all its regions together.
 #[derive(Clone, Debug, serde::Serialize)]
-struct Finding {
+struct DefectOn {
     /// Defect class.
     defect: u16,
     name: String,
     #[serde(flatten)]
     figures: Known,
+    /// Its regions.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    regions: Vec<RegionOf>,
+}
+
+/// A finding's region. Metres, square metres, table frame.
+#[derive(Clone, Debug, serde::Serialize)]
+struct RegionOf {
+    /// The finding's name in the record.
+    id: FindingId,
+    area: Quantity,
+    length: Quantity,
+    width: Quantity,
+    position: [f64; 3],
+    normal: [f64; 3],
 }
 
 /// What is known of a component or defect.
@@ -55,11 +71,26 @@ struct Known {
 
 impl Extras {
     /// Extras of the node of component `class`, which has `triangles` if it is a mesh.
-    pub(super) fn of(class: u16, triangles: Option<usize>, figures: &ModelFigures, taxonomy: &Taxonomy) -> Self {
-        let finding =
-            |f: FeatureFigures| Finding { defect: f.id, name: class_of(&taxonomy.defects, f.id).0, figures: f.into() };
-        let findings = figures.findings_on(class).map(finding).collect();
+    pub(super) fn of(class: u16, triangles: Option<usize>, options: &GlbOptions, taxonomy: &Taxonomy) -> Self {
+        let figures = &options.figures;
+        let on = |f: FeatureFigures| DefectOn {
+            defect: f.id,
+            name: class_of(&taxonomy.defects, f.id).0,
+            figures: f.into(),
+            regions: options.findings.iter().filter_map(|finding| RegionOf::new(finding, class, f.id)).collect(),
+        };
+        let findings = figures.findings_on(class).map(on).collect();
         Self { class, triangles, figures: figures.component(class).or(figures.absent()).map(Known::from), findings }
+    }
+}
+
+impl RegionOf {
+    /// The region of a finding of `defect` on component `class`.
+    fn new(finding: &Finding, class: u16, defect: u16) -> Option<Self> {
+        let of_both = finding.component.class == class && finding.kind.defect().is_some_and(|d| d.class == defect);
+        let &RegionFigures { area, length, width, position, normal, .. } =
+            finding.region.as_ref().filter(|_| of_both)?;
+        Some(Self { id: finding.id, area, length, width, position, normal })
     }
 }
 

@@ -33,7 +33,7 @@ pub fn write_mesh(
         let vertices = builder.vertices(&part.vertices, &all, oriented, options.colors);
         let indices = Some(builder.binary.indices(&mut builder.root, &part.triangles));
         let primitive = vertices.of(mesh::Mode::Triangles, indices, material);
-        let figures = Extras::of(*label, Some(triangles.len()), &options.figures, taxonomy);
+        let figures = Extras::of(*label, Some(triangles.len()), options, taxonomy);
         nodes.push(builder.node(name, vec![primitive], &figures)?);
     }
     builder.finish(out, options, nodes)

@@ -20,6 +20,7 @@ use components::{Component, Extras, components, is_direction};
 use features::Features;
 use gltf_json::validation::Checked::Valid;
 use gltf_json::{Accessor, Index, Material, Mesh, Node, Root, Scene, extensions, material, mesh, scene};
+use semascan_model::finding::Finding;
 use semascan_model::{Color, ModelFigures, SemanticCloud, Taxonomy};
 use std::f32::consts::FRAC_1_SQRT_2;
 use std::io::Write;
@@ -45,6 +46,8 @@ pub struct GlbOptions {
     /// Figures of the model that the scene shows, for the nodes' extras and the property tables. The scene may hold less of
     /// it, or a simplified surface: the figures are the model's.
     pub figures: ModelFigures,
+    /// Findings on the model's components, for the nodes' extras.
+    pub findings: Vec<Finding>,
     /// Identifier of the set of files that the scene belongs to, for `asset.extras.generation`.
     pub generation: Option<String>,
     /// The colours that it shows.
@@ -73,7 +76,7 @@ pub fn write_points(
         let (name, color) = class_of(&taxonomy.components, component.label);
         let material = builder.material(&name, color, options.colors, Light::Unlit);
         let primitives = builder.primitives(cloud, component, material, options.colors);
-        let figures = Extras::of(component.label, None, &options.figures, taxonomy);
+        let figures = Extras::of(component.label, None, options, taxonomy);
         nodes.push(builder.node(&name, primitives, &figures)?);
     }
     builder.finish(out, options, nodes)
