@@ -5,6 +5,7 @@
 
 use super::{Failure, criteria_file, findings_report};
 use crate::stderr::Stderr;
+use crate::stdout::print_json;
 use anyhow::{Context, anyhow};
 use clap::Args;
 use jiff::Timestamp;
@@ -14,7 +15,6 @@ use semascan_inspection::judge;
 use semascan_model::record::InspectionRecord;
 use semascan_model::{SemanticMesh, Taxonomy};
 use semascan_store::{AmendError, amend_record};
-use std::io::Write;
 use std::path::{Path, PathBuf};
 
 /// Arguments of `semascan judge`.
@@ -77,7 +77,7 @@ impl JudgeArgs {
         if self.json {
             let mut report = serde_json::to_value(verdict)?;
             report["decision"] = serde_json::to_value(verdict.decision())?;
-            writeln!(std::io::stdout().lock(), "{report}")?;
+            print_json(&report)?;
         }
         Ok(())
     }
