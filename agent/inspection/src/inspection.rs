@@ -3,6 +3,7 @@
 use crate::bus::{EventBus, Events};
 use crate::compose::{Composition, SetupFailure, compose};
 use crate::event::{EventKind, SharedModel};
+use crate::journal::Journal;
 use crate::pipeline::{self, Modelled, PipelineConfig, Region, Stages};
 use crate::record::{Recorded, Recorder, pose_record};
 use crate::source::{Source, SourceInfo};
@@ -47,6 +48,8 @@ pub struct Inspection {
     least_share: f64,
     parts: Composition,
     events: EventBus,
+    /// When it began, where that is known already.
+    began: Option<Timestamp>,
 }
 
 /// An inspection that runs, on threads of its own.
@@ -136,8 +139,13 @@ impl Inspection {
         let least_share = spec.least_share()?;
         spec.check_thresholds()?;
         let parts = compose(&spec, source)?;
-        let id = InspectionId::from(uuid::Uuid::now_v7());
-        Ok(Self { id, spec, config, region, least_share, parts, events: EventBus::new(id) })
+        let id = Self::new_id();
+        Ok(Self { id, spec, config, region, least_share, parts, events: EventBus::new(id), began: None })
+    }
+
+    /// An identifier for an inspection that begins now.
+    pub fn new_id() -> InspectionId {
+        InspectionId::from(uuid::Uuid::now_v7())
     }
 
     /// Its identifier.
@@ -156,7 +164,7 @@ impl Inspection {
         InspectionRecord {
             schema_version: SCHEMA_VERSION,
             id: self.id,
-            began: Timestamp::now(),
+            began: self.began.unwrap_or_else(Timestamp::now),
             ended: None,
             outcome: Outcome::Running,
             files: None,
@@ -179,6 +187,23 @@ impl Inspection {
         }
     }
 
+    /// The same inspection under an identifier that it was given, which began then: that of the one that it continues, or of
+    /// its row in a catalogue.
+    #[must_use]
+    pub fn continuing(mut self, id: InspectionId, began: Timestamp) -> Self {
+        self.id = id;
+        self.began = Some(began);
+        self.events = EventBus::new(id);
+        self
+    }
+
+    /// Keeps what happens: from now on a view is acknowledged when `journal` has it on the disk. `told` learns of what keeps
+    /// it from that, and gets an empty text when that is over; the inspection waits meanwhile. Called before
+    /// [`subscribe`](Self::subscribe).
+    pub fn keep(&self, journal: Journal, told: Box<dyn Fn(&str) + Send>) {
+        self.events.keep(journal, told);
+    }
+
     /// Everything that will happen, from the first event on. A subscriber that does not read holds the inspection up: see
     /// [`crate::bus`].
     pub fn subscribe(&self) -> Events {
@@ -187,7 +212,7 @@ impl Inspection {
 
     /// Begins.
     pub fn start(self) -> InspectionHandle {
-        let stop = StopSwitch::default();
+        let stop = self.events.stop_switch().clone();
         let (id, switch) = (self.id, stop.clone());
         let worker = std::thread::spawn(move || self.run(&switch));
         InspectionHandle { id, stop, worker }
@@ -195,7 +220,7 @@ impl Inspection {
 
     fn run(self, stop: &StopSwitch) -> Result<Inspected, InspectionError> {
         let begun = self.record();
-        let Self { id: _, spec, config, mut region, least_share, parts, events } = self;
+        let Self { id: _, spec, config, mut region, least_share, parts, events, began } = self;
         let Composition { mut source, mut segmenter, mut registrar, networks: _ } = parts;
         let info = source.info().clone();
         // The record is made by a subscriber like any other, which is done when the events are.
@@ -247,7 +272,7 @@ impl Inspection {
         let recorded = recorder.join().map_err(|_| InspectionError::Panicked)?;
         let used = recorded.views.iter().filter(|v: &&ViewRecord| v.accepted).count() as u32;
         let record = InspectionRecord {
-            began: recorded.began.unwrap_or(begun.began),
+            began: began.or(recorded.began).unwrap_or(begun.began),
             ended: recorded.ended,
             outcome,
             // A source may count while it is used up: its settings are those of the end.

@@ -1,5 +1,6 @@
 //! An inspection: what it is run with ([`spec`]), where its views come from ([`source`]), the way of one view (the stages),
-//! what happens ([`event`]), what is found ([`summary`]), and the record that stays ([`record`]).
+//! what happens ([`event`]), what is found ([`summary`]), the record that stays ([`record`]), and how all of it is kept
+//! ([`ports`], [`journal`]).
 //!
 //! [`Inspection`] is the one place that puts source, segmenter, registrar and map together: the command line, the server,
 //! the tables and the tests start inspections through it.
@@ -8,7 +9,9 @@ pub mod bus;
 mod compose;
 pub mod event;
 mod inspection;
+pub mod journal;
 mod pipeline;
+pub mod ports;
 pub mod record;
 pub mod source;
 pub mod spec;
