@@ -9,8 +9,10 @@
 //! | `export_folder.rs` | the folder that exports are written into |
 //! | `write.rs`, `lock.rs` | files that are whole or not there; one writer at a time |
 //! | `saved.rs` | an inspection read back |
+//! | `data/` | the data folder: catalogue, blobs, captures; verified, backed up, cleared |
 
 mod contents;
+pub mod data;
 mod error;
 mod export_folder;
 mod generation;
