@@ -2,13 +2,18 @@
 
 use super::signals::Signals;
 use super::spec_args::SpecArgs;
-use super::{Failure, config, numbers, report, run, serve, source};
+use super::{Failure, config, keep, numbers, report, run, serve, source};
 use crate::stdout::print_json;
+use anyhow::anyhow;
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use run::{Running, Target};
+use semascan_inspection::Inspection;
 use semascan_inspection::event::{EventKind, StageStatus};
-use std::path::PathBuf;
+use semascan_inspection::spec::InspectionSpec;
+use semascan_store::data::DataFolder;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// Arguments of `semascan inspect`.
 #[derive(Debug, Args)]
@@ -18,8 +23,12 @@ pub(crate) struct InspectArgs {
     /// all)
     source: String,
     /// Folder to write the inspection into
-    #[arg(long, value_name = "DIR")]
-    out: PathBuf,
+    #[arg(long, value_name = "DIR", required_unless_present = "data")]
+    out: Option<PathBuf>,
+    /// Data folder to keep the inspection in while it runs: its views as a capture, its history and its model. One with
+    /// the same settings that was cut off there is continued
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["out", "overwrite", "view_clouds"])]
+    data: Option<PathBuf>,
     /// Replace the earlier inspection that the folder holds, when the new one is whole: until then, and where the new one
     /// fails, the earlier one stays. A folder with other files is refused
     #[arg(long)]
@@ -47,8 +56,15 @@ impl InspectArgs {
         let mut spec = self.inspection.apply(config.inspection);
         spec.source.uri = Some(self.source.clone());
         // Whether the result can be written is known before anything is opened.
-        let target = Target::open(&self.out, self.overwrite, self.view_clouds)?;
-        let inspection = run::prepare(spec)?;
+        let (inspection, target) = match (&self.out, &self.data) {
+            (_, Some(data)) => keep(spec, data)?,
+            (Some(out), None) => {
+                let target = Target::open(out, self.overwrite, self.view_clouds)?;
+                (run::prepare(spec)?, target)
+            }
+            (None, None) => return Err(Failure::Call(anyhow!("neither --out nor --data names a folder"))),
+        };
+        let out = target.path().to_owned();
         let bar = if quiet { ProgressBar::hidden() } else { progress_bar(inspection.info().view_count) };
         let mut running = run::start(inspection, Some(target), signals)?;
         follow(&mut running, &bar);
@@ -56,12 +72,38 @@ impl InspectArgs {
         bar.finish_and_clear();
         let inspected = inspected?;
         if !quiet {
-            report::print(&inspected.record, &self.out)?;
+            report::print(&inspected.record, &out)?;
         }
         let printed = if self.json { print_json(&inspected.record) } else { Ok(()) };
         run::verdict(&inspected.record, signals)?;
         printed
     }
+}
+
+/// An inspection that is kept in the data folder `data`. One with the same settings that was cut off is continued; others
+/// stay for `semascan serve`, or until they are asked for.
+fn keep(spec: InspectionSpec, data: &Path) -> Result<(Inspection, Target), Failure> {
+    let spec = keep::anchored(spec);
+    let data = Arc::new(DataFolder::open(data)?);
+    let asked = serde_json::to_string(&spec)?;
+    let mut same = None;
+    for interrupted in data.interrupted()? {
+        let id = interrupted.row.id;
+        if same.is_none() && interrupted.row.spec == asked {
+            same = Some(interrupted);
+        } else {
+            tracing::warn!(
+                "inspection {id} of {} was cut off; semascan serve --data continues it",
+                interrupted.row.source
+            );
+        }
+    }
+    let told = |text: &str| {
+        if !text.is_empty() {
+            tracing::error!("{text}");
+        }
+    };
+    keep::prepare(spec, &data, same.as_ref(), Box::new(told))
 }
 
 fn progress_bar(views: Option<u32>) -> ProgressBar {

@@ -6,6 +6,7 @@ mod file_kinds;
 mod first_steps;
 mod full_disk;
 mod inspect;
+mod kept;
 mod kills;
 mod log;
 mod outcome;
