@@ -7,6 +7,8 @@ use serde::{Deserialize, Serialize};
 
 /// Version of this layout of a capture; a newer one is refused.
 pub(crate) const VERSION: u32 = 1;
+/// The name of the metadata record, and the key of its only entry.
+pub(crate) const INFO: (&str, &str) = ("semascan", "source");
 
 /// What the source of a capture is: [`SourceInfo`] as it is kept.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

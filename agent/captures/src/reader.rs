@@ -3,9 +3,8 @@
 
 use crate::channel::{CALIBRATION, COLOR, DEPTH, LABELS, TOPICS, TRUTH, Topic, VIEW};
 use crate::decode::{self, Parts};
-use crate::info::CaptureInfo;
+use crate::info::{CaptureInfo, INFO};
 use crate::schema::capture;
-use crate::writer::INFO;
 use mcap::McapError;
 use mcap::records::Record;
 use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};

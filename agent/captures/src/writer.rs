@@ -5,7 +5,7 @@
 
 use crate::channel::{SEGMENTATION, TOPICS, Topic};
 use crate::encode::{self, Encoded};
-use crate::info::CaptureInfo;
+use crate::info::{CaptureInfo, INFO};
 use crate::reader::{CaptureError, CaptureReader};
 use mcap::records::{MessageHeader, Metadata};
 use mcap::write::NoSeek;
@@ -24,8 +24,6 @@ use std::time::{SystemTime, UNIX_EPOCH};
 const CHUNK: u64 = 1 << 20;
 /// Level of zstd: fast, because views are written while others are computed.
 const LEVEL: u32 = 1;
-/// The metadata record that says what the source is.
-pub(crate) const INFO: (&str, &str) = ("semascan", "source");
 
 /// A capture that is written.
 pub struct CaptureWriter {

@@ -5,8 +5,8 @@
 //! and the price of a slow subscriber is a slower inspection. One that is dropped costs nothing any more.
 
 use crate::event::{EventKind, InspectionEvent};
-use crate::inspection::StopSwitch;
 use crate::journal::Journal;
+use crate::stop::StopSwitch;
 use jiff::Timestamp;
 use semascan_model::InspectionId;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};

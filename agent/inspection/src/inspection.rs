@@ -8,6 +8,7 @@ use crate::pipeline::{self, Modelled, PipelineConfig, Region, Stages};
 use crate::record::{Recorded, Recorder, pose_record};
 use crate::source::{Source, SourceInfo};
 use crate::spec::InspectionSpec;
+use crate::stop::StopSwitch;
 use crate::summary::{Measured, measure, summarize};
 use jiff::Timestamp;
 use semascan_geometry::mesh::MeshError;
@@ -16,8 +17,6 @@ use semascan_model::record::{
 };
 use semascan_model::{InspectionId, ModelFigures, SemanticCloud, SemanticMesh};
 use semascan_perception::fuse::FuseError;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::JoinHandle;
 
 /// An inspection that is ready to begin: subscribe to its events, then [`start`](Self::start) it.
@@ -59,10 +58,6 @@ pub struct InspectionHandle {
     stop: StopSwitch,
     worker: JoinHandle<Result<Inspected, InspectionError>>,
 }
-
-/// Ends an inspection early: the view in work is finished, and the model is that of the views until then.
-#[derive(Clone, Debug, Default)]
-pub struct StopSwitch(Arc<AtomicBool>);
 
 /// A finished inspection.
 pub struct Inspected {
@@ -238,7 +233,7 @@ impl Inspection {
             turntable: info.turntable,
         });
         let stages = Stages { segmenter: segmenter.as_mut(), region: &mut region, registrar: registrar.as_mut() };
-        let modelled = pipeline::run(source.as_mut(), stages, &config, &events, &stop.0);
+        let modelled = pipeline::run(source.as_mut(), stages, &config, &events, stop.flag());
         let (model, views, used) = match modelled {
             Ok(Modelled { model, views, used }) => (Ok(model), views, used),
             Err(error) => (Err(error), 0, 0),
@@ -348,17 +343,5 @@ impl InspectionHandle {
     /// [`InspectionError`] if there is no model.
     pub fn wait(self) -> Result<Inspected, InspectionError> {
         self.worker.join().map_err(|_| InspectionError::Panicked)?
-    }
-}
-
-impl StopSwitch {
-    /// Ends the inspection early.
-    pub fn set(&self) {
-        self.0.store(true, Ordering::Relaxed);
-    }
-
-    /// Whether somebody ended it.
-    pub fn is_set(&self) -> bool {
-        self.0.load(Ordering::Relaxed)
     }
 }

@@ -1,6 +1,6 @@
 //! An inspection: what it is run with ([`spec`]), where its views come from ([`source`]), the way of one view (the stages),
 //! what happens ([`event`]), what is found ([`summary`]), the record that stays ([`record`]), and how all of it is kept
-//! ([`ports`], [`journal`]).
+//! ([`ports`], [`journal`], [`recording`]).
 //!
 //! [`Inspection`] is the one place that puts source, segmenter, registrar and map together: the command line, the server,
 //! the tables and the tests start inspections through it.
@@ -13,9 +13,12 @@ pub mod journal;
 mod pipeline;
 pub mod ports;
 pub mod record;
+pub mod recording;
 pub mod source;
 pub mod spec;
+mod stop;
 pub mod summary;
 
 pub use compose::SetupFailure;
-pub use inspection::{Inspected, Inspection, InspectionError, InspectionHandle, StopSwitch};
+pub use inspection::{Inspected, Inspection, InspectionError, InspectionHandle};
+pub use stop::StopSwitch;

@@ -1,37 +1,20 @@
 //! `--data DIR`: inspections that are kept while they run, and that are continued after a crash.
 
 use super::Failure;
+use super::keeping::Keeping;
 use super::run::{Target, check_labels};
 use super::source::open;
 use anyhow::{Context, anyhow};
 use semascan_inspection::Inspection;
-use semascan_inspection::journal::{Journal, SharedCaptures};
+use semascan_inspection::journal::Journal;
 use semascan_inspection::ports::{InspectionRow, InspectionState};
-use semascan_inspection::source::{Continued, Recording, Source};
+use semascan_inspection::recording::{Continued, Recording};
+use semascan_inspection::source::Source;
 use semascan_inspection::spec::InspectionSpec;
-use semascan_model::record::InspectionRecord;
 use semascan_sources::mcap::McapSource;
 use semascan_store::data::{DataFolder, Interrupted};
 use std::path::{Path, absolute};
-use std::sync::{Arc, PoisonError};
-
-/// What an inspection is kept in.
-#[derive(Clone)]
-pub(crate) struct Keeping {
-    data: Arc<DataFolder>,
-    captures: SharedCaptures,
-}
-
-impl Keeping {
-    /// Closes the inspection, whose record is in its folder.
-    ///
-    /// # Errors
-    /// [`Failure::Work`] naming the file; it is then continued by the next start.
-    pub(crate) fn close(&self, record: &InspectionRecord) -> Result<(), Failure> {
-        self.captures.lock().unwrap_or_else(PoisonError::into_inner).finish()?;
-        Ok(self.data.close(record)?)
-    }
-}
+use std::sync::Arc;
 
 /// A source that is named by a path, whatever the folder that the agent is started in next.
 pub(crate) fn anchored(mut spec: InspectionSpec) -> InspectionSpec {
@@ -123,7 +106,7 @@ fn begin(
         let inspection = inspection.continuing(row.id, row.began);
         inspection.keep(Journal::new(row.id, kept.catalogue, Arc::clone(&kept.captures))?, told);
         let folder = data.result_path(row.id);
-        let kept = Keeping { data: Arc::clone(data), captures: kept.captures };
+        let kept = Keeping::new(Arc::clone(data), kept.captures);
         Ok((inspection, Target::open(&folder, true, false)?.kept(kept)))
     });
     if let (Err(failure), None) = (&made, interrupted) {

@@ -13,6 +13,7 @@ mod evaluate;
 mod export;
 mod inspect;
 mod keep;
+mod keeping;
 mod limit_args;
 mod models;
 mod numbers;

@@ -3,7 +3,7 @@
 //! which stays until the new one is whole.
 
 use super::Failure;
-use super::keep::Keeping;
+use super::keeping::Keeping;
 use super::signals::{Signals, Work};
 use super::source::open;
 use anyhow::anyhow;

@@ -4,15 +4,13 @@
 
 mod error;
 #[cfg(test)]
-mod fixtures;
+pub(crate) mod fixtures;
 mod keyframes;
-mod recorded;
 mod turntable;
 mod with_taxonomy;
 
 pub use error::SourceError;
 pub use keyframes::{KeyframeRule, Keyframes};
-pub use recorded::{CannotContinue, Continued, Recording};
 pub use turntable::TurntableSource;
 pub use with_taxonomy::WithTaxonomy;
 
