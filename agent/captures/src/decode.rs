@@ -161,8 +161,8 @@ fn pose(pose: Option<&capture::Pose>) -> Result<Isometry3<f64>, String> {
         return Err("a translation is no number of metres".to_owned());
     }
     let quaternion = Quaternion::new(pose.qw, pose.qx, pose.qy, pose.qz);
-    // Written so that a quaternion of NaN is refused too.
-    if !((quaternion.norm() - 1.0).abs() <= UNIT) {
+    let is_unit = (quaternion.norm() - 1.0).abs() <= UNIT;
+    if !is_unit {
         return Err("a quaternion does not have length 1".to_owned());
     }
     let rotation = UnitQuaternion::new_unchecked(quaternion);

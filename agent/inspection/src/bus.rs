@@ -5,7 +5,7 @@
 //! and the price of a slow subscriber is a slower inspection. One that is dropped costs nothing any more.
 
 use crate::event::{EventKind, InspectionEvent};
-use crate::journal::Journal;
+use crate::journal::{Journal, Trouble};
 use crate::stop::StopSwitch;
 use jiff::Timestamp;
 use semascan_model::InspectionId;
@@ -32,7 +32,7 @@ struct State {
     next: u64,
     subscribers: Vec<SyncSender<Arc<InspectionEvent>>>,
     journal: Option<Journal>,
-    told: Option<Box<dyn Fn(&str) + Send>>,
+    told: Option<Trouble>,
 }
 
 impl EventBus {
@@ -47,7 +47,7 @@ impl EventBus {
 
     /// From now on views are acknowledged when `journal` has them on the disk; `told` learns of what keeps it from that,
     /// and of nothing (an empty text) when that is over.
-    pub(crate) fn keep(&self, journal: Journal, told: Box<dyn Fn(&str) + Send>) {
+    pub(crate) fn keep(&self, journal: Journal, told: Trouble) {
         let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
         state.next = journal.next();
         state.journal = Some(journal);

@@ -3,7 +3,7 @@
 use crate::bus::{EventBus, Events};
 use crate::compose::{Composition, SetupFailure, compose};
 use crate::event::{EventKind, SharedModel};
-use crate::journal::Journal;
+use crate::journal::{Journal, Trouble};
 use crate::pipeline::{self, Modelled, PipelineConfig, Region, Stages};
 use crate::record::{Recorded, Recorder, pose_record};
 use crate::source::{Source, SourceInfo};
@@ -195,7 +195,7 @@ impl Inspection {
     /// Keeps what happens: from now on a view is acknowledged when `journal` has it on the disk. `told` learns of what keeps
     /// it from that, and gets an empty text when that is over; the inspection waits meanwhile. Called before
     /// [`subscribe`](Self::subscribe).
-    pub fn keep(&self, journal: Journal, told: Box<dyn Fn(&str) + Send>) {
+    pub fn keep(&self, journal: Journal, told: Trouble) {
         self.events.keep(journal, told);
     }
 

@@ -9,6 +9,9 @@ use std::sync::{Arc, Mutex, PoisonError};
 /// The captures of an inspection, shared by the source that fills them and the journal that makes them durable.
 pub type SharedCaptures = Arc<Mutex<dyn Captures>>;
 
+/// Learns of what keeps an inspection from being kept, and gets an empty text when that is over.
+pub type Trouble = Box<dyn Fn(&str) + Send>;
+
 /// What happens in an inspection on its way to the disk.
 pub struct Journal {
     inspection: InspectionId,

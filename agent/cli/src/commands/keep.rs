@@ -6,7 +6,7 @@ use super::run::{Target, check_labels};
 use super::source::open;
 use anyhow::{Context, anyhow};
 use semascan_inspection::Inspection;
-use semascan_inspection::journal::Journal;
+use semascan_inspection::journal::{Journal, Trouble};
 use semascan_inspection::ports::{InspectionRow, InspectionState};
 use semascan_inspection::recording::{Continued, Recording};
 use semascan_inspection::source::Source;
@@ -37,7 +37,7 @@ pub(crate) fn prepare(
     spec: InspectionSpec,
     data: &Arc<DataFolder>,
     interrupted: Option<&Interrupted>,
-    told: Box<dyn Fn(&str) + Send>,
+    told: Trouble,
 ) -> Result<(Inspection, Target), Failure> {
     match begin(spec, data, interrupted, told) {
         Err(failure) => {
@@ -56,7 +56,7 @@ fn begin(
     spec: InspectionSpec,
     data: &Arc<DataFolder>,
     interrupted: Option<&Interrupted>,
-    told: Box<dyn Fn(&str) + Send>,
+    told: Trouble,
 ) -> Result<(Inspection, Target), Failure> {
     let uri = spec.source.uri.clone().ok_or_else(|| Failure::Call(anyhow!("no source is named")))?;
     check_labels(&spec)?;
