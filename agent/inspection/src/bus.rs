@@ -5,30 +5,53 @@
 //! and the price of a slow subscriber is a slower inspection. One that is dropped costs nothing any more.
 
 use crate::event::{EventKind, InspectionEvent};
+use crate::journal::{Journal, Trouble};
+use crate::stop::StopSwitch;
 use jiff::Timestamp;
 use semascan_model::InspectionId;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
 
 /// Events that a subscriber may be behind.
 pub const QUEUE: usize = 32;
 
+/// How long after a failure it is tried again to keep an event.
+const PAUSE: Duration = Duration::from_millis(200);
+
 /// Numbers events and hands them to the subscribers.
-#[derive(Debug)]
 pub(crate) struct EventBus {
     inspection: InspectionId,
     state: Mutex<State>,
+    /// Once it is set, nothing that cannot be kept is waited for any longer.
+    stop: StopSwitch,
 }
 
-#[derive(Debug, Default)]
+#[derive(Default)]
 struct State {
     next: u64,
     subscribers: Vec<SyncSender<Arc<InspectionEvent>>>,
+    journal: Option<Journal>,
+    told: Option<Trouble>,
 }
 
 impl EventBus {
     pub(crate) fn new(inspection: InspectionId) -> Self {
-        Self { inspection, state: Mutex::default() }
+        Self { inspection, state: Mutex::default(), stop: StopSwitch::default() }
+    }
+
+    /// What ends the inspection early.
+    pub(crate) fn stop_switch(&self) -> &StopSwitch {
+        &self.stop
+    }
+
+    /// From now on views are acknowledged when `journal` has them on the disk; `told` learns of what keeps it from that,
+    /// and of nothing (an empty text) when that is over.
+    pub(crate) fn keep(&self, journal: Journal, told: Trouble) {
+        let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+        state.next = journal.next();
+        state.journal = Some(journal);
+        state.told = Some(told);
     }
 
     pub(crate) fn subscribe(&self) -> Events {
@@ -37,14 +60,51 @@ impl EventBus {
         Events(receiver)
     }
 
-    /// Publishes an event; waits for subscribers whose queues are full.
+    /// Publishes an event; waits for subscribers whose queues are full, and for the disk where the inspection is kept. A view
+    /// that cannot be kept by the time the inspection is stopped is acknowledged to nobody.
     pub(crate) fn publish(&self, kind: EventKind) {
         // Stages run on threads of their own: the lock keeps number, time and order of delivery alike for everybody.
         let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
         let event = InspectionEvent { inspection: self.inspection, sequence: state.next, time: Timestamp::now(), kind };
         state.next += 1;
+        if !self.is_kept(&mut state, &event) {
+            return;
+        }
         let event = Arc::new(event);
         state.subscribers.retain(|subscriber| subscriber.send(Arc::clone(&event)).is_ok());
+    }
+}
+
+impl EventBus {
+    /// Makes the event durable where the inspection is kept. `false` says that a view could not be.
+    fn is_kept(&self, state: &mut State, event: &InspectionEvent) -> bool {
+        let State { journal: Some(journal), told, .. } = state else { return true };
+        if !journal.take(event) {
+            return true;
+        }
+        let tell = |text: &str| told.iter().for_each(|told| told(text));
+        let mut failures = 0;
+        loop {
+            match journal.commit() {
+                Ok(()) => {
+                    if failures > 0 {
+                        tell("");
+                    }
+                    return true;
+                }
+                Err(error) => {
+                    failures += 1;
+                    if failures == 1 {
+                        tell(&format!("what is inspected cannot be kept: {error}; the inspection waits"));
+                    }
+                    if self.stop.is_set() {
+                        // The end is told in any case; the catalogue goes on saying `running`.
+                        return !matches!(event.kind, EventKind::ViewFinished { .. });
+                    }
+                    std::thread::sleep(PAUSE);
+                }
+            }
+        }
     }
 }
 
@@ -66,7 +126,6 @@ mod tests {
     use super::*;
     use crate::event::StageStatus;
     use semascan_model::record::{Outcome, Stage};
-    use std::time::Duration;
 
     fn bus() -> EventBus {
         EventBus::new(InspectionId::new(1, &[0; 10]))

@@ -4,10 +4,12 @@ use crate::bus::{EventBus, Events};
 use crate::compose::{Composition, SetupFailure, compose};
 use crate::event::{EventKind, SharedModel};
 use crate::findings;
+use crate::journal::{Journal, Trouble};
 use crate::pipeline::{self, Modelled, PipelineConfig, Region, Stages};
 use crate::record::{Recorded, Recorder, pose_record};
 use crate::source::{Source, SourceInfo};
 use crate::spec::InspectionSpec;
+use crate::stop::StopSwitch;
 use crate::summary::{Measured, measure, summarize};
 use jiff::Timestamp;
 use semascan_geometry::mesh::MeshError;
@@ -18,8 +20,6 @@ use semascan_model::record::{
 use semascan_model::{InspectionId, ModelFigures, SemanticCloud, SemanticMesh};
 use semascan_perception::fuse::FuseError;
 use std::collections::BTreeMap;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::JoinHandle;
 
 /// An inspection that is ready to begin: subscribe to its events, then [`start`](Self::start) it.
@@ -51,6 +51,8 @@ pub struct Inspection {
     parts: Composition,
     events: EventBus,
     earlier: Vec<Finding>,
+    /// When it began, where that is known already.
+    began: Option<Timestamp>,
 }
 
 /// An inspection that runs, on threads of its own.
@@ -60,10 +62,6 @@ pub struct InspectionHandle {
     stop: StopSwitch,
     worker: JoinHandle<Result<Inspected, InspectionError>>,
 }
-
-/// Ends an inspection early: the view in work is finished, and the model is that of the views until then.
-#[derive(Clone, Debug, Default)]
-pub struct StopSwitch(Arc<AtomicBool>);
 
 /// A finished inspection.
 pub struct Inspected {
@@ -140,8 +138,18 @@ impl Inspection {
         let least_share = spec.least_share()?;
         spec.check_thresholds()?;
         let parts = compose(&spec, source)?;
-        let id = InspectionId::from(uuid::Uuid::now_v7());
-        Ok(Self { id, spec, config, region, least_share, parts, events: EventBus::new(id), earlier: Vec::new() })
+        let id = Self::new_id();
+        Ok(Self {
+            id,
+            spec,
+            config,
+            region,
+            least_share,
+            parts,
+            events: EventBus::new(id),
+            earlier: Vec::new(),
+            began: None,
+        })
     }
 
     /// The same inspection of a part of which an earlier result in the same frame has these findings: those that are found
@@ -149,6 +157,11 @@ impl Inspection {
     #[must_use]
     pub fn with_earlier_findings(self, earlier: Vec<Finding>) -> Self {
         Self { earlier, ..self }
+    }
+
+    /// An identifier for an inspection that begins now.
+    pub fn new_id() -> InspectionId {
+        InspectionId::from(uuid::Uuid::now_v7())
     }
 
     /// Its identifier.
@@ -167,7 +180,7 @@ impl Inspection {
         InspectionRecord {
             schema_version: SCHEMA_VERSION,
             id: self.id,
-            began: Timestamp::now(),
+            began: self.began.unwrap_or_else(Timestamp::now),
             ended: None,
             outcome: Outcome::Running,
             files: None,
@@ -192,6 +205,23 @@ impl Inspection {
         }
     }
 
+    /// The same inspection under an identifier that it was given, which began then: that of the one that it continues, or of
+    /// its row in a catalogue.
+    #[must_use]
+    pub fn continuing(mut self, id: InspectionId, began: Timestamp) -> Self {
+        self.id = id;
+        self.began = Some(began);
+        self.events = EventBus::new(id);
+        self
+    }
+
+    /// Keeps what happens: from now on a view is acknowledged when `journal` has it on the disk. `told` learns of what keeps
+    /// it from that, and gets an empty text when that is over; the inspection waits meanwhile. Called before
+    /// [`subscribe`](Self::subscribe).
+    pub fn keep(&self, journal: Journal, told: Trouble) {
+        self.events.keep(journal, told);
+    }
+
     /// Everything that will happen, from the first event on. A subscriber that does not read holds the inspection up: see
     /// [`crate::bus`].
     pub fn subscribe(&self) -> Events {
@@ -200,7 +230,7 @@ impl Inspection {
 
     /// Begins.
     pub fn start(self) -> InspectionHandle {
-        let stop = StopSwitch::default();
+        let stop = self.events.stop_switch().clone();
         let (id, switch) = (self.id, stop.clone());
         let worker = std::thread::spawn(move || self.run(&switch));
         InspectionHandle { id, stop, worker }
@@ -208,7 +238,7 @@ impl Inspection {
 
     fn run(self, stop: &StopSwitch) -> Result<Inspected, InspectionError> {
         let begun = self.record();
-        let Self { id: _, spec, config, mut region, least_share, parts, events, earlier } = self;
+        let Self { id: _, spec, config, mut region, least_share, parts, events, earlier, began } = self;
         let Composition { mut source, mut segmenter, mut registrar, networks: _, looked_for } = parts;
         let info = source.info().clone();
         // The record is made by a subscriber like any other, which is done when the events are.
@@ -226,7 +256,7 @@ impl Inspection {
             turntable: info.turntable,
         });
         let stages = Stages { segmenter: segmenter.as_mut(), region: &mut region, registrar: registrar.as_mut() };
-        let modelled = pipeline::run(source.as_mut(), stages, &config, &events, &stop.0);
+        let modelled = pipeline::run(source.as_mut(), stages, &config, &events, stop.flag());
         let (model, views, used, thinned, covariances) = match modelled {
             Ok(Modelled { model, views, used, thinned, covariances }) => {
                 (Ok(model), views, used, Some(thinned), covariances)
@@ -275,7 +305,7 @@ impl Inspection {
         let recorded = recorder.join().map_err(|_| InspectionError::Panicked)?;
         let used = recorded.views.iter().filter(|v: &&ViewRecord| v.accepted).count() as u32;
         let record = InspectionRecord {
-            began: recorded.began.unwrap_or(begun.began),
+            began: began.or(recorded.began).unwrap_or(begun.began),
             ended: recorded.ended,
             outcome,
             // A source may count while it is used up: its settings are those of the end.
@@ -355,17 +385,5 @@ impl InspectionHandle {
     /// [`InspectionError`] if there is no model.
     pub fn wait(self) -> Result<Inspected, InspectionError> {
         self.worker.join().map_err(|_| InspectionError::Panicked)?
-    }
-}
-
-impl StopSwitch {
-    /// Ends the inspection early.
-    pub fn set(&self) {
-        self.0.store(true, Ordering::Relaxed);
-    }
-
-    /// Whether somebody ended it.
-    pub fn is_set(&self) -> bool {
-        self.0.load(Ordering::Relaxed)
     }
 }

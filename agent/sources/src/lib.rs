@@ -3,6 +3,7 @@
 pub mod bop;
 pub mod camera_mask;
 pub mod depth_map;
+pub mod mcap;
 mod options;
 pub mod pcd;
 pub mod training_set;
@@ -10,6 +11,7 @@ pub mod training_set;
 pub use options::OpenOptions;
 
 use bop::BopSource;
+use mcap::McapSource;
 use pcd::PcdSource;
 use semascan_formats::regular_file;
 use semascan_inspection::source::{Source, SourceError};
@@ -40,6 +42,17 @@ const KINDS: &[Kind] = &[
         name: "organized clouds in a PCD file or a folder of them",
         recognizes: PcdSource::is_source,
         open: |path, options| Ok(Box::new(PcdSource::open(path, options.unit)?)),
+    },
+    Kind {
+        name: "a capture in an MCAP file",
+        recognizes: McapSource::is_capture,
+        open: |path, options| {
+            if options.unit.is_some() || options.depth_scale.is_some() {
+                let reason = "a capture says its unit itself (metres): no other can be given".to_owned();
+                return Err(SourceError::Uri { uri: path.display().to_string(), reason });
+            }
+            Ok(Box::new(McapSource::open(path)?))
+        },
     },
 ];
 

@@ -57,6 +57,12 @@ pub enum StoreError {
         /// Why.
         source: WriteError,
     },
+    /// The database or a blob could not be used.
+    #[error(transparent)]
+    Port(semascan_inspection::ports::PortError),
+    /// A capture could not be written or read.
+    #[error(transparent)]
+    Capture(#[from] semascan_captures::CaptureError),
     /// A kept view cannot be read back.
     #[error(transparent)]
     View(#[from] FuseError),

@@ -10,9 +10,11 @@
 //! | `write.rs`, `lock.rs` | files that are whole or not there; one writer at a time |
 //! | `saved.rs` | an inspection read back |
 //! | `amended.rs` | the record of a written inspection, changed |
+//! | `data/` | the data folder: catalogue, blobs, captures; verified, backed up, cleared |
 
 mod amended;
 mod contents;
+pub mod data;
 mod error;
 mod export_folder;
 mod generation;

@@ -2,14 +2,19 @@
 
 use super::signals::Signals;
 use super::spec_args::SpecArgs;
-use super::{Failure, config, criteria_file, numbers, report, run, serve, source};
+use super::{Failure, config, criteria_file, keep, numbers, report, run, serve, source};
 use crate::stdout::print_json;
+use anyhow::anyhow;
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use run::{Running, Target};
+use semascan_inspection::Inspection;
 use semascan_inspection::event::{EventKind, StageStatus};
+use semascan_inspection::spec::InspectionSpec;
 use semascan_model::record::LabelSource;
-use std::path::PathBuf;
+use semascan_store::data::DataFolder;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// Arguments of `semascan inspect`.
 #[derive(Debug, Args)]
@@ -19,8 +24,12 @@ pub(crate) struct InspectArgs {
     /// all)
     source: String,
     /// Folder to write the inspection into
-    #[arg(long, value_name = "DIR")]
-    out: PathBuf,
+    #[arg(long, value_name = "DIR", required_unless_present = "data")]
+    out: Option<PathBuf>,
+    /// Data folder to keep the inspection in while it runs: its views as a capture, its history and its model. One with
+    /// the same settings that was cut off there is continued
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["out", "overwrite", "view_clouds"])]
+    data: Option<PathBuf>,
     /// Replace the earlier inspection that the folder holds, when the new one is whole: until then, and where the new one
     /// fails, the earlier one stays. A folder with other files is refused
     #[arg(long)]
@@ -52,10 +61,16 @@ impl InspectArgs {
         spec.source.uri = Some(self.source.clone());
         let criteria = self.criteria.as_deref().map(criteria_file::read).transpose()?;
         // Whether the result can be written is known before anything is opened.
-        let mut target = Target::open(&self.out, self.overwrite, self.view_clouds)?;
-        let earlier = target.earlier_findings(&self.source);
         let has_labels = spec.labels != LabelSource::None;
-        let inspection = run::prepare(spec)?.with_earlier_findings(earlier);
+        let (inspection, mut target) = match (&self.out, &self.data) {
+            (_, Some(data)) => keep(spec, data)?,
+            (Some(out), None) => {
+                let target = Target::open(out, self.overwrite, self.view_clouds)?;
+                let earlier = target.earlier_findings(&self.source);
+                (run::prepare(spec)?.with_earlier_findings(earlier), target)
+            }
+            (None, None) => return Err(Failure::Call(anyhow!("neither --out nor --data names a folder"))),
+        };
         if let (Some(checked), Some(path)) = (criteria, &self.criteria) {
             // Without labels there are no classes; the verdict says that nobody looked.
             if has_labels {
@@ -63,6 +78,7 @@ impl InspectArgs {
             }
             target = target.judged_by(checked);
         }
+        let out = target.path().to_owned();
         let bar = if quiet { ProgressBar::hidden() } else { progress_bar(inspection.info().view_count) };
         let mut running = run::start(inspection, Some(target), signals)?;
         follow(&mut running, &bar);
@@ -70,12 +86,38 @@ impl InspectArgs {
         bar.finish_and_clear();
         let inspected = inspected?;
         if !quiet {
-            report::print(&inspected.record, &self.out)?;
+            report::print(&inspected.record, &out)?;
         }
         let printed = if self.json { print_json(&inspected.record) } else { Ok(()) };
         run::verdict(&inspected.record, signals)?;
         printed
     }
+}
+
+/// An inspection that is kept in the data folder `data`. One with the same settings that was cut off is continued; others
+/// stay for `semascan serve`, or until they are asked for.
+fn keep(spec: InspectionSpec, data: &Path) -> Result<(Inspection, Target), Failure> {
+    let spec = keep::anchored(spec);
+    let data = Arc::new(DataFolder::open(data)?);
+    let asked = serde_json::to_string(&spec)?;
+    let mut same = None;
+    for interrupted in data.interrupted()? {
+        let id = interrupted.row.id;
+        if same.is_none() && interrupted.row.spec == asked {
+            same = Some(interrupted);
+        } else {
+            tracing::warn!(
+                "inspection {id} of {} was cut off; semascan serve --data continues it",
+                interrupted.row.source
+            );
+        }
+    }
+    let told = |text: &str| {
+        if !text.is_empty() {
+            tracing::error!("{text}");
+        }
+    };
+    keep::prepare(spec, &data, same.as_ref(), Box::new(told))
 }
 
 fn progress_bar(views: Option<u32>) -> ProgressBar {

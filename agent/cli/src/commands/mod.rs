@@ -5,6 +5,7 @@ mod completions;
 mod config;
 mod config_command;
 mod criteria_file;
+mod data_folder;
 #[cfg(feature = "demo")]
 mod demo;
 mod doctor;
@@ -14,6 +15,8 @@ mod export;
 mod findings_report;
 mod inspect;
 mod judge;
+mod keep;
+mod keeping;
 mod limit_args;
 mod models;
 mod numbers;
@@ -81,6 +84,12 @@ enum Command {
     Export(export::ExportArgs),
     /// List the trained networks that are installed
     Models(models::ModelsArgs),
+    /// Remove old inspections from a data folder, by age and size; held ones stay
+    Gc(data_folder::GcArgs),
+    /// Read everything in a data folder and name what is missing or damaged
+    Verify(data_folder::VerifyArgs),
+    /// Copy a data folder, also while inspections run
+    Backup(data_folder::BackupArgs),
     /// Say whether everything that inspections need is there
     Doctor(doctor::DoctorArgs),
     /// Print a commented sample of cell.toml, or check one
@@ -210,6 +219,9 @@ impl Cli {
             Command::Judge(args) => args.run(),
             Command::Export(args) => args.run(),
             Command::Models(args) => args.run(),
+            Command::Gc(args) => args.run(),
+            Command::Verify(args) => args.run(),
+            Command::Backup(args) => args.run(),
             Command::Doctor(args) => args.run(viewer),
             #[cfg(feature = "demo")]
             Command::Tables(args) => args.run(quiet),

@@ -3,6 +3,7 @@
 //! which stays until the new one is whole.
 
 use super::Failure;
+use super::keeping::Keeping;
 use super::signals::{Signals, Work};
 use super::source::open;
 use anyhow::anyhow;
@@ -30,13 +31,22 @@ const TRIES: u32 = 3;
 /// An inspection of the source that `spec` names, ready to begin.
 pub(crate) fn prepare(spec: InspectionSpec) -> Result<Inspection, Failure> {
     let uri = spec.source.uri.as_deref().ok_or_else(|| Failure::Call(anyhow!("no source is named")))?;
-    spec.depth_scale().map_err(|e| Failure::Call(e.into()))?;
-    if spec.labels == LabelSource::Network {
-        // Whether there are models is known before a source is opened, which may take long; which of them suit it is not.
-        select(&spec.network.models, &Taxonomy::from_names::<&str>(&[], &[]))?;
-    }
+    check_labels(&spec)?;
     let source = open(uri, &spec)?;
     Ok(Inspection::new(spec, source)?)
+}
+
+/// Finds what is wrong with a specification before a source is opened, which may take long.
+///
+/// # Errors
+/// [`Failure`] naming the field or model.
+pub(crate) fn check_labels(spec: &InspectionSpec) -> Result<(), Failure> {
+    spec.depth_scale().map_err(|e| Failure::Call(e.into()))?;
+    if spec.labels == LabelSource::Network {
+        // Whether there are models; which of them suit the source is not known yet.
+        select(&spec.network.models, &Taxonomy::from_names::<&str>(&[], &[]))?;
+    }
+    Ok(())
 }
 
 /// Where an inspection will be written to, opened and locked.
@@ -45,9 +55,20 @@ pub(crate) struct Target {
     folder: ResultFolder,
     view_clouds: bool,
     criteria: Option<CheckedCriteria>,
+    kept: Option<Keeping>,
 }
 
 impl Target {
+    /// The folder, as the caller named it.
+    pub(crate) fn path(&self) -> &Path {
+        &self.given
+    }
+
+    /// The folder of an inspection that is kept.
+    pub(crate) fn kept(self, kept: Keeping) -> Self {
+        Self { kept: Some(kept), ..self }
+    }
+
     /// Opens `folder` for an inspection, `overwrite` if it may replace the model of an earlier one; each view is written as a
     /// cloud of its own too if `view_clouds` asks for that.
     ///
@@ -55,7 +76,7 @@ impl Target {
     /// [`Failure`] if the folder cannot be used.
     pub(crate) fn open(folder: &Path, overwrite: bool, view_clouds: bool) -> Result<Self, Failure> {
         let given = folder.to_owned();
-        Ok(Self { given, folder: ResultFolder::open(folder, overwrite)?, view_clouds, criteria: None })
+        Ok(Self { given, folder: ResultFolder::open(folder, overwrite)?, view_clouds, criteria: None, kept: None })
     }
 
     /// The same, what is found judged by `criteria`.
@@ -106,15 +127,16 @@ pub(crate) struct Output {
     folder: ResultFolder,
     view_clouds: bool,
     criteria: Option<CheckedCriteria>,
+    kept: Option<Keeping>,
     begun: InspectionRecord,
 }
 
 impl Output {
     fn begin(target: Target, inspection: &Inspection) -> Result<Self, Failure> {
         let begun = inspection.record();
-        let Target { given, folder, view_clouds, criteria } = target;
+        let Target { given, folder, view_clouds, criteria, kept } = target;
         folder.publish_record(&begun)?;
-        Ok(Self { given, folder, view_clouds, criteria, begun })
+        Ok(Self { given, folder, view_clouds, criteria, kept, begun })
     }
 
     /// The folder, as the caller named it.
@@ -139,7 +161,7 @@ impl Output {
             let error = match self.folder.publish(inspected, self.view_clouds) {
                 Ok(record) => {
                     inspected.record = record;
-                    return Ok(());
+                    return self.close(&inspected.record);
                 }
                 Err(error) => error,
             };
@@ -154,6 +176,11 @@ impl Output {
             pause = (2 * pause).min(LONGEST_PAUSE);
         }
         Ok(())
+    }
+
+    /// Closes the inspection where it is kept.
+    fn close(&self, record: &InspectionRecord) -> Result<(), Failure> {
+        self.kept.as_ref().map_or(Ok(()), |kept| kept.close(record))
     }
 
     fn give_up(&self, inspected: &Inspected, error: &StoreError) -> Failure {
@@ -210,7 +237,9 @@ pub(crate) fn finish(
                     outcome: Outcome::Failed { reason: failure.to_string() },
                     ..output.begun.clone()
                 };
-                output.note(&record.unwrap_or_else(lost));
+                let record = record.unwrap_or_else(lost);
+                output.note(&record);
+                output.close(&record)?;
             }
             return Err(if stopped { Failure::stopped(signals, failure) } else { Failure::Work(failure) });
         }

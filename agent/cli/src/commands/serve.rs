@@ -5,7 +5,7 @@ use super::limit_args::LimitArgs;
 use super::run::{self, Running, Target};
 use super::signals::{Signals, Work};
 use super::spec_args::SpecArgs;
-use super::{Failure, numbers, source};
+use super::{Failure, keep, numbers, source};
 use anyhow::{Context, anyhow};
 use clap::Args;
 use semascan_inspection::StopSwitch;
@@ -14,6 +14,7 @@ use semascan_model::record::Outcome;
 use semascan_server::{
     AccessRule, EmbeddedFiles, LiveModel, LiveStream, ServeError, Server, ServerConfig, WebFiles, publish_saved,
 };
+use semascan_store::data::{DataFolder, Interrupted};
 use semascan_store::{SavedInspection, read_inspection};
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 use std::path::PathBuf;
@@ -65,6 +66,10 @@ pub(crate) struct ServeArgs {
     /// Folder to write the finished inspection into
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+    /// Data folder to keep inspections in while they run: their views as captures, their history and their models. Those
+    /// that were cut off there are continued first
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["saved", "out", "overwrite"])]
+    data: Option<PathBuf>,
     /// Replace the earlier inspection that the folder holds, when the new one is whole: until then, and where the new one
     /// fails, the earlier one stays. A folder with other files is refused
     #[arg(long)]
@@ -85,13 +90,17 @@ impl ServeArgs {
         }
         let mut spec = self.inspection.apply(config.inspection.clone());
         spec.source.uri = self.source.or(spec.source.uri);
-        let job = match spec.source.uri {
-            Some(_) => {
+        let job = match (&self.data, &spec.source.uri) {
+            (Some(data), uri) => {
+                let spec = uri.is_some().then(|| Box::new(keep::anchored(spec.clone())));
+                Some(Job::Keep { data: Arc::new(DataFolder::open(data)?), spec })
+            }
+            (None, Some(_)) => {
                 let open = |folder: PathBuf| Target::open(&folder, self.overwrite, false);
                 let target = self.out.map(open).transpose()?.map(Box::new);
                 Some(Job::Inspect { spec: Box::new(spec), target })
             }
-            None => None,
+            (None, None) => None,
         };
         serve(&self.reach, &config, viewer, false, job, signals)
     }
@@ -101,6 +110,8 @@ impl ServeArgs {
 pub(crate) enum Job {
     /// What is inspected and how, and where it is written to.
     Inspect { spec: Box<InspectionSpec>, target: Option<Box<Target>> },
+    /// Those that were cut off in a data folder, and then what is inspected and how.
+    Keep { data: Arc<DataFolder>, spec: Option<Box<InspectionSpec>> },
     /// One that was.
     Saved(Box<SavedInspection>),
 }
@@ -162,6 +173,11 @@ pub(crate) fn serve(
                 let (live, signals) = (Arc::clone(&live), signals.clone());
                 Some(std::thread::spawn(move || follow(running, &live, &signals)))
             }
+            Some(Job::Keep { data, spec }) => {
+                idle(signals)?;
+                let (live, signals) = (Arc::clone(&live), signals.clone());
+                Some(std::thread::spawn(move || keep_all(&data, spec, &live, &signals)))
+            }
             Some(Job::Saved(saved)) => {
                 show(&saved, &live)?;
                 idle(signals)?;
@@ -180,6 +196,57 @@ pub(crate) fn serve(
             Err(_) => Err(Failure::Work(anyhow!("the inspection ended unexpectedly"))),
         }
     })
+}
+
+/// Continues the inspections that were cut off in `data`, one after the other, and then does the one that is asked for.
+/// Returns the result of the last.
+fn keep_all(
+    data: &Arc<DataFolder>,
+    spec: Option<Box<InspectionSpec>>,
+    live: &Arc<LiveModel>,
+    signals: &Signals,
+) -> Result<(), Failure> {
+    let mut result = Ok(());
+    let interrupted = data.interrupted()?.into_iter().map(Some);
+    let asked = spec.as_ref().map(|_| None);
+    for interrupted in interrupted.chain(asked) {
+        if signals.exit_code().is_some() {
+            return result;
+        }
+        live.say("the agent starts: it opens what is to be inspected");
+        let settings = match (&interrupted, &spec) {
+            (Some(Interrupted { row, .. }), _) => match serde_json::from_str(&row.spec) {
+                Ok(settings) => settings,
+                Err(error) => {
+                    data.close_interrupted(row, &format!("its settings cannot be read: {error}"))?;
+                    continue;
+                }
+            },
+            (None, Some(spec)) => (**spec).clone(),
+            (None, None) => break,
+        };
+        let told = {
+            let live = Arc::clone(live);
+            move |text: &str| {
+                if !text.is_empty() {
+                    tracing::error!("{text}");
+                }
+                live.say(text);
+            }
+        };
+        let prepared = keep::prepare(settings, data, interrupted.as_ref(), Box::new(told));
+        live.say("");
+        result = match prepared.and_then(|(inspection, target)| run::start(inspection, Some(target), signals)) {
+            Ok(running) => follow(running, live, signals),
+            Err(failure) => {
+                tracing::error!("{}", failure.reason());
+                live.say(&failure.reason());
+                // One that cannot be continued is closed, and fails nothing else.
+                if interrupted.is_some() { Ok(()) } else { Err(failure) }
+            }
+        };
+    }
+    result
 }
 
 /// Publishes a saved inspection to `live`.

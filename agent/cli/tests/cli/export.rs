@@ -150,7 +150,7 @@ fn the_origin_of_map_coordinates_is_kept_or_noted() {
     let said = stderr(&output);
     assert_eq!(output.status.code(), Some(0), "{said}");
     for format in ["STL", "GLB"] {
-        let expected = format!("{format} holds single precision only: its origin lies at 500000 4100000 100 m of");
+        let expected = format!("{format} holds single precision only: its origin lies at 500000 4100001 100 m of");
         assert!(said.contains(&expected), "{said}");
     }
     let bytes = |file: &str| std::fs::read(Path::new(&path("out")).join(file)).expect("written");
@@ -159,11 +159,11 @@ fn the_origin_of_map_coordinates_is_kept_or_noted() {
     let mut files = std::fs::read_dir(path("out")).expect("reads").filter_map(Result::ok).map(|entry| entry.path());
     let solid = files.find(|file| file.extension().is_some_and(|e| e == "stl")).expect("one component");
     let header = String::from_utf8_lossy(&std::fs::read(solid).expect("reads")[..80]).into_owned();
-    assert!(header.contains("unit mm, z up, origin 500000 4100000 100 m"), "{header}");
+    assert!(header.contains("unit mm, z up, origin 500000 4100001 100 m"), "{header}");
     let scene = gltf::Gltf::from_slice(&bytes("mesh.glb")).expect("valid");
     let extras = scene.document.as_json().asset.extras.as_ref().expect("the origin is noted").get().to_owned();
     let extras: serde_json::Value = serde_json::from_str(&extras).expect("JSON");
-    assert_eq!(extras["origin"], serde_json::json!([500_000.0, 4_100_000.0, 100.0]));
+    assert_eq!(extras["origin"], serde_json::json!([500_000.0, 4_100_001.0, 100.0]));
 }
 
 #[test]

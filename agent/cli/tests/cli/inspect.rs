@@ -95,11 +95,11 @@ fn wrong_calls_end_with_2_and_failed_work_with_1() {
     }
     assert!(!Path::new(out).exists());
 
-    // The folder cannot be made where a file stands.
+    // A file where the folder should be is a wrong call too.
     let file = dir.path().join("file");
     std::fs::write(&file, "in the way").expect("writes");
     let output = semascan(&["inspect", MOTOR, "--out", file.to_str().expect("UTF-8")]);
-    assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
+    assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
     assert!(stderr(&output).contains("file"), "{}", stderr(&output));
 }
 

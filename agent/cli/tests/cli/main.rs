@@ -7,6 +7,7 @@ mod first_steps;
 mod full_disk;
 mod inspect;
 mod judge;
+mod kept;
 mod kills;
 mod log;
 mod outcome;

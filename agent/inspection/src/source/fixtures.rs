@@ -8,14 +8,14 @@ use semascan_perception::view::{DepthImage, Intrinsics, PoseEvidence, View, cova
 use std::sync::Arc;
 
 /// Views of a wall by a camera that moves along it; how many were given so far is a setting.
-pub(super) struct Counting {
+pub(crate) struct Counting {
     info: SourceInfo,
     next: u32,
 }
 
 impl Counting {
     /// The setting that counts.
-    pub(super) const SETTING: &str = "given";
+    pub(crate) const SETTING: &str = "given";
     /// Views that there are.
     const VIEWS: u32 = 3;
 }

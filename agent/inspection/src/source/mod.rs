@@ -4,7 +4,7 @@
 
 mod error;
 #[cfg(test)]
-mod fixtures;
+pub(crate) mod fixtures;
 mod keyframes;
 mod turntable;
 mod with_taxonomy;

@@ -1,0 +1,170 @@
+//! The catalogue: parts, inspections, their views and what happened, as rows.
+
+use super::{BusMessage, PortError};
+use jiff::Timestamp;
+use semascan_model::InspectionId;
+use std::fmt;
+use std::str::FromStr;
+
+/// How an inspection stands in the catalogue.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum InspectionState {
+    /// It runs, or was killed.
+    Running,
+    /// Its model is there.
+    Finished,
+    /// Somebody ended it early.
+    Stopped,
+    /// It came to no usable model.
+    Failed,
+    /// It was killed and cannot be continued.
+    Interrupted,
+}
+
+impl InspectionState {
+    /// Lower-case name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Running => "running",
+            Self::Finished => "finished",
+            Self::Stopped => "stopped",
+            Self::Failed => "failed",
+            Self::Interrupted => "interrupted",
+        }
+    }
+}
+
+impl fmt::Display for InspectionState {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+impl FromStr for InspectionState {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        [Self::Running, Self::Finished, Self::Stopped, Self::Failed, Self::Interrupted]
+            .into_iter()
+            .find(|state| state.name() == text)
+            .ok_or_else(|| format!("{text} is no state of an inspection"))
+    }
+}
+
+/// An inspection.
+#[derive(Clone, Debug, PartialEq)]
+pub struct InspectionRow {
+    /// The inspection.
+    pub id: InspectionId,
+    /// The part, for people; parts of one name are one part.
+    pub part: String,
+    /// URI or path of the source.
+    pub source: String,
+    /// What it is run with, as JSON of [`crate::spec::InspectionSpec`].
+    pub spec: String,
+    /// When it began.
+    pub began: Timestamp,
+    /// When it ended; `None` while it runs.
+    pub ended: Option<Timestamp>,
+    /// How it stands.
+    pub state: InspectionState,
+    /// Why it failed or was interrupted.
+    pub reason: Option<String>,
+    /// Whether retention must leave it alone.
+    pub held: bool,
+    /// Views that are committed, those that were left out included.
+    pub views: u32,
+}
+
+/// A view that is through all stages.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ViewRow {
+    /// Position in the capture order.
+    pub index: u32,
+    /// Whether it became part of the model.
+    pub accepted: bool,
+    /// JSON of [`semascan_model::record::ViewRecord`].
+    pub record: String,
+}
+
+/// Something that happened.
+#[derive(Clone, Debug, PartialEq)]
+pub struct EventRow {
+    /// Place in the history.
+    pub sequence: u64,
+    /// When.
+    pub time: Timestamp,
+    /// JSON of [`crate::event::EventKind`].
+    pub kind: String,
+}
+
+/// What is committed together: all of it or nothing.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Commit {
+    /// What happened since the last commit.
+    pub events: Vec<EventRow>,
+    /// The view that is through, if one is. A row of the same view is replaced.
+    pub view: Option<ViewRow>,
+    /// Messages about it for the [`Bus`](super::Bus).
+    pub messages: Vec<BusMessage>,
+}
+
+/// Which inspections are listed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct InspectionFilter {
+    /// Those in this state alone.
+    pub state: Option<InspectionState>,
+    /// Those of this part alone.
+    pub part: Option<String>,
+    /// Those that began before this one, for the next page.
+    pub before: Option<InspectionId>,
+    /// Most that are listed.
+    pub limit: u32,
+}
+
+impl Default for InspectionFilter {
+    fn default() -> Self {
+        Self { state: None, part: None, before: None, limit: u32::MAX }
+    }
+}
+
+/// Rows of parts, inspections, views and events. What a method has returned from is durable. Every method fails with a
+/// [`PortError`] that names the database and the reason.
+#[allow(clippy::missing_errors_doc)]
+pub trait Catalogue: Send + Sync {
+    /// Adds an inspection that begins.
+    fn begin(&self, row: &InspectionRow) -> Result<(), PortError>;
+
+    /// Adds what happened in an inspection.
+    fn commit(&self, id: InspectionId, commit: &Commit) -> Result<(), PortError>;
+
+    /// Closes an inspection.
+    fn close(
+        &self,
+        id: InspectionId,
+        ended: Timestamp,
+        state: InspectionState,
+        reason: Option<&str>,
+    ) -> Result<(), PortError>;
+
+    /// An inspection, if there is one.
+    fn inspection(&self, id: InspectionId) -> Result<Option<InspectionRow>, PortError>;
+
+    /// Inspections, the latest first.
+    fn inspections(&self, filter: &InspectionFilter) -> Result<Vec<InspectionRow>, PortError>;
+
+    /// The views of an inspection in capture order.
+    fn views(&self, id: InspectionId) -> Result<Vec<ViewRow>, PortError>;
+
+    /// At most `limit` events of an inspection from the place `from` on.
+    fn events(&self, id: InspectionId, from: u64, limit: u32) -> Result<Vec<EventRow>, PortError>;
+
+    /// The place of the next event of an inspection.
+    fn next_event(&self, id: InspectionId) -> Result<u64, PortError>;
+
+    /// Whether retention must leave an inspection alone from now on.
+    fn hold(&self, id: InspectionId, held: bool) -> Result<(), PortError>;
+
+    /// Forgets an inspection and all its rows.
+    fn remove(&self, id: InspectionId) -> Result<(), PortError>;
+}

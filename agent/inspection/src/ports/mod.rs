@@ -1,0 +1,30 @@
+//! The ports through which an inspection is kept: rows ([`Catalogue`]), large immutable things ([`Blobs`]), messages to
+//! others ([`Bus`]) and captured views ([`Captures`]). They are narrow, so that a fleet can have other databases, object
+//! stores and message buses than one machine; `agent/store` implements them for one data folder.
+
+mod blobs;
+mod bus;
+mod captures;
+mod catalogue;
+
+pub use blobs::{BlobDigest, Blobs, InvalidDigest};
+pub use bus::{Bus, BusMessage};
+pub use captures::Captures;
+pub use catalogue::{Catalogue, Commit, EventRow, InspectionFilter, InspectionRow, InspectionState, ViewRow};
+
+/// Why something cannot be kept or found: the file, table or object, and the reason.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{place}: {reason}")]
+pub struct PortError {
+    /// What could not be used: a file, a table, an object.
+    pub place: String,
+    /// Why.
+    pub reason: String,
+}
+
+impl PortError {
+    /// An error about `place`.
+    pub fn new(place: impl ToString, reason: impl ToString) -> Self {
+        Self { place: place.to_string(), reason: reason.to_string() }
+    }
+}

@@ -1,0 +1,25 @@
+//! The data folder: everything that an agent keeps of its inspections.
+//!
+//! ```text
+//! DIR/semascan.db                SQLite: parts, inspections, views, events, digests, messages that wait
+//! DIR/captures/<id>.mcap         the views as they came
+//! DIR/inspections/<id>/          the record and the model
+//! DIR/blobs/<aa>/<sha256>        large immutable things by their digest
+//! ```
+
+mod backup;
+mod blobs;
+mod captures;
+mod catalogue;
+mod folder;
+mod migrations;
+mod retention;
+mod verify;
+
+pub use backup::Backup;
+pub use blobs::LocalBlobs;
+pub use captures::CaptureFile;
+pub use catalogue::SqliteCatalogue;
+pub use folder::{DataFolder, Interrupted, KeptInspection};
+pub use retention::{Removed, Retention};
+pub use verify::{Fault, Verified};
