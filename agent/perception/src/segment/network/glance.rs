@@ -119,7 +119,7 @@ mod tests {
         let mut none = vec![1.0; width * height];
         for v in 3..7 {
             for u in 4..9 {
-                none[v * width + u] = 0.1;
+                none[v * width + u] = 0.03;
             }
         }
         none[11] = 0.0;
