@@ -238,7 +238,10 @@ fn gltf_as_text_finds_its_buffer_and_picture() {
 
 #[test]
 fn what_triangles_are_made_of_is_somewhere() {
-    assert!(refused("a.obj", b"v 0 0 nan\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").contains("vertex 0"));
+    let unplaced = "v 0 0 nan\nv 1 0 0\nv 0 1 0\nv 1 1 0\nf 1 2 3\n";
+    assert!(refused("a.obj", unplaced.as_bytes()).contains("no usable number"));
+    let mixed = read("a.obj", format!("{unplaced}f 2 4 3\n").as_bytes());
+    assert_eq!((mixed.triangles.len(), mixed.warnings.len()), (1, 1));
     assert!(read("a.obj", b"v 0 0 nan\nv 1 0 0\n").positions[0][2].is_nan());
     assert!(refused("a.step", b"ISO-10303-21;").contains("none of"));
 }
