@@ -179,8 +179,9 @@ pub(crate) fn serve(
                 Some(std::thread::spawn(move || keep_all(&data, spec, &live, &signals)))
             }
             Some(Job::Saved(saved)) => {
-                show(&saved, &live)?;
+                // First: a signal that comes while it is shown ends the server in order, too.
                 idle(signals)?;
+                show(&saved, &live)?;
                 None
             }
             None => {
