@@ -9,8 +9,8 @@ use semascan_model::record::{LabelSource, NetworksRecord, Task};
 use semascan_perception::register::{IcpConfig, IcpRegistrar, KinematicRegistrar, Registrar, Selection};
 use semascan_perception::segment::geometric::PatchMethod;
 use semascan_perception::segment::network::{
-    EngineError, Manifest, ModelError, NetworkConfig, NetworkModel, NetworkSegmenter, SelectError, SetupError, engine,
-    extended, select,
+    EngineError, Manifest, ModelError, NetworkConfig, NetworkModel, NetworkSegmenter, SelectError, SetupError,
+    class_number, engine, extended, select,
 };
 use semascan_perception::segment::preparation::contour::Snake;
 use semascan_perception::segment::preparation::{Background, Preparation, Prepared};
@@ -122,8 +122,7 @@ fn looked_for(
             let of_defects: Vec<&Manifest> = models.iter().map(|(_, m)| m).filter(|m| m.task == Task::Defect).collect();
             // The classes of these networks alone: a source's truth may know others.
             let known = extended(&Taxonomy::from_names::<&str>(&[], &[]), &of_defects);
-            let plain = |name: &str| name.trim().to_lowercase().replace(['-', '_'], " ");
-            let knows = |class: &NamedClass| known.defects.iter().any(|d| plain(&d.name) == plain(&class.name));
+            let knows = |class: &NamedClass| class_number(&known.defects, &class.name).is_some();
             (all.into_iter().filter(knows).collect(), "no network looks for defects")
         }
     };

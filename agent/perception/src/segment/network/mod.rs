@@ -40,5 +40,5 @@ pub use objects::{Objects, ShapeError};
 pub use picture_statistics::STATISTICS;
 pub use region::{Sight, Volume, Window};
 pub use segmenter::{NetworkSegmenter, SetupError};
-pub use taxonomy::extended;
+pub use taxonomy::{class_number, extended};
 pub use uncertainty::{Estimate, Predictions, Statistic, UncertaintyFigures, UncertaintySettings};

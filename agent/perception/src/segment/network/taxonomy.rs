@@ -12,7 +12,7 @@ pub fn extended(known: &Taxonomy, models: &[&Manifest]) -> Taxonomy {
             _ => &mut taxonomy.components,
         };
         for class in &model.classes {
-            if position(classes, &class.name).is_none() {
+            if class_number(classes, &class.name).is_none() {
                 let id = classes.len() as u16;
                 classes.push(ClassDef::new(id, class.name.clone(), class.rgb().unwrap_or_default()));
             }
@@ -24,16 +24,16 @@ pub fn extended(known: &Taxonomy, models: &[&Manifest]) -> Taxonomy {
 /// How many of the classes of `model`, none left out, are among those of its kind in `known`.
 pub(super) fn shared(model: &Manifest, known: &Taxonomy) -> usize {
     let classes = if model.task == Task::Defect { &known.defects } else { &known.components };
-    model.classes.iter().skip(1).filter(|class| position(classes, &class.name).is_some()).count()
+    model.classes.iter().skip(1).filter(|class| class_number(classes, &class.name).is_some()).count()
 }
 
 /// For each class of `model` its number in `classes`; the name that is missing there otherwise.
 pub(super) fn numbers(model: &Manifest, classes: &[ClassDef]) -> Result<Vec<u16>, String> {
-    model.classes.iter().map(|class| position(classes, &class.name).ok_or_else(|| class.name.clone())).collect()
+    model.classes.iter().map(|class| class_number(classes, &class.name).ok_or_else(|| class.name.clone())).collect()
 }
 
 /// Number of the class called `name`; case and the kind of gap between words do not matter.
-fn position(classes: &[ClassDef], name: &str) -> Option<u16> {
+pub fn class_number(classes: &[ClassDef], name: &str) -> Option<u16> {
     let plain = |text: &str| text.trim().to_lowercase().replace(['-', '_'], " ");
     classes.iter().find(|c| plain(&c.name) == plain(name)).map(|c| c.id)
 }
