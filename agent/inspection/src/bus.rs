@@ -73,9 +73,7 @@ impl EventBus {
         let event = Arc::new(event);
         state.subscribers.retain(|subscriber| subscriber.send(Arc::clone(&event)).is_ok());
     }
-}
 
-impl EventBus {
     /// Makes the event durable where the inspection is kept. `false` says that a view could not be.
     fn is_kept(&self, state: &mut State, event: &InspectionEvent) -> bool {
         let State { journal: Some(journal), told, .. } = state else { return true };
