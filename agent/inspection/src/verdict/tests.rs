@@ -1,7 +1,9 @@
 use super::*;
 use crate::findings::fixtures::grid;
-use semascan_model::finding::{Depth, Footprint, LabelUncertainty, LeftOut, RegionFigures, Spread};
-use semascan_model::record::{RegionRecord, RunRecord};
+use semascan_model::finding::{
+    Depth, FindingId, Footprint, LabelUncertainty, LeftOut, NamedClass, RegionFigures, Spread,
+};
+use semascan_model::record::{LabelSource, RegionRecord, RunRecord};
 
 const HEAD: &str = "version = 1\nname = \"motor\"\nrevision = \"3\"\n";
 
