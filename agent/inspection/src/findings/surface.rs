@@ -26,24 +26,14 @@ pub(crate) struct Surface<'a> {
 impl<'a> Surface<'a> {
     /// Prepares `mesh`, which was made of voxels of edge `voxel` (metres). Faces with a vertex that is not there are left out.
     pub(crate) fn new(mesh: &'a SemanticMesh, voxel: f64) -> Self {
-        let whole = |t: &[u32; 3]| mesh.corners(*t).is_some();
-        let faces: Vec<(u32, u32)> = (0_u32..)
-            .zip(&mesh.triangles)
-            .filter(|(_, t)| whole(t))
-            .flat_map(|(face, t)| t.map(|v| (v, face)))
-            .collect();
-        let pairs: Vec<(u32, u32)> = mesh
-            .triangles
-            .iter()
-            .filter(|t| whole(t))
-            .flat_map(|&[a, b, c]| [(a, b), (b, a), (b, c), (c, b), (c, a), (a, c)])
-            .collect();
+        let whole = || (0_u32..).zip(&mesh.triangles).filter(|(_, t)| mesh.corners(**t).is_some());
+        let pairs = || whole().flat_map(|(_, &[a, b, c])| [(a, b), (b, a), (b, c), (c, b), (c, a), (a, c)]);
         Self {
             mesh,
             voxel,
             areas: seen_vertex_areas(mesh, voxel as f32),
             neighbours: Lists::new(mesh.len(), pairs),
-            faces: Lists::new(mesh.len(), faces),
+            faces: Lists::new(mesh.len(), || whole().flat_map(|(face, t)| t.map(|v| (v, face)))),
         }
     }
 
@@ -102,17 +92,33 @@ struct Lists {
 
 impl Lists {
     /// Lists of the values of `pairs` (vertex, value) for `n` vertices, in order and each once.
-    fn new(n: usize, mut pairs: Vec<(u32, u32)>) -> Self {
-        pairs.sort_unstable();
-        pairs.dedup();
-        let mut starts = vec![0; n + 1];
-        for (v, _) in &pairs {
-            starts[*v as usize + 1] += 1;
+    fn new<I: Iterator<Item = (u32, u32)>>(n: usize, pairs: impl Fn() -> I) -> Self {
+        // Where each list begins, were nothing there twice.
+        let mut starts = vec![0_u32; n + 1];
+        pairs().for_each(|(v, _)| starts[v as usize + 1] += 1);
+        (0..n).for_each(|v| starts[v + 1] += starts[v]);
+        let mut ends = starts.clone();
+        let mut values = vec![0; starts[n] as usize];
+        for (v, value) in pairs() {
+            values[ends[v as usize] as usize] = value;
+            ends[v as usize] += 1;
         }
+        // Each list in order, moved up to the end of the one before.
+        let mut kept = 0;
         for v in 0..n {
-            starts[v + 1] += starts[v];
+            let list = starts[v] as usize..starts[v + 1] as usize;
+            values[list.clone()].sort_unstable();
+            starts[v] = kept as u32;
+            for k in list {
+                if kept == starts[v] as usize || values[kept - 1] != values[k] {
+                    values[kept] = values[k];
+                    kept += 1;
+                }
+            }
         }
-        Self { starts, values: pairs.into_iter().map(|(_, value)| value).collect() }
+        starts[n] = kept as u32;
+        values.truncate(kept);
+        Self { starts, values }
     }
 
     fn of(&self, v: u32) -> &[u32] {
