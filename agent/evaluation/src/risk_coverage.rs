@@ -100,7 +100,7 @@ mod tests {
         let mut all = RiskCoverage::new(3);
         let probabilities = [[0, 255, 0], [0, 255, 0], [0, 255, 0], [0, 0, 255], [0, 0, 255], [0, 255, 0]].concat();
         let sigma = vec![0, 10, 40, 60, 120, 200];
-        all.add(&ClassField::Soft { classes: 3, probabilities, sigma }, &[1; 6]);
+        all.add(&ClassField::Soft { classes: 3, probabilities, sigma, model_sigma: Vec::new() }, &[1; 6]);
         all
     }
 

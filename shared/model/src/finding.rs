@@ -90,6 +90,20 @@ pub struct Spread {
     pub greatest: f64,
 }
 
+impl Spread {
+    /// Of values with the areas that they stand for; `None` if there are none.
+    pub fn of(values: impl Iterator<Item = (f64, f64)>) -> Option<Self> {
+        let (mut sum, mut weight) = (0.0, 0.0);
+        let (mut least, mut greatest) = (f64::INFINITY, f64::NEG_INFINITY);
+        for (value, area) in values {
+            let area = area.max(f64::MIN_POSITIVE);
+            (sum, weight) = (sum + area * value, weight + area);
+            (least, greatest) = (least.min(value), greatest.max(value));
+        }
+        (weight > 0.0).then(|| Self { mean: sum / weight, least, greatest })
+    }
+}
+
 /// What was found.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]

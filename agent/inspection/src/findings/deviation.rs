@@ -4,6 +4,7 @@
 //! is negative, and its depth positive. What belongs to no component is not compared: the reference need not hold the fixture.
 
 use super::depth::{QUANTILE, averaged, quantile};
+use super::evidence::Evidence;
 use super::regions::{Region, connected, defect_regions};
 use super::surface::Surface;
 use super::{Finding, FindingId, FindingKind, KnownPose, SemanticMesh, Taxonomy};
@@ -83,7 +84,8 @@ pub(crate) fn compare_with_reference(
         let sizes: Vec<f64> = of(&region).iter().map(|d| d.abs()).collect();
         let Quantity { value, expanded } = depth(&surface, &region, &sizes);
         let sign = if region.defect == 1 { -1.0 } else { 1.0 };
-        let mut figures = region_figures(&surface, &region, Vec::new(), &BTreeMap::<u32, KnownPose>::new());
+        let mut figures =
+            region_figures(&surface, &region, Evidence::none(&region), &BTreeMap::<u32, KnownPose>::new());
         figures.depth.reference = Some(Quantity { value: -sign * value, expanded });
         let finding = Finding {
             id: FindingId::from_bytes([0; 16]),
@@ -143,7 +145,7 @@ mod tests {
             kind: FindingKind::Defect { defect: named(&taxonomy.defects, 1) },
             component: named(&taxonomy.components, 1),
             instances: Vec::new(),
-            region: Some(region_figures(&surface, region, Vec::new(), &BTreeMap::new())),
+            region: Some(region_figures(&surface, region, Evidence::none(region), &BTreeMap::new())),
         }];
         let mut record = FindingsRecord {
             conventions: conventions(),

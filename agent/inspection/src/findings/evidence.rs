@@ -1,27 +1,90 @@
-//! Which views saw a finding, and where in their pictures.
+//! Which views saw a finding, where in their pictures, and what of the uncertainty of its labels was theirs.
 //!
 //! A vertex was seen by a view where it faces the camera and the depth measured at its pixel agrees with its own: nothing
 //! stood before it. A pixel without depth saw nothing.
+//!
+//! The uncertainty of a pixel's label has a part that is in the data (the scatter over what was done to the picture) and one
+//! that is in the networks (how far members of the ensemble disagree). The map keeps the whole; the parts of a vertex are the
+//! means over the views that saw it.
 
 use super::regions::Region;
 use super::surface::Surface;
 use nalgebra::{Point3, Vector3};
-use semascan_model::finding::{FindingView, PixelBox};
+use semascan_model::finding::{FindingView, PixelBox, Spread};
 use semascan_perception::fuse::KeptDepth;
+use semascan_perception::segment::ClassField;
 
 /// Difference of depths in voxels up to which a pixel shows the vertex, at least this many metres.
 const AGREEMENT: (f64, f64) = (2.0, 1e-3);
 /// Least cosine of incidence.
 const GRAZING: f64 = 0.1;
 
-/// What `view` saw of `region`; `None` if nothing.
-pub(crate) fn seen_by(surface: &Surface<'_>, region: &Region, view: &KeptDepth<'_>) -> Option<FindingView> {
+/// What the views have seen of a region.
+#[derive(Clone, Debug)]
+pub(crate) struct Evidence {
+    /// The views that saw it.
+    pub(crate) views: Vec<FindingView>,
+    /// Uncertainty of the labels of each of its vertices.
+    parts: Vec<Parts>,
+}
+
+/// Sums over the views that saw a vertex and know the parts of their label's standard uncertainty.
+#[derive(Clone, Copy, Debug, Default)]
+struct Parts {
+    data: f64,
+    model: f64,
+    views: u32,
+}
+
+impl Evidence {
+    /// Nothing has been seen of `region` yet.
+    pub(crate) fn none(region: &Region) -> Self {
+        Self { views: Vec::new(), parts: vec![Parts::default(); region.vertices.len()] }
+    }
+
+    /// Adds what `view`, whose pixels have the `defects`, saw of `region`.
+    pub(crate) fn add(&mut self, surface: &Surface<'_>, region: &Region, view: &KeptDepth<'_>, defects: &ClassField) {
+        let parts = &mut self.parts;
+        let seen = seen_by(surface, region, view, |i, pixel| {
+            if let (Some(of_vertex), Some(model)) = (parts.get_mut(i), defects.model_sigma(pixel)) {
+                let (all, model) = (f64::from(defects.sigma(pixel)), f64::from(model));
+                of_vertex.data += (all * all - model * model).max(0.0).sqrt();
+                of_vertex.model += model;
+                of_vertex.views += 1;
+            }
+        });
+        self.views.extend(seen);
+    }
+
+    /// The best view first: that which saw most of the region, most directly; of equals the earlier one.
+    pub(crate) fn sort(&mut self) {
+        let quality = |view: &FindingView| view.share * view.cosine;
+        self.views.sort_by(|a, b| quality(b).total_cmp(&quality(a)).then(a.view.cmp(&b.view)));
+    }
+
+    /// The parts of the labels' standard uncertainty that are in the data and in the networks; `None` if no view knows them.
+    pub(crate) fn uncertainty_parts(&self, surface: &Surface<'_>, region: &Region) -> Option<[Spread; 2]> {
+        let known = || region.vertices.iter().zip(&self.parts).filter(|(_, parts)| parts.views > 0);
+        let of = |part: fn(&Parts) -> f64| {
+            Spread::of(known().map(|(v, parts)| (part(parts) / f64::from(parts.views), surface.areas[*v as usize])))
+        };
+        Some([of(|parts| parts.data)?, of(|parts| parts.model)?])
+    }
+}
+
+/// What `view` saw of `region`; `None` if nothing. `at` is told the place in the region and the pixel of each vertex that it saw.
+fn seen_by(
+    surface: &Surface<'_>,
+    region: &Region,
+    view: &KeptDepth<'_>,
+    mut at: impl FnMut(usize, usize),
+) -> Option<FindingView> {
     let k = &view.intrinsics;
     let tolerance = (AGREEMENT.0 * surface.voxel).max(AGREEMENT.1);
     let camera = view.table_from_camera.translation.vector;
     let (mut low, mut high) = ([u32::MAX; 2], [0_u32; 2]);
     let (mut seen, mut all, mut cosines) = (0.0, 0.0, 0.0);
-    for &v in &region.vertices {
+    for (i, &v) in region.vertices.iter().enumerate() {
         let area = surface.areas[v as usize];
         all += area;
         let Some(normal) = surface.normal(v).map(Vector3::from) else { continue };
@@ -36,9 +99,10 @@ pub(crate) fn seen_by(surface: &Surface<'_>, region: &Region, view: &KeptDepth<'
         }
         seen += area;
         cosines += area * cosine;
-        let at = [pixel as u32 % k.width, pixel as u32 / k.width];
+        at(i, pixel);
+        let place = [pixel as u32 % k.width, pixel as u32 / k.width];
         for axis in 0..2 {
-            (low[axis], high[axis]) = (low[axis].min(at[axis]), high[axis].max(at[axis]));
+            (low[axis], high[axis]) = (low[axis].min(place[axis]), high[axis].max(place[axis]));
         }
     }
     (seen > 0.0).then(|| FindingView {
@@ -49,17 +113,13 @@ pub(crate) fn seen_by(surface: &Surface<'_>, region: &Region, view: &KeptDepth<'
     })
 }
 
-/// The best view first: that which saw most of the region, most directly; of equals the earlier one.
-pub(crate) fn sort(views: &mut [FindingView]) {
-    views.sort_by(|a, b| (b.share * b.cosine).total_cmp(&(a.share * a.cosine)).then(a.view.cmp(&b.view)));
-}
-
 #[cfg(test)]
 mod tests {
     use super::super::fixtures::{grid, with_defect};
     use super::super::regions::defect_regions;
     use super::*;
     use nalgebra::Isometry3;
+    use semascan_perception::segment::UNKNOWN_PART;
     use semascan_perception::view::Intrinsics;
 
     #[test]
@@ -75,9 +135,19 @@ mod tests {
         let mut metres = vec![0.3_f32; 160 * 120];
         let of = |metres: &[f32]| {
             let view = KeptDepth { index: 4, intrinsics: k, metres: metres.into(), table_from_camera };
-            seen_by(&surface, region, &view)
+            // Labels of sigma 0.5, of which the networks make 0.3, but for a column of pixels where nobody knows.
+            let mut model_sigma = vec![77; 160 * 120];
+            (0..120).for_each(|row| model_sigma[row * 160 + 80] = UNKNOWN_PART);
+            let (probabilities, sigma) = (vec![128; 2 * 160 * 120], vec![128; 160 * 120]);
+            let mut evidence = Evidence::none(region);
+            evidence.add(&surface, region, &view, &ClassField::Soft { classes: 2, probabilities, sigma, model_sigma });
+            evidence
         };
-        let seen = of(&metres).expect("in sight");
+        let evidence = of(&metres);
+        let seen = evidence.views[0];
+        let [data, model] = evidence.uncertainty_parts(&surface, region).expect("known");
+        assert!((model.mean - 0.302).abs() < 1e-3 && (data.mean - 0.401).abs() < 1e-3, "{data:?} {model:?}");
+        assert!(evidence.parts.iter().any(|parts| parts.views == 0), "where it is not known it is left out");
         assert!((seen.share - 1.0).abs() < 1e-9 && seen.cosine > 0.99, "{seen:?}");
         let PixelBox { width, height, .. } = seen.pixels;
         assert!((37..=41).contains(&width) && (17..=21).contains(&height), "{seen:?}");
@@ -89,9 +159,11 @@ mod tests {
                 _ => {}
             }
         }
-        let half = of(&metres).expect("half of it");
+        let half = of(&metres).views[0];
         assert!((0.35..0.55).contains(&half.share), "{half:?}");
         metres.fill(0.0);
-        assert_eq!(of(&metres), None, "where nothing was measured nothing was seen");
+        let nothing = of(&metres);
+        assert!(nothing.views.is_empty(), "where nothing was measured nothing was seen");
+        assert_eq!(nothing.uncertainty_parts(&surface, region), None);
     }
 }

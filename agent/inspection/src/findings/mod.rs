@@ -37,6 +37,7 @@ use uncertainty::KnownPose;
 
 use completeness::incomplete_components;
 use deviation::{DeviationRule, compare_with_reference};
+use evidence::Evidence;
 use extent::Extent;
 use nalgebra::Matrix6;
 use outline::Outline;
@@ -44,8 +45,8 @@ use rayon::prelude::*;
 use regions::Region;
 use semascan_model::criteria::Criteria;
 use semascan_model::finding::{
-    ComponentFigures, Depth, Finding, FindingId, FindingKind, FindingView, FindingsRecord, LabelUncertainty, LeftOut,
-    NamedClass, RegionFigures, Spread,
+    ComponentFigures, Depth, Finding, FindingId, FindingKind, FindingsRecord, LabelUncertainty, LeftOut, NamedClass,
+    RegionFigures, Spread,
 };
 use semascan_model::record::Convention;
 use semascan_model::{ClassDef, SemanticMesh, Taxonomy};
@@ -199,15 +200,14 @@ pub fn measure_regions(mesh: &SemanticMesh, voxel: f64) -> Vec<MeasuredRegion> {
 }
 
 /// What the views saw of each region, the best view first.
-fn seen_in(surface: &Surface<'_>, regions: &[Region], views: &KeptViews) -> Result<Vec<Vec<FindingView>>, FuseError> {
-    let mut seen = vec![Vec::new(); regions.len()];
+fn seen_in(surface: &Surface<'_>, regions: &[Region], views: &KeptViews) -> Result<Vec<Evidence>, FuseError> {
+    let mut seen: Vec<Evidence> = regions.iter().map(Evidence::none).collect();
     // One view at a time is in memory.
     for i in 0..views.len() {
-        let view = views.depth(i)?;
-        let of_view: Vec<_> = regions.par_iter().map(|region| evidence::seen_by(surface, region, &view)).collect();
-        seen.iter_mut().zip(of_view).for_each(|(list, one)| list.extend(one));
+        let (view, defects) = (views.depth(i)?, views.defects(i)?);
+        seen.par_iter_mut().zip(regions).for_each(|(seen, region)| seen.add(surface, region, &view, &defects));
     }
-    seen.iter_mut().for_each(|list| evidence::sort(list));
+    seen.iter_mut().for_each(Evidence::sort);
     Ok(seen)
 }
 
@@ -215,9 +215,11 @@ fn seen_in(surface: &Surface<'_>, regions: &[Region], views: &KeptViews) -> Resu
 fn region_figures(
     surface: &Surface<'_>,
     region: &Region,
-    views: Vec<FindingView>,
+    evidence: Evidence,
     poses: &BTreeMap<u32, KnownPose>,
 ) -> RegionFigures {
+    let parts = evidence.uncertainty_parts(surface, region);
+    let views = evidence.views;
     let outline = Outline::of(surface, region);
     let extent = Extent::of(surface, region);
     let ([area, length, width], area_budget) = uncertainty::figures(surface, region, (&outline, extent), &views, poses);
@@ -232,7 +234,9 @@ fn region_figures(
     });
     let normal = [0, 1, 2].map(|k| region.mean(surface, |v| surface.normal(v).map_or(0.0, |n| n[k])));
     let vertices = &surface.mesh.vertices;
-    let spread = |value: &[f32]| spread(surface, &region.vertices, value);
+    // A region has vertices.
+    let nothing = Spread { mean: f64::NAN, least: f64::NAN, greatest: f64::NAN };
+    let spread = |value: &[f32]| spread(surface, &region.vertices, value).unwrap_or(nothing);
     RegionFigures {
         area,
         area_budget,
@@ -241,8 +245,11 @@ fn region_figures(
         perimeter: outline.length(),
         depth: Depth { fitted, unknown, reference: None },
         confidence: spread(&vertices.defect_confidence),
-        // The map keeps sigma as a whole: its parts are not known of a place.
-        sigma: LabelUncertainty { all: spread(&vertices.defect_sigma), data: None, model: None },
+        sigma: LabelUncertainty {
+            all: spread(&vertices.defect_sigma),
+            data: parts.map(|[data, _]| data),
+            model: parts.map(|[_, model]| model),
+        },
         position: nearest.unwrap_or(centroid),
         normal: semascan_geometry::vector::unit(normal, 1e-9).unwrap_or_default(),
         outlines: outline.curves,
@@ -258,29 +265,21 @@ fn component_figures(surface: &Surface<'_>, classes: &[ClassDef]) -> Vec<Compone
         let own: Vec<u32> = (0..surface.mesh.len() as u32).filter(|v| surface.component(*v) == class.id).collect();
         let area = own.iter().map(|v| surface.areas[*v as usize]).sum();
         let unjudged = own.iter().filter(|v| vertices.defect_confidence[**v as usize] <= 0.0);
-        let known = !own.is_empty();
         ComponentFigures {
             component: NamedClass { class: class.id, name: class.name.clone() },
             instances: instances(surface, own.iter().copied()),
             area: uncertainty::of_component(area),
             unjudged: unjudged.map(|v| surface.areas[*v as usize]).sum(),
-            confidence: known.then(|| spread(surface, &own, &vertices.confidence)),
-            sigma: known.then(|| spread(surface, &own, &vertices.sigma)),
+            confidence: spread(surface, &own, &vertices.confidence),
+            sigma: spread(surface, &own, &vertices.sigma),
         }
     };
     classes.par_iter().filter(|class| class.id != 0).map(of).collect()
 }
 
-/// Mean by area, least and greatest of a value over vertices.
-fn spread(surface: &Surface<'_>, vertices: &[u32], values: &[f32]) -> Spread {
-    let (mut sum, mut weight) = (0.0, 0.0);
-    let (mut least, mut greatest) = (f64::INFINITY, f64::NEG_INFINITY);
-    for &v in vertices {
-        let (value, area) = (f64::from(values[v as usize]), surface.areas[v as usize].max(f64::MIN_POSITIVE));
-        (sum, weight) = (sum + area * value, weight + area);
-        (least, greatest) = (least.min(value), greatest.max(value));
-    }
-    Spread { mean: sum / weight, least, greatest }
+/// Mean by area, least and greatest of a value over vertices; `None` without any.
+fn spread(surface: &Surface<'_>, vertices: &[u32], values: &[f32]) -> Option<Spread> {
+    Spread::of(vertices.iter().map(|v| (f64::from(values[*v as usize]), surface.areas[*v as usize])))
 }
 
 /// Instances of vertices but 0, in order.

@@ -124,6 +124,7 @@ impl SyntheticScene {
                     classes: CLASSES,
                     probabilities: each.iter().flat_map(|(p, _)| *p).collect(),
                     sigma: each.iter().map(|(_, s)| *s).collect(),
+                    model_sigma: Vec::new(),
                 }
             }
         };

@@ -6,7 +6,7 @@ use super::error::FuseError;
 use super::labelled_view::LabelledView;
 use super::view_codec::{PackedView, pack};
 use crate::organized::OrganizedCloud;
-use crate::segment::Segmentation;
+use crate::segment::{ClassField, Segmentation};
 use crate::view::{DepthImage, Intrinsics};
 use image::RgbImage;
 use nalgebra::Isometry3;
@@ -183,6 +183,20 @@ impl KeptViews {
         };
         let (intrinsics, metres) = unpacked.map_err(|source| FuseError::Keep { view: index, source })?;
         Ok(KeptDepth { index, intrinsics, metres: Cow::Owned(metres), table_from_camera })
+    }
+
+    /// The defects of the pixels of view `i` that have depth.
+    ///
+    /// # Errors
+    /// [`FuseError::Keep`] if they cannot be read back.
+    pub fn defects(&self, i: usize) -> Result<Cow<'_, ClassField>, FuseError> {
+        let kept = self.views.get(i).ok_or(FuseError::PoseCount { poses: i + 1, views: self.views.len() })?;
+        let unpacked = match &kept.content {
+            Content::Plain(plain) => return Ok(Cow::Borrowed(&plain.segmentation.defects)),
+            Content::Packed(packed) => packed.unpack_defects(&packed.bytes),
+            Content::Spilled(packed, place) => self.read(*place).and_then(|bytes| packed.unpack_defects(&bytes)),
+        };
+        unpacked.map(Cow::Owned).map_err(|source| FuseError::Keep { view: kept.index, source })
     }
 
     /// Notes the poses of a rebuild, one a view.

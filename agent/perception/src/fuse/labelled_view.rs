@@ -72,7 +72,8 @@ mod tests {
     fn pixels_become_points_of_the_table_frame() {
         let k = Intrinsics { width: 2, height: 1, fx: 100.0, fy: 100.0, cx: 0.0, cy: 0.0 };
         let depth = DepthImage { width: 2, height: 1, metres: vec![0.0, 0.5] };
-        let soft = ClassField::Soft { classes: 2, probabilities: vec![255, 0, 51, 204], sigma: vec![0, 51] };
+        let probabilities = vec![255, 0, 51, 204];
+        let soft = ClassField::Soft { classes: 2, probabilities, sigma: vec![0, 51], model_sigma: Vec::new() };
         let view = LabelledView {
             index: 0,
             cloud: OrganizedCloud::new(k, &depth, None),

@@ -84,6 +84,8 @@ fn views_come_back_plain_packed_and_from_disk() {
         for i in 0..3 {
             let (depth, whole) = (kept.depth(i).expect("kept"), kept.restore(i).expect("kept"));
             assert_eq!(depth.metres.as_ref(), whole.cloud.depth);
+            let (defects, measured) = (kept.defects(i).expect("kept"), whole.cloud.depth.iter().map(|z| *z > 0.0));
+            assert!(measured.enumerate().all(|(k, m)| !m || defects.best(k) == whole.segmentation.defects.best(k)));
             assert_eq!((depth.index, depth.table_from_camera), (whole.index, whole.table_from_camera));
         }
         let poses = kept.poses();
@@ -122,6 +124,7 @@ fn uncertain_pixels_give_geometry_without_evidence() {
         classes: 3,
         probabilities: (0..pixels).flat_map(|_| [0, 255, 0]).collect(),
         sigma: vec![200; pixels],
+        model_sigma: Vec::new(),
     };
     let mut map = map();
     map.integrate(&uncertain).expect("integrates");
@@ -141,6 +144,7 @@ fn dropped_pixels_move_nothing_and_mark_what_they_alone_have_seen() {
             classes: 3,
             probabilities: (0..pixels).flat_map(|_| [0, 255, 0]).collect(),
             sigma: vec![sigma; pixels],
+            model_sigma: Vec::new(),
         };
         first.segmentation.components = soft(0);
         map.integrate(&first).expect("integrates");

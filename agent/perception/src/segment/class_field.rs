@@ -16,15 +16,23 @@ pub enum ClassField {
         probabilities: Vec<u8>,
         /// One value a pixel, 255 = 1.
         sigma: Vec<u8>,
+        /// The part of `sigma` that members of an ensemble make by their disagreement (`sigma^2 = data^2 + model^2`), in the
+        /// same unit; [`UNKNOWN_PART`] where it is not known. Empty where it is known nowhere.
+        model_sigma: Vec<u8>,
     },
 }
+
+/// The model part of a pixel's uncertainty where nobody knows it.
+pub const UNKNOWN_PART: u8 = u8::MAX;
 
 impl ClassField {
     /// Bytes of all values.
     pub(crate) fn bytes(&self) -> usize {
         match self {
             Self::Hard(labels) => size_of_val(labels.as_slice()),
-            Self::Soft { probabilities, sigma, .. } => probabilities.len() + sigma.len(),
+            Self::Soft { probabilities, sigma, model_sigma, .. } => {
+                probabilities.len() + sigma.len() + model_sigma.len()
+            }
         }
     }
 
@@ -34,6 +42,13 @@ impl ClassField {
             Self::Hard(_) => 0.0,
             Self::Soft { sigma, .. } => f32::from(sigma.get(i).copied().unwrap_or(u8::MAX)) / 255.0,
         }
+    }
+
+    /// The part of the uncertainty of pixel `i` that is the networks': how far members of an ensemble disagree. `None` where it
+    /// is not known.
+    pub fn model_sigma(&self, i: usize) -> Option<f32> {
+        let Self::Soft { model_sigma, .. } = self else { return None };
+        model_sigma.get(i).filter(|part| **part != UNKNOWN_PART).map(|part| f32::from(*part) / 255.0)
     }
 
     /// Most probable class of pixel `i`; 0 past the end.
@@ -57,14 +72,16 @@ impl ClassField {
                 }
             }
             (
-                Self::Soft { classes, probabilities, sigma },
-                Self::Soft { classes: others, probabilities: from, sigma: from_sigma },
+                Self::Soft { classes, probabilities, sigma, model_sigma },
+                Self::Soft { classes: others, probabilities: from, sigma: from_sigma, model_sigma: from_part },
             ) if classes == others => {
                 let (to, from) =
                     (probabilities.get_mut(i * *classes..(i + 1) * *classes), from.get(j * others..(j + 1) * others));
                 if let (Some(to), Some(from), Some(s), Some(t)) = (to, from, sigma.get_mut(i), from_sigma.get(j)) {
                     to.copy_from_slice(from);
                     *s = *t;
+                    let part = from_part.get(j).copied().unwrap_or(UNKNOWN_PART);
+                    model_sigma.iter_mut().skip(i).take(1).for_each(|p| *p = part);
                 }
             }
             _ => {}
@@ -91,8 +108,9 @@ impl ClassField {
     /// As [`Self::set`], and nothing of its uncertainty stays.
     pub(crate) fn set_certain(&mut self, i: usize, class: u16) {
         self.set(i, class);
-        if let Self::Soft { sigma, .. } = self {
+        if let Self::Soft { sigma, model_sigma, .. } = self {
             sigma.iter_mut().skip(i).take(1).for_each(|s| *s = 0);
+            model_sigma.iter_mut().skip(i).take(1).for_each(|s| *s = 0);
         }
     }
 

@@ -233,6 +233,7 @@ mod tests {
                     .map(|x| u8::from(x) * 255)
                     .collect(),
                 sigma: vec![9; WIDTH * HEIGHT],
+                model_sigma: Vec::new(),
             },
             ..hard.clone()
         };

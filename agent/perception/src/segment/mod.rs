@@ -14,7 +14,7 @@ mod recorded;
 mod segmentation;
 mod sigma_limits;
 
-pub use class_field::ClassField;
+pub use class_field::{ClassField, UNKNOWN_PART};
 pub use degrade::{Degradation, Degraded};
 pub use geometric::GeometricSegmenter;
 pub use recorded::{RecordedSegmenter, Unlabelled};

@@ -36,7 +36,8 @@ pub struct Unlabelled;
 impl Segmenter for Unlabelled {
     fn segment(&mut self, view: &View) -> Result<Segmentation, SegmentError> {
         let pixels = (view.intrinsics.width * view.intrinsics.height) as usize;
-        let nothing = ClassField::Soft { classes: 1, probabilities: vec![0; pixels], sigma: vec![0; pixels] };
+        let (probabilities, sigma) = (vec![0; pixels], vec![0; pixels]);
+        let nothing = ClassField::Soft { classes: 1, probabilities, sigma, model_sigma: Vec::new() };
         Ok(Segmentation { components: nothing.clone(), defects: nothing, instances: vec![0; pixels], network: None })
     }
 }

@@ -12,7 +12,8 @@ struct AllOne;
 impl Segmenter for AllOne {
     fn segment(&mut self, view: &View) -> Result<Segmentation, SegmentError> {
         let n = view.depth.metres.len();
-        let soft = ClassField::Soft { classes: 2, probabilities: [0, 255].repeat(n), sigma: vec![90; n] };
+        let probabilities = [0, 255].repeat(n);
+        let soft = ClassField::Soft { classes: 2, probabilities, sigma: vec![90; n], model_sigma: Vec::new() };
         Ok(Segmentation { components: soft.clone(), defects: soft, instances: vec![4; n], network: None })
     }
 }

@@ -7,7 +7,7 @@
 
 use super::labelled_view::LabelledView;
 use crate::organized::OrganizedCloud;
-use crate::segment::{ClassField, Segmentation};
+use crate::segment::{ClassField, Segmentation, UNKNOWN_PART};
 use crate::view::{DepthImage, Intrinsics};
 use image::RgbImage;
 use nalgebra::Isometry3;
@@ -24,7 +24,7 @@ const STEPS: [f32; 9] = [1e-3, 5e-4, 2.5e-4, 1.25e-4, 1e-4, 5e-5, 2.5e-5, 2e-5, 
 #[derive(Clone, Copy, Debug)]
 enum FieldKind {
     Hard,
-    Soft { classes: usize },
+    Soft { classes: usize, has_model_sigma: bool },
 }
 
 /// One compressed part and its length before.
@@ -112,6 +112,13 @@ impl PackedView {
         let pixels = self.intrinsics.width as usize * self.intrinsics.height as usize;
         let measured = measured_pixels(&self.plain_part(bytes, 0)?, pixels);
         Ok((self.intrinsics, read_depth(&self.plain_part(bytes, 1)?, &measured, pixels, self.step)?))
+    }
+
+    /// The defects of the view from its bytes.
+    pub(super) fn unpack_defects(&self, bytes: &[u8]) -> std::io::Result<ClassField> {
+        let pixels = self.intrinsics.width as usize * self.intrinsics.height as usize;
+        let measured = measured_pixels(&self.plain_part(bytes, 0)?, pixels);
+        self.fields[1].read(&self.plain_part(bytes, 5)?, &measured, pixels)
     }
 
     /// One of the parts.
@@ -230,9 +237,9 @@ fn read_u16(planes: &[u8], measured: &[u32], pixels: usize) -> std::io::Result<V
 fn field_planes(field: &ClassField, measured: &[u32]) -> Vec<u8> {
     match field {
         ClassField::Hard(labels) => u16_planes(measured.iter().map(|&i| labels.get(i as usize).copied().unwrap_or(0))),
-        ClassField::Soft { classes, probabilities, sigma } => {
+        ClassField::Soft { classes, probabilities, sigma, model_sigma } => {
             let n = measured.len();
-            let mut planes = vec![0; (classes + 1) * n];
+            let mut planes = vec![0; (classes + 1 + usize::from(!model_sigma.is_empty())) * n];
             for (i, &pixel) in measured.iter().enumerate() {
                 let pixel = pixel as usize;
                 for class in 0..*classes {
@@ -240,6 +247,9 @@ fn field_planes(field: &ClassField, measured: &[u32]) -> Vec<u8> {
                 }
                 // A pixel past the end of the field is as uncertain as can be.
                 planes[classes * n + i] = sigma.get(pixel).copied().unwrap_or(u8::MAX);
+                if !model_sigma.is_empty() {
+                    planes[(classes + 1) * n + i] = model_sigma.get(pixel).copied().unwrap_or(UNKNOWN_PART);
+                }
             }
             planes
         }
@@ -250,27 +260,33 @@ impl FieldKind {
     fn of(field: &ClassField) -> Self {
         match field {
             ClassField::Hard(_) => Self::Hard,
-            ClassField::Soft { classes, .. } => Self::Soft { classes: *classes },
+            ClassField::Soft { classes, model_sigma, .. } => {
+                Self::Soft { classes: *classes, has_model_sigma: !model_sigma.is_empty() }
+            }
         }
     }
 
     fn read(self, planes: &[u8], measured: &[u32], pixels: usize) -> std::io::Result<ClassField> {
-        let Self::Soft { classes } = self else {
+        let Self::Soft { classes, has_model_sigma } = self else {
             return Ok(ClassField::Hard(read_u16(planes, measured, pixels)?));
         };
         let n = measured.len();
-        if planes.len() != (classes + 1) * n {
+        if planes.len() != (classes + 1 + usize::from(has_model_sigma)) * n {
             return Err(truncated());
         }
         let (mut probabilities, mut sigma) = (vec![0; pixels * classes], vec![0; pixels]);
+        let mut model_sigma = if has_model_sigma { vec![UNKNOWN_PART; pixels] } else { Vec::new() };
         for (i, &pixel) in measured.iter().enumerate() {
             let pixel = pixel as usize;
             for class in 0..classes {
                 probabilities[pixel * classes + class] = planes[class * n + i];
             }
             sigma[pixel] = planes[classes * n + i];
+            if has_model_sigma {
+                model_sigma[pixel] = planes[(classes + 1) * n + i];
+            }
         }
-        Ok(ClassField::Soft { classes, probabilities, sigma })
+        Ok(ClassField::Soft { classes, probabilities, sigma, model_sigma })
     }
 }
 

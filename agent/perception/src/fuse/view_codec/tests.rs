@@ -19,6 +19,7 @@ fn view(metres: Vec<f32>, draw: &[u8]) -> LabelledView {
                 classes: 3,
                 probabilities: (0..PIXELS * 3).map(byte).collect(),
                 sigma: (0..PIXELS).map(|i| byte(i + 5)).collect(),
+                model_sigma: (0..PIXELS).map(|i| byte(i + 7)).collect(),
             },
             defects: ClassField::Hard((0..PIXELS).map(|i| u16::from(byte(i)) * 257).collect()),
             instances: (0..PIXELS).map(|i| u16::from(byte(i * 3)) << 4).collect(),
@@ -49,7 +50,8 @@ proptest! {
             prop_assert_eq!(&after.rgb.as_raw()[i * 3..i * 3 + 3], &before.rgb.as_raw()[i * 3..i * 3 + 3]);
             prop_assert_eq!(after.segmentation.instances[i], before.segmentation.instances[i]);
             prop_assert_eq!(after.segmentation.defects.best(i), before.segmentation.defects.best(i));
-            prop_assert_eq!(after.segmentation.components.sigma(i), before.segmentation.components.sigma(i));
+            let sigmas = |v: &LabelledView| (v.segmentation.components.sigma(i), v.segmentation.components.model_sigma(i));
+            prop_assert_eq!(sigmas(&after), sigmas(&before));
             let said = |v: &LabelledView| {
                 let mut evidence = [0.0; 3];
                 v.segmentation.components.add_evidence(i, 1.0, &mut evidence);

@@ -116,10 +116,12 @@ impl Grid {
     fn field(&self, field: ClassField) -> ClassField {
         match field {
             ClassField::Hard(labels) => ClassField::Hard(self.repeated(&labels)),
-            ClassField::Soft { classes, probabilities, sigma } => ClassField::Soft {
+            ClassField::Soft { classes, probabilities, sigma, model_sigma } => ClassField::Soft {
                 classes,
                 probabilities: self.interpolated(&probabilities, classes),
                 sigma: self.interpolated(&sigma, 1),
+                // What is not known cannot be interpolated.
+                model_sigma: if model_sigma.is_empty() { model_sigma } else { self.repeated(&model_sigma) },
             },
         }
     }
@@ -139,17 +141,18 @@ impl Grid {
         let columns = self.width.div_ceil(self.factor);
         let (along, down) = (self.taps(self.width), self.taps(self.height));
         let mut fine = vec![0; self.width * self.height * channels];
-        fine.par_chunks_mut((self.width * channels).max(1)).zip(down).for_each(|(line, y)| {
+        let lines = fine.par_chunks_mut((self.width * channels).max(1)).zip(down);
+        lines.for_each_init(Vec::new, |blended: &mut Vec<f32>, (line, y)| {
+            // Between the two coarse rows first: what lies between two of their pixels then needs one step more.
             let row = |row: usize| &coarse[row * columns * channels..(row + 1) * columns * channels];
-            let (top, bottom) = (row(y.before), row(y.after));
+            let pairs = row(y.before).iter().zip(row(y.after)).map(|(a, b)| (f32::from(*a), f32::from(*b)));
+            blended.clear();
+            blended.extend(pairs.map(|(a, b)| a + (b - a) * y.share));
             for (pixel, x) in line.chunks_exact_mut(channels.max(1)).zip(&along) {
-                for (c, value) in pixel.iter_mut().enumerate() {
-                    let mixed = |row: &[u8]| {
-                        let [a, b] = [x.before, x.after].map(|x| f32::from(row[x * channels + c]));
-                        a + (b - a) * x.share
-                    };
-                    let (a, b) = (mixed(top), mixed(bottom));
-                    *value = (a + (b - a) * y.share + 0.5) as u8;
+                let [before, after] = [x.before, x.after].map(|x| &blended[x * channels..(x + 1) * channels]);
+                for ((value, a), b) in pixel.iter_mut().zip(before).zip(after) {
+                    // Never below 0 nor above 255.
+                    *value = (a + (b - a) * x.share + 0.5) as i32 as u8;
                 }
             }
         });
@@ -161,7 +164,7 @@ impl Grid {
         let mut fine = vec![T::default(); self.width * self.height];
         fine.par_chunks_mut(self.width.max(1)).enumerate().for_each(|(v, line)| {
             let row = &coarse[v / self.factor * columns..];
-            line.iter_mut().enumerate().for_each(|(u, value)| *value = row[u / self.factor]);
+            line.chunks_mut(self.factor).zip(row).for_each(|(same, value)| same.fill(*value));
         });
         fine
     }

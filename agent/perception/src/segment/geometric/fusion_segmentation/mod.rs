@@ -8,7 +8,7 @@
 //! hold a good part of its mask together. Scattered flips do not: they win few supervoxels. This can be switched off.
 
 use super::voxel_grid::{NONE, sort_by_key};
-use crate::segment::class_field::ClassField;
+use crate::segment::class_field::{ClassField, UNKNOWN_PART};
 use crate::segment::segmentation::Segmentation;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -182,7 +182,7 @@ fn relabel(
                 }
             }
         }
-        (ClassField::Soft { classes, probabilities, sigma }, before) => {
+        (ClassField::Soft { classes, probabilities, sigma, model_sigma }, before) => {
             let means = means(before, *classes, image.patches, given, fused);
             for &i in &changed {
                 let (Some(p), Some(s)) = (probabilities.get_mut(i * *classes..(i + 1) * *classes), sigma.get_mut(i))
@@ -194,6 +194,7 @@ fn relabel(
                     Some((mean, mean_sigma)) => {
                         p.copy_from_slice(mean);
                         *s = *mean_sigma;
+                        model_sigma.iter_mut().skip(i).take(1).for_each(|part| *part = UNKNOWN_PART);
                     }
                     None => {
                         p.fill(0);

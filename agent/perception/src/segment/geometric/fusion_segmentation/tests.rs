@@ -55,6 +55,7 @@ fn soft_pixels_take_the_mean_of_those_that_agree() {
             classes: 2,
             probabilities: vec![55, 200, 15, 240, 255, 0, 250, 5],
             sigma: vec![10, 20, 90, 30],
+            model_sigma: vec![5, 6, 7, 8],
         },
         defects: ClassField::Hard(vec![0; 4]),
         instances: vec![1, 1, 0, 0],
@@ -62,6 +63,8 @@ fn soft_pixels_take_the_mean_of_those_that_agree() {
     };
     let fused = fuse(&given, &PatchImage { patches: &[0, 0, 0, 1], fine: None }, &FusionConfig::PAPER);
     let ClassField::Soft { probabilities, sigma, .. } = &fused.components else { panic!("stays soft") };
+    let parts: Vec<Option<f32>> = (0..4).map(|i| fused.components.model_sigma(i).map(|part| 255.0 * part)).collect();
+    assert_eq!(parts, [Some(5.0), Some(6.0), None, Some(8.0)]);
     assert_eq!(probabilities, &[55, 200, 15, 240, 35, 220, 250, 5]);
     assert_eq!(sigma, &[10, 20, 15, 30]);
     assert_eq!(fused.instances, [1, 1, 1, 0]);

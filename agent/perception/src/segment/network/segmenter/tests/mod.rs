@@ -66,7 +66,7 @@ fn segmenters(folders: &[&TempDir], volume: Option<Volume>, config: &NetworkConf
 
 fn soft(field: &ClassField) -> (usize, &[u8], &[u8]) {
     match field {
-        ClassField::Soft { classes, probabilities, sigma } => (*classes, probabilities, sigma),
+        ClassField::Soft { classes, probabilities, sigma, .. } => (*classes, probabilities, sigma),
         ClassField::Hard(_) => panic!("networks give probabilities"),
     }
 }
