@@ -49,6 +49,8 @@ impl Canvas {
     pub(super) fn paint(&mut self, window: Window, estimate: &Estimate, numbers: &[u16]) {
         let (pixels, width) = (window.pixels(), window.width as usize);
         let (left, classes) = (window.left as usize, self.classes);
+        // One network alone does not say how far others would disagree.
+        let has_parts = estimate.members > 1;
         let rows = self.rows().skip(window.top as usize).take(window.height as usize);
         rows.enumerate().for_each(|(row, Row { probabilities, sigma, model_sigma })| {
             let fields = probabilities[left * classes..].chunks_exact_mut(classes.max(1));
@@ -56,7 +58,7 @@ impl Canvas {
             for (column, (field, (sigma, model_sigma))) in fields.zip(uncertainties).enumerate() {
                 let i = row * width + column;
                 *sigma = byte(estimate.sigma[i]);
-                *model_sigma = byte(estimate.model[i]).min(UNKNOWN_PART - 1);
+                *model_sigma = if has_parts { byte(estimate.model[i]).min(UNKNOWN_PART - 1) } else { UNKNOWN_PART };
                 field.fill(0);
                 for (c, &number) in numbers.iter().enumerate() {
                     field[usize::from(number)] = byte(estimate.mean[c * pixels + i]);

@@ -57,8 +57,10 @@ pub struct Estimate {
     pub sigma: Vec<f32>,
     /// Its data part: `sigma^2 = data^2 + model^2`.
     pub data: Vec<f32>,
-    /// Its model part.
+    /// Its model part: 0 where there is one member only, which has nobody to disagree with.
     pub model: Vec<f32>,
+    /// Members of the ensemble.
+    pub members: usize,
     /// The picture in numbers.
     pub figures: UncertaintyFigures,
 }
@@ -72,7 +74,8 @@ impl Predictions {
         let starts: Vec<usize> = (0..self.pixels).step_by(TOGETHER).collect();
         let parts: Vec<Estimate> =
             starts.into_par_iter().map(|start| self.part(start, TOGETHER.min(self.pixels - start), settings)).collect();
-        let mut whole = Estimate { mean: vec![0.0; self.classes * self.pixels], ..Estimate::default() };
+        let mean = vec![0.0; self.classes * self.pixels];
+        let mut whole = Estimate { mean, members: self.members, ..Estimate::default() };
         let mut start = 0;
         for part in parts {
             let length = part.sigma.len();

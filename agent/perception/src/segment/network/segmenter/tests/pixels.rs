@@ -20,6 +20,7 @@ fn labels_are_those_of_the_closed_form_whatever_runs_the_network() {
             }
         }
         assert!(sigma.iter().all(|s| *s == 0), "one network asked once");
+        assert_eq!(said.components.model_sigma(7), None, "which has nobody to disagree with");
         assert_eq!(said.instances[49], said.components.best(49));
         let (_, defects, defect_sigma) = soft(&said.defects);
         assert!(defects.iter().all(|p| *p == 0) && defect_sigma.iter().all(|s| *s == 255), "nobody looked");
@@ -59,6 +60,8 @@ fn sigma_of_two_members_that_disagree_is_the_one_computed_by_hand() {
         let (_, probabilities, found) = soft(&said.components);
         assert!(sigma > 0.1 && (f32::from(found[7]) - 255.0 * sigma).abs() <= 0.51, "{} {sigma}", found[7]);
         assert!((f32::from(probabilities[3]) - 255.0 * (a[1] + b[1]) / 2.0).abs() <= 0.51);
+        let part = said.components.model_sigma(7).expect("two members");
+        assert!((part - sigma).abs() < 0.003, "all of it is the members'");
         let figures = said.network.expect("networks").components;
         assert!((figures.sigma - f64::from(sigma)).abs() < 1e-5 && figures.data < 1e-6);
         assert!((figures.model - f64::from(sigma)).abs() < 1e-5, "members differ, augmentations do not");
