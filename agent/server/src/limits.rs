@@ -27,7 +27,7 @@ pub struct Limits {
     /// Time to say Hello in.
     pub hello_s: f64,
     /// Time for the head of a request, from the connection's beginning or the end of the last answer: so long is an idle
-    /// connection kept.
+    /// connection kept. The handshake of TLS has the same time.
     pub request_s: f64,
     /// Time in which a client must take a piece of the answer to its request; the whole must be taken within 15 times that.
     pub answer_s: f64,
@@ -37,6 +37,10 @@ pub struct Limits {
     pub pong_s: f64,
     /// Time in which a viewer must take a message.
     pub slow_s: f64,
+    /// Time without any request after which a session ends; a stream that is open counts as one.
+    pub session_idle_s: f64,
+    /// Time after which a session ends in any case.
+    pub session_s: f64,
     /// Time without any progress after which a running inspection counts as dead in `/healthz`.
     pub stall_s: f64,
 }
@@ -54,6 +58,8 @@ impl Default for Limits {
             ping_s: 20.0,
             pong_s: 30.0,
             slow_s: 30.0,
+            session_idle_s: 3600.0,
+            session_s: 43_200.0,
             stall_s: 300.0,
         }
     }
@@ -95,6 +101,8 @@ impl Limits {
             ("ping_s", self.ping_s),
             ("pong_s", self.pong_s),
             ("slow_s", self.slow_s),
+            ("session_idle_s", self.session_idle_s),
+            ("session_s", self.session_s),
             ("stall_s", self.stall_s),
         ] {
             if !(SHORTEST..=LONGEST).contains(&time) {

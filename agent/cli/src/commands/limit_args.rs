@@ -37,6 +37,12 @@ pub(crate) struct LimitArgs {
     /// Time for a viewer to take a message; a slower one is closed and told so [default: 30]
     #[arg(long, value_name = "SECONDS")]
     slow_time: Option<f64>,
+    /// Time without a request after which a login ends; a page that is open counts as one [default: 3600]
+    #[arg(long, value_name = "SECONDS")]
+    session_idle_time: Option<f64>,
+    /// Time after which a login ends in any case [default: 43200]
+    #[arg(long, value_name = "SECONDS")]
+    session_time: Option<f64>,
     /// Time without progress after which /healthz says that the inspection is dead [default: 300]
     #[arg(long, value_name = "SECONDS")]
     stall_time: Option<f64>,
@@ -56,6 +62,8 @@ impl LimitArgs {
             ping_s: self.ping_time.unwrap_or(limits.ping_s),
             pong_s: self.pong_time.unwrap_or(limits.pong_s),
             slow_s: self.slow_time.unwrap_or(limits.slow_s),
+            session_idle_s: self.session_idle_time.unwrap_or(limits.session_idle_s),
+            session_s: self.session_time.unwrap_or(limits.session_s),
             stall_s: self.stall_time.unwrap_or(limits.stall_s),
         }
     }
@@ -91,6 +99,8 @@ mod tests {
             ("--ping-time", defaults.ping_s),
             ("--pong-time", defaults.pong_s),
             ("--slow-time", defaults.slow_s),
+            ("--session-idle-time", defaults.session_idle_s),
+            ("--session-time", defaults.session_s),
             ("--stall-time", defaults.stall_s),
         ] {
             let described = help.split("\n\n").find(|paragraph| paragraph.contains(flag)).expect(flag);
