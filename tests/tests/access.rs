@@ -159,6 +159,13 @@ async fn tls_is_spoken_with_the_certificate_that_was_named_and_nothing_else() {
     // Who speaks plain HTTP is told so, and sends nothing secret again.
     let plain = answer(agent.tcp().await.expect("connects"), &get("/", agent.address())).await.expect("answers");
     assert!(plain.starts_with("HTTP/1.1 400") && plain.contains("https://"), "{plain}");
+    let cookie = agent.log_in().await.expect("logs in");
+    let head = format!("GET /api/v1/me HTTP/1.1\r\nHost: {}\r\nCookie: {cookie}\r\n\r\n", agent.address());
+    let plain = answer(agent.tcp().await.expect("connects"), &head).await.expect("answers");
+    assert!(plain.starts_with("HTTP/1.1 400") && !plain.contains("anna"), "{plain}");
+    // But a program on this machine may ask whether it works.
+    let health = answer(agent.tcp().await.expect("connects"), &get("/healthz", agent.address())).await;
+    assert!(health.expect("answers").ends_with(r#"{"healthy":true,"state":"waiting"}"#));
     // A certificate that was exchanged holds from the next connection on.
     let before = agent.tls.fingerprint();
     let old = std::fs::read(&agent.files.certificate).expect("reads");

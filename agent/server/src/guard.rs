@@ -9,7 +9,7 @@
 use super::access::routes::{self, Least, Ruling};
 use super::access::{Denied, refusal};
 use super::client_log::{Excerpt, Kind};
-use super::server::{ServeError, Shared};
+use super::server::{Exposed, HTTPS_ONLY, ServeError, Shared};
 use axum::extract::{MatchedPath, Request, State};
 use axum::http::{HeaderMap, HeaderName, HeaderValue, Method, StatusCode, header};
 use axum::middleware::Next;
@@ -170,6 +170,10 @@ pub(super) async fn guard(State(shared): State<Shared>, request: Request, next: 
 /// Answers a request if the table of routes lets its sender make it.
 async fn ruled(shared: &Shared, mut request: Request, next: Next) -> Response {
     let path = request.extensions().get::<MatchedPath>().map_or(routes::FILES, MatchedPath::as_str).to_owned();
+    // Health is asked for by programs of the machine that speak no TLS; nothing else is said in the open.
+    if request.extensions().get::<Exposed>().is_some() && !routes::EXPOSED.contains(&path.as_str()) {
+        return (StatusCode::BAD_REQUEST, [(header::CONNECTION, "close")], HTTPS_ONLY).into_response();
+    }
     let least = match routes::ruling(request.method().as_str(), &path) {
         Ruling::Least(least) => least,
         Ruling::Methods(methods) => {

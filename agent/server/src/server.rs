@@ -54,6 +54,8 @@ const EXHAUSTED: Duration = Duration::from_millis(100);
 const DRAIN: Duration = Duration::from_secs(2);
 /// Connections without a place that are told so at once; with more the answer may be lost.
 const REFUSALS: usize = 16;
+/// What is said to who does not speak TLS.
+pub(super) const HTTPS_ONLY: &str = "this agent speaks HTTPS only: its address begins with https://";
 /// What a TLS connection begins with: a record of a handshake (RFC 8446, section 5.1).
 const HANDSHAKE: u8 = 22;
 /// File descriptors that connections leave for everything else.
@@ -124,6 +126,10 @@ pub struct Server {
     tls: Option<Arc<Tls>>,
     refusals: Arc<Semaphore>,
 }
+
+/// Marks a request that came without TLS to an agent that speaks it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Exposed;
 
 /// What all requests share.
 #[derive(Clone, Debug)]
@@ -300,8 +306,9 @@ async fn converse(stream: TcpStream, mut place: Place, tls: Option<Arc<Tls>>, ro
             None => return,
         },
     };
+    let is_exposed = tls.is_some() && matches!(wire, Wire::Plain(_));
     let (transport, remains) = Transport::new(wire, place);
-    let Err(error) = answer(transport, Arc::clone(&connection), router, &shared).await else { return };
+    let Err(error) = answer(transport, Arc::clone(&connection), is_exposed, router, &shared).await else { return };
     tracing::debug!("a connection ended: {error}");
     let (open, kept_back) = remains.take();
     let late = error.is_timeout() && connection.has_begun_to_ask();
@@ -317,7 +324,8 @@ async fn converse(stream: TcpStream, mut place: Place, tls: Option<Arc<Tls>>, ro
 }
 
 /// Does the handshake of TLS with who connected, in the time that a request has; `None` where it comes to nothing. Until it is
-/// done the connection has moved nothing, so that it is among the first to be ended for others.
+/// done the connection has moved nothing, so that it is among the first to be ended for others. Who asks on loopback without TLS is
+/// let pass: the guard answers [`Exposed`] requests for health only.
 async fn shake_hands(stream: TcpStream, place: &mut Place, tls: &Tls, shared: &Shared) -> Option<Wire> {
     let patience = seconds(shared.limits.request_s);
     let address = place.connection.address();
@@ -332,9 +340,10 @@ async fn shake_hands(stream: TcpStream, place: &mut Place, tls: &Tls, shared: &S
         if first == [HANDSHAKE] {
             return tls.acceptor().accept(stream).await.map(|stream| Some(Wire::from(stream)));
         }
-        let answer =
-            plain_answer(StatusCode::BAD_REQUEST, "this agent speaks HTTPS only: its address begins with https://");
-        say_and_close(stream, &answer).await;
+        if stream.peer_addr()?.ip().to_canonical().is_loopback() {
+            return Ok(Some(stream.into()));
+        }
+        say_and_close(stream, &plain_answer(StatusCode::BAD_REQUEST, HTTPS_ONLY)).await;
         Err(std::io::Error::new(ErrorKind::InvalidData, "the client does not speak TLS"))
     };
     let done = timeout(patience, handshake);
@@ -360,12 +369,16 @@ async fn shake_hands(stream: TcpStream, place: &mut Place, tls: &Tls, shared: &S
 async fn answer(
     transport: Transport,
     connection: Arc<Connection>,
+    is_exposed: bool,
     router: Router,
     shared: &Shared,
 ) -> Result<(), hyper::Error> {
     let service = service_fn(move |mut request: Request<Incoming>| {
         connection.asked();
         request.extensions_mut().insert(Arc::clone(&connection));
+        if is_exposed {
+            request.extensions_mut().insert(Exposed);
+        }
         router.clone().call(request.map(Body::new))
     });
     let served = http1::Builder::new()

@@ -32,6 +32,9 @@ const fn route(method: &'static str, path: &'static str, least: Least) -> Route 
 /// inspection, and the page must load before somebody can log in.
 pub(crate) const FILES: &str = "/{*file}";
 
+/// Routes that an agent with TLS answers on loopback without it, too.
+pub(crate) const EXPOSED: [&str; 2] = ["/healthz", "/readyz"];
+
 /// Every route.
 pub(crate) const ROUTES: &[Route] = &[
     route("GET", FILES, Least::Public),
