@@ -3,6 +3,8 @@
 import assert from 'node:assert/strict';
 import { spawnSync } from 'node:child_process';
 import { mkdtempSync, rmSync } from 'node:fs';
+import { readFile } from 'node:fs/promises';
+import { createRequire } from 'node:module';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { after, before, describe, it } from 'node:test';
@@ -49,7 +51,7 @@ describe('a login', () => {
     await fill('a wrong password');
     await page.waitForFunction(() => document.getElementById('said').textContent === 'Name or password is wrong.');
     assert.equal(await page.inputValue('#password'), '');
-    if (process.env.SEMASCAN_PICTURES) await page.screenshot({ path: join(process.env.SEMASCAN_PICTURES, 'login.png') });
+    assert.deepEqual(await violations(), []);
     await fill(PASSWORD);
     await at('/');
     assert.equal(new URL(page.url()).search, '?theme=dark');
@@ -57,8 +59,15 @@ describe('a login', () => {
     assert.equal(await page.textContent('.login-link'), 'anna');
     const visible = await page.evaluate(() => document.cookie);
     assert.equal(visible, '', 'no script sees the cookie');
-    if (process.env.SEMASCAN_PICTURES) await page.screenshot({ path: join(process.env.SEMASCAN_PICTURES, 'viewer.png') });
   });
+
+  // What axe says of the page: who cannot see it or use a mouse logs in, too.
+  const violations = async () => {
+    const axe = await readFile(createRequire(import.meta.url).resolve('axe-core/axe.min.js'), 'utf8');
+    await page.evaluate(axe);
+    const found = await page.evaluate(() => globalThis.axe.run(document, { runOnly: ['wcag2a', 'wcag2aa', 'wcag21a', 'wcag21aa'] }));
+    return found.violations.map((violation) => `${violation.id}: ${violation.help}`);
+  };
 
   it('leads nowhere else', LIMIT, async () => {
     for (const next of ['https://evil.example/', '//evil.example', '\\\\evil.example', 'javascript:alert(1)', '/login.html']) {

@@ -26,6 +26,12 @@ const CONTENT_TYPE: &str = "application/openmetrics-text; version=1.0.0; charset
 /// Upper bounds of the times of stages in seconds.
 const STAGE_SECONDS: [f64; 12] = [0.005, 0.01, 0.025, 0.05, 0.1, 0.25, 0.5, 1.0, 2.5, 5.0, 10.0, 30.0];
 
+const ACCEPTED: &str = "accepted";
+const LEFT_OUT: &str = "left_out";
+const FINISHED: &str = "finished";
+const STOPPED: &str = "stopped";
+const FAILED: &str = "failed";
+
 /// One label and its value.
 type Label = [(&'static str, String); 1];
 
@@ -46,13 +52,21 @@ pub(super) struct Metrics {
 
 impl Default for Metrics {
     fn default() -> Self {
-        Self {
+        let metrics = Self {
             views: Family::default(),
             inspections: Family::default(),
             stages: Family::new_with_constructor(|| Histogram::new(STAGE_SECONDS)),
             superseded: Counter::default(),
             requests: Family::default(),
+        };
+        // What has not happened yet is 0, not unknown.
+        for result in [ACCEPTED, LEFT_OUT] {
+            metrics.views.get_or_create(&[("result", result.to_owned())]);
         }
+        for outcome in [FINISHED, STOPPED, FAILED] {
+            metrics.inspections.get_or_create(&[("outcome", outcome.to_owned())]);
+        }
+        metrics
     }
 }
 
@@ -64,15 +78,16 @@ impl Metrics {
                 self.stages.get_or_create(&[("stage", stage.name().to_owned())]).observe(*seconds);
             }
             EventKind::ViewFinished { record, .. } => {
-                let result = if record.accepted { "accepted" } else { "left_out" };
+                let result = if record.accepted { ACCEPTED } else { LEFT_OUT };
                 self.views.get_or_create(&[("result", result.to_owned())]).inc();
             }
             EventKind::Ended { outcome } => {
                 let outcome = match outcome {
-                    Outcome::Running => "running",
-                    Outcome::Finished => "finished",
-                    Outcome::Stopped => "stopped",
-                    Outcome::Failed { .. } => "failed",
+                    // One that ended does not run.
+                    Outcome::Running => return,
+                    Outcome::Finished => FINISHED,
+                    Outcome::Stopped => STOPPED,
+                    Outcome::Failed { .. } => FAILED,
                 };
                 self.inspections.get_or_create(&[("outcome", outcome.to_owned())]).inc();
             }
@@ -83,6 +98,11 @@ impl Metrics {
     /// `revisions` of chunks were replaced before a viewer was sent them.
     pub(super) fn superseded(&self, revisions: u64) {
         self.superseded.inc_by(revisions);
+    }
+
+    #[cfg(test)]
+    pub(super) fn superseded_so_far(&self) -> u64 {
+        self.superseded.get()
     }
 
     /// A request was answered with `status`.
@@ -146,12 +166,16 @@ fn registry(shared: &Shared) -> Registry {
         ConstGauge::new(still),
     );
     registry.register("ready", "Whether /readyz answers 200", ConstGauge::new(i64::from(shared.unready().is_none())));
-    registry.register("model_points", "Points of the model that is shown", ConstGauge::new(totals.points as f64));
+    registry.register(
+        "model_points",
+        "Points of the model that is shown",
+        ConstGauge::new(i64::try_from(totals.points).unwrap_or(i64::MAX)),
+    );
     registry.register_with_unit(
         "model",
         "Size of the model that is shown, as it is sent",
         Unit::Bytes,
-        ConstGauge::new(totals.snapshot_bytes as f64),
+        ConstGauge::new(i64::try_from(totals.snapshot_bytes).unwrap_or(i64::MAX)),
     );
     registry
 }

@@ -35,8 +35,8 @@ pub(crate) const FILES: &str = "/{*file}";
 /// Routes that an agent with TLS answers on loopback without it, too.
 pub(crate) const EXPOSED: [&str; 2] = ["/healthz", "/readyz"];
 
-/// Every route.
-pub(crate) const ROUTES: &[Route] = &[
+/// The routes.
+const ROUTES: &[Route] = &[
     route("GET", FILES, Least::Public),
     route("GET", "/healthz", Least::Public),
     route("GET", "/readyz", Least::Public),
@@ -46,6 +46,11 @@ pub(crate) const ROUTES: &[Route] = &[
     route("POST", "/api/v1/logout", Least::Role(Role::Viewer)),
     route("GET", "/api/v1/me", Least::Role(Role::Viewer)),
 ];
+
+/// Every route of the server.
+pub(crate) fn all() -> impl Iterator<Item = &'static Route> {
+    ROUTES.iter()
+}
 
 /// What the table says of a request.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -61,7 +66,7 @@ pub(crate) enum Ruling {
 /// Who may make a request with `method` for the route with `path`.
 pub(crate) fn ruling(method: &str, path: &str) -> Ruling {
     let method = if method == "HEAD" { "GET" } else { method };
-    let of_path = || ROUTES.iter().filter(|route| route.path == path);
+    let of_path = || all().filter(|route| route.path == path);
     match of_path().find(|route| route.method == method) {
         Some(route) => Ruling::Least(route.least),
         None if of_path().next().is_none() => Ruling::Missing,

@@ -1,7 +1,7 @@
 //! Every route with every role, against the routes of the server itself, and sessions and tokens that are forged, old or used
 //! again.
 
-use super::routes::{self, FILES, Least, ROUTES, Ruling};
+use super::routes::{self, FILES, Least, Ruling};
 use super::*;
 use crate::connections::{Connections, Place};
 use crate::live::LiveModel;
@@ -124,7 +124,7 @@ fn paths_of_the_router(agent: &Agent) -> BTreeSet<String> {
 async fn every_route_answers_those_with_its_role_and_nobody_else() {
     let agent = Agent::with_users();
     let tokens: Vec<(Role, String)> = Role::ALL.into_iter().map(|role| (role, agent.token(role))).collect();
-    for route in ROUTES {
+    for route in routes::all() {
         let path = example(route.path);
         let without = agent.status(route.method, &path, &[("x-semascan-request", "1")]).await;
         match route.least {
@@ -148,7 +148,7 @@ async fn every_route_answers_those_with_its_role_and_nobody_else() {
 async fn no_route_is_without_a_row_and_no_row_without_a_route() {
     let agent = Agent::with_users();
     let of_router = paths_of_the_router(&agent);
-    let of_table: BTreeSet<String> = ROUTES.iter().map(|r| r.path.to_owned()).filter(|path| path != FILES).collect();
+    let of_table: BTreeSet<String> = routes::all().map(|r| r.path.to_owned()).filter(|path| path != FILES).collect();
     assert!(
         of_router.contains("/ws") && of_router.contains("/api/v1/me"),
         "the router does not say its paths any more"
@@ -161,7 +161,7 @@ async fn no_route_is_without_a_row_and_no_row_without_a_route() {
     let bearer = format!("Bearer {}", agent.token(Role::Admin));
     for path in of_router {
         for method in ["POST", "PUT", "PATCH", "DELETE", "OPTIONS", "TRACE", "GET"] {
-            let has_row = ROUTES.iter().any(|route| route.path == path && route.method == method);
+            let has_row = routes::all().any(|route| route.path == path && route.method == method);
             let status = agent.status(method, &path, &[("authorization", &bearer)]).await;
             assert_eq!(status == 405, !has_row, "{method} {path}: {status}");
         }
