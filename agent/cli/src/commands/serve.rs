@@ -279,8 +279,8 @@ fn idle(signals: &Signals) -> Result<(), Failure> {
 /// Publishes an inspection to `live` until its end, and writes it; a failure is published too and does not end the server,
 /// but is the command's when that ends. A save that fails is tried again as long as the server runs.
 fn follow(running: Running, live: &LiveModel, signals: &Signals) -> Result<(), Failure> {
+    let _in_span = running.span().entered();
     let Running { events, handle, output } = running;
-    let _in_span = tracing::info_span!("inspection", id = %handle.id()).entered();
     LiveStream::new(live).follow(events);
     let not_saved = |reason: &str| {
         tracing::error!("{reason}");
