@@ -9,12 +9,15 @@
 use super::access::routes::{self, Least, Ruling};
 use super::access::{Denied, refusal};
 use super::client_log::{Excerpt, Kind};
+use super::connections::Connection;
 use super::server::{Exposed, HTTPS_ONLY, ServeError, Shared};
 use axum::extract::{MatchedPath, Request, State};
 use axum::http::{HeaderMap, HeaderName, HeaderValue, Method, StatusCode, header};
 use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};
 use std::net::IpAddr;
+use std::sync::Arc;
+use std::time::Instant;
 
 /// The header that a request which changes something carries, whatever its value.
 const INTENDED: HeaderName = HeaderName::from_static("x-semascan-request");
@@ -170,6 +173,15 @@ pub(super) async fn guard(State(shared): State<Shared>, request: Request, next: 
 /// Answers a request if the table of routes lets its sender make it.
 async fn ruled(shared: &Shared, mut request: Request, next: Next) -> Response {
     let path = request.extensions().get::<MatchedPath>().map_or(routes::FILES, MatchedPath::as_str).to_owned();
+    if let Some(connection) = request.extensions().get::<Arc<Connection>>()
+        && let Err(wait) = shared.rate.admit(connection.address(), Instant::now())
+    {
+        let reason = "too many requests from this address";
+        shared.log.warn(Kind::RequestRefused, || format!("request refused: {reason}, {}", connection.address()));
+        let mut response = refusal(StatusCode::TOO_MANY_REQUESTS, reason);
+        response.headers_mut().insert(header::RETRY_AFTER, HeaderValue::from(wait.as_secs() + 1));
+        return response;
+    }
     // Health is asked for by programs of the machine that speak no TLS; nothing else is said in the open.
     if request.extensions().get::<Exposed>().is_some() && !routes::EXPOSED.contains(&path.as_str()) {
         return (StatusCode::BAD_REQUEST, [(header::CONNECTION, "close")], HTTPS_ONLY).into_response();

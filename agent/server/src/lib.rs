@@ -16,6 +16,7 @@ mod live_stream;
 mod messages;
 mod metrics;
 mod plain_answer;
+mod request_rate;
 mod saved;
 mod server;
 mod thumbnail;

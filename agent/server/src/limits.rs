@@ -11,6 +11,10 @@ use std::time::Duration;
 const LONGEST: f64 = 86_400.0;
 /// Shortest time that a limit may be set to, in seconds.
 const SHORTEST: f64 = 0.01;
+/// Fewest requests a second that an address may be held to.
+const SLOWEST: f64 = 0.01;
+/// Most requests a second.
+const FASTEST: f64 = 1e6;
 
 /// Limits of the server; times in seconds.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
@@ -22,6 +26,10 @@ pub struct Limits {
     pub connections_per_address: usize,
     /// Connections at once that have opened the stream and not said Hello yet.
     pub hellos: usize,
+    /// Requests that one address may make at once, all its viewers together ...
+    pub request_burst: usize,
+    /// ... and in each second after that.
+    pub requests_per_s: f64,
     /// Largest message from a client, in bytes.
     pub message_bytes: usize,
     /// Time to say Hello in.
@@ -51,6 +59,8 @@ impl Default for Limits {
             connections: 1024,
             connections_per_address: 512,
             hellos: 256,
+            request_burst: 5000,
+            requests_per_s: 500.0,
             message_bytes: MAX_CLIENT_MESSAGE,
             hello_s: 10.0,
             request_s: 10.0,
@@ -85,6 +95,7 @@ impl Limits {
             ("connections", self.connections),
             ("connections_per_address", self.connections_per_address),
             ("hellos", self.hellos),
+            ("request_burst", self.request_burst),
         ] {
             if count == 0 {
                 return Err(LimitError { field, reason: "0 would let nobody in".into() });
@@ -93,6 +104,10 @@ impl Limits {
         if !(64..=MAX_CLIENT_MESSAGE).contains(&self.message_bytes) {
             let reason = format!("{} is not within 64 and {MAX_CLIENT_MESSAGE} bytes", self.message_bytes);
             return Err(LimitError { field: "message_bytes", reason });
+        }
+        if !(SLOWEST..=FASTEST).contains(&self.requests_per_s) {
+            let reason = format!("{} is not within {SLOWEST} and {FASTEST} requests a second", self.requests_per_s);
+            return Err(LimitError { field: "requests_per_s", reason });
         }
         for (field, time) in [
             ("hello_s", self.hello_s),
@@ -130,6 +145,9 @@ mod tests {
             (Limits { connections: 0, ..Limits::default() }, "connections"),
             (Limits { hellos: 0, ..Limits::default() }, "hellos"),
             (Limits { message_bytes: 1 << 30, ..Limits::default() }, "message_bytes"),
+            (Limits { request_burst: 0, ..Limits::default() }, "request_burst"),
+            (Limits { requests_per_s: f64::NAN, ..Limits::default() }, "requests_per_s"),
+            (Limits { requests_per_s: 0.0, ..Limits::default() }, "requests_per_s"),
             (Limits { slow_s: f64::NAN, ..Limits::default() }, "slow_s"),
             (Limits { ping_s: -1.0, ..Limits::default() }, "ping_s"),
             (Limits { hello_s: f64::INFINITY, ..Limits::default() }, "hello_s"),

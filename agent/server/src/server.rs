@@ -10,6 +10,7 @@ use super::limits::{LimitError, Limits, seconds};
 use super::live::LiveModel;
 use super::metrics::metrics;
 use super::plain_answer::{plain_answer, reason_of, say_and_close};
+use super::request_rate::RequestRate;
 use super::tls::Tls;
 use super::transport::{Open, Transport};
 use super::web::WebFiles;
@@ -138,6 +139,7 @@ pub(super) struct Shared {
     pub(super) limits: Arc<Limits>,
     pub(super) log: Arc<ClientLog>,
     pub(super) connections: Arc<Connections>,
+    pub(super) rate: Arc<RequestRate>,
     pub(super) access: Arc<AccessRule>,
     pub(super) entry: Arc<Access>,
     /// Whether all connections are encrypted.
@@ -157,6 +159,7 @@ impl Shared {
     ) -> Self {
         Self {
             live: Arc::new(live),
+            rate: Arc::new(RequestRate::new(&limits)),
             limits: Arc::new(limits),
             log: Arc::default(),
             connections,
@@ -197,6 +200,7 @@ impl Server {
         let shared = Shared {
             live,
             connections: Arc::new(Connections::new(&limits, most)),
+            rate: Arc::new(RequestRate::new(&limits)),
             entry: Arc::new(Access::new(entry, &limits, secure, port)?),
             secure,
             limits: Arc::new(limits),

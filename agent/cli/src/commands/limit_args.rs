@@ -16,6 +16,12 @@ pub(crate) struct LimitArgs {
     /// Connections at once that have opened the stream and not said what they want [default: 256]
     #[arg(long, value_name = "N")]
     max_hellos: Option<usize>,
+    /// Requests that one address may make at once [default: 5000]
+    #[arg(long, value_name = "N")]
+    request_burst: Option<usize>,
+    /// Requests a second that one address may make after that [default: 500]
+    #[arg(long, value_name = "N")]
+    request_rate: Option<f64>,
     /// Largest message from a viewer [default: 524288]
     #[arg(long, value_name = "BYTES")]
     max_message: Option<usize>,
@@ -55,6 +61,8 @@ impl LimitArgs {
             connections: self.max_connections.unwrap_or(limits.connections),
             connections_per_address: self.max_connections_per_address.unwrap_or(limits.connections_per_address),
             hellos: self.max_hellos.unwrap_or(limits.hellos),
+            request_burst: self.request_burst.unwrap_or(limits.request_burst),
+            requests_per_s: self.request_rate.unwrap_or(limits.requests_per_s),
             message_bytes: self.max_message.unwrap_or(limits.message_bytes),
             hello_s: self.hello_time.unwrap_or(limits.hello_s),
             request_s: self.request_time.unwrap_or(limits.request_s),
@@ -92,6 +100,8 @@ mod tests {
             ("--max-connections <", defaults.connections as f64),
             ("--max-connections-per-address", defaults.connections_per_address as f64),
             ("--max-hellos", defaults.hellos as f64),
+            ("--request-burst", defaults.request_burst as f64),
+            ("--request-rate", defaults.requests_per_s),
             ("--max-message", defaults.message_bytes as f64),
             ("--hello-time", defaults.hello_s),
             ("--request-time", defaults.request_s),

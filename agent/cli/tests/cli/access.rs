@@ -269,17 +269,33 @@ fn json_lines_name_the_inspection_that_they_belong_to() {
 #[test]
 fn ready_and_healthy_are_two_things() {
     let agent = Agent::start(&["serve", "--port", "0"]);
-    let mut ready = String::new();
-    for _ in 0..100 {
-        ready = agent.ask("GET /readyz", "");
-        if ready.starts_with("HTTP/1.1 200") {
-            break;
+    let until = |agent: &Agent, path: &str, wanted: &str| {
+        for _ in 0..1000 {
+            let answer = agent.ask(&format!("GET {path}"), "");
+            if answer.contains(wanted) {
+                return answer;
+            }
+            std::thread::sleep(Duration::from_millis(50));
         }
-        std::thread::sleep(Duration::from_millis(50));
-    }
-    assert!(ready.starts_with("HTTP/1.1 200") && ready.ends_with(r#"{"ready":true}"#), "{ready}");
+        panic!("{path} does not come to {wanted}: {}", agent.ask(&format!("GET {path}"), ""))
+    };
+    let ready = until(&agent, "/readyz", r#"{"ready":true}"#);
+    assert!(ready.starts_with("HTTP/1.1 200"), "{ready}");
     assert!(agent.ask("GET /healthz", "").contains(r#""state":"waiting""#));
     assert!(agent.ask("GET /metrics", "").contains("semascan_ready 1"));
+    agent.end();
+    // What an inspection did is counted.
+    let source = "virtual:starter-motor?seed=3&views=3&size=160x120&cell=2.5";
+    let agent = Agent::start(&["serve", "--port", "0", "--source", source]);
+    until(&agent, "/healthz", r#""state":"finished""#);
+    let metrics = agent.ask("GET /metrics", "");
+    for line in [
+        r#"semascan_views_total{result="accepted"} 3"#,
+        r#"semascan_inspections_total{outcome="finished"} 1"#,
+        r#"semascan_stage_seconds_count{stage="fuse"} 3"#,
+    ] {
+        assert!(metrics.contains(line), "{line} is not in {metrics}");
+    }
     agent.end();
 }
 

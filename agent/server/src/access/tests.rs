@@ -5,6 +5,7 @@ use super::routes::{self, FILES, Least, Ruling};
 use super::*;
 use crate::connections::{Connections, Place};
 use crate::live::LiveModel;
+use crate::request_rate::RequestRate;
 use crate::server::{Shared, router};
 use axum::body::{Body, to_bytes};
 use axum::http::{Method, Request, StatusCode};
@@ -50,6 +51,12 @@ impl Agent {
         let entry = Access::new(entry(Arc::clone(&accounts)), &limits, secure, 8787).expect("a key");
         let shared = Shared::for_tests(LiveModel::new(), limits, connections, entry, secure);
         Self { shared, accounts, place, _root: root }
+    }
+
+    fn with_limits(limits: Limits) -> Self {
+        let mut agent = Self::with_users();
+        agent.shared.rate = Arc::new(RequestRate::new(&limits));
+        agent
     }
 
     fn with_users() -> Self {
@@ -367,6 +374,51 @@ fn what_others_reach_has_users_and_tls_or_does_not_start() {
     for address in ["[::]:1", "10.0.0.7:1", "[::ffff:10.0.0.7]:1"] {
         assert_ne!(said(&Entry::Local, address.parse().expect("an address"), false), "", "{address}");
     }
+}
+
+#[tokio::test]
+async fn too_many_requests_are_refused_until_there_are_fewer() {
+    let agent = Agent::with_limits(Limits { request_burst: 3, requests_per_s: 0.1, ..Limits::default() });
+    for _ in 0..3 {
+        assert_eq!(agent.status("GET", "/healthz", &[]).await, 200);
+    }
+    let refused = agent.ask("GET", "/healthz", &[], "").await;
+    assert_eq!(refused.status(), 429);
+    let wait: u64 = refused.headers()["retry-after"].to_str().expect("text").parse().expect("seconds");
+    assert!((9..=11).contains(&wait), "{wait}");
+}
+
+#[tokio::test]
+async fn what_happens_is_counted() {
+    use semascan_inspection::event::{EventKind, StageStatus};
+    use semascan_model::record::{Outcome, Stage};
+    let agent = Agent::new(|_| Entry::Local, false);
+    let metrics = agent.shared.live.metrics();
+    let status = StageStatus::Finished { seconds: 0.3 };
+    metrics.happened(&EventKind::Stage { view: 0, stage: Stage::Fuse, status });
+    metrics.happened(&EventKind::Stage { view: 1, stage: Stage::Fuse, status: StageStatus::Started });
+    for outcome in [Outcome::Finished, Outcome::Failed { reason: "no view".into() }, Outcome::Finished] {
+        metrics.happened(&EventKind::Ended { outcome });
+    }
+    agent.status("GET", "/nothing", &[]).await;
+    agent.shared.live.set_unready("it starts");
+    let text = text(agent.ask("GET", "/metrics", &[], "").await).await;
+    for line in [
+        r#"semascan_inspections_total{outcome="finished"} 2"#,
+        r#"semascan_inspections_total{outcome="failed"} 1"#,
+        r#"semascan_inspections_total{outcome="stopped"} 0"#,
+        r#"semascan_views_total{result="accepted"} 0"#,
+        r#"semascan_stage_seconds_count{stage="fuse"} 1"#,
+        r#"semascan_stage_seconds_sum{stage="fuse"} 0.3"#,
+        r#"semascan_stage_seconds_bucket{le="0.25",stage="fuse"} 0"#,
+        r#"semascan_requests_total{status="404"} 1"#,
+        r#"semascan_connections{doing="waiting"} 1"#,
+        "semascan_ready 0",
+        "semascan_running 0",
+    ] {
+        assert!(text.lines().any(|there| there == line), "{line} is not in\n{text}");
+    }
+    assert!(text.ends_with("# EOF\n"));
 }
 
 #[tokio::test]
