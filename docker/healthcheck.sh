@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Succeeds while the agent answers /healthz with 200, which is about its work; prints the answer for `docker inspect`. Plain
-# bash: the image has no HTTP client.
+# bash: the image has no HTTP client. An agent with TLS answers this one question on loopback without it, too.
 set -euo pipefail
 port="${SEMASCAN_PORT:-8787}"
 exec 3<>"/dev/tcp/127.0.0.1/$port"

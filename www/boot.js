@@ -56,6 +56,46 @@
   addEventListener("error", (event) => onError(event.error));
   addEventListener("unhandledrejection", (event) => onError(event.reason));
 
+  // Who the agent takes this page's reader for; null where somebody must log in first, and where it does not say.
+  const whoAmI = async () => {
+    try {
+      const answer = await fetch("api/v1/me", { cache: "no-store" });
+      if (answer.status === 401) {
+        // And back here after that.
+        location.replace(`login.html?next=${encodeURIComponent(location.pathname + location.search + location.hash)}`);
+        return { leaves: true };
+      }
+      return answer.ok ? await answer.json() : null;
+    } catch {
+      return null;
+    }
+  };
+
+  // A login can end while the page is open: the stream then breaks off, and a browser does not say why. Whenever the page says
+  // that it is not connected, it is asked whether somebody must log in.
+  const followLogin = () => {
+    let asking = false;
+    const ask = async () => {
+      const state = document.querySelector("[data-testid=connection]")?.dataset.state;
+      if (asking || !state || state === "connected") return;
+      asking = true;
+      await whoAmI();
+      asking = false;
+    };
+    const observer = new MutationObserver(ask);
+    observer.observe(document.body, { subtree: true, attributes: true, attributeFilter: ["data-state"] });
+  };
+
+  // The way to the login's page, for those who have one.
+  const showLogin = (me) => {
+    const link = document.createElement("a");
+    link.className = "text-button login-link";
+    link.href = "login.html";
+    link.textContent = me.name;
+    link.title = `Logged in as ${me.name} (${me.role})`;
+    document.getElementById("header")?.append(link);
+  };
+
   // Kept as long as the page: what is dropped stops.
   let running = null;
 
@@ -65,9 +105,16 @@
       return;
     }
     try {
+      const asked = whoAmI();
       const viewer = await import("./semascan_viewer.js");
       await viewer.default();
+      const me = await asked;
+      if (me?.leaves) return;
       running = viewer.start();
+      if (me?.login) {
+        showLogin(me);
+        followLogin();
+      }
     } catch (error) {
       console.error(error);
       fail(

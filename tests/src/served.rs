@@ -5,7 +5,7 @@ use anyhow::{Context, Result};
 use semascan_inspection::spec::InspectionSpec;
 use semascan_inspection::{Inspected, Inspection};
 use semascan_model::InspectionId;
-use semascan_server::{AccessRule, Limits, LiveModel, LiveStream, Server, ServerConfig, WebFiles};
+use semascan_server::{AccessRule, Entry, Limits, LiveModel, LiveStream, Server, ServerConfig, WebFiles};
 use std::net::{Ipv4Addr, SocketAddr};
 use std::sync::Arc;
 use std::thread::JoinHandle;
@@ -38,13 +38,22 @@ impl Served {
     /// # Errors
     /// If no port can be had, or a setting cannot be kept.
     pub fn start_with(files: WebFiles, limits: Limits) -> Result<Self> {
-        let live = Arc::new(LiveModel::new());
-        let config = ServerConfig {
+        Self::start_as(ServerConfig {
             address: SocketAddr::from((Ipv4Addr::LOCALHOST, 0)),
             access: AccessRule::default(),
+            entry: Entry::default(),
+            tls: None,
             files,
             limits,
-        };
+        })
+    }
+
+    /// Serves an empty live model as `config` says. Must be called inside a tokio runtime.
+    ///
+    /// # Errors
+    /// If no port can be had, or a setting cannot be kept.
+    pub fn start_as(config: ServerConfig) -> Result<Self> {
+        let live = Arc::new(LiveModel::new());
         let server = Server::bind(&config, Arc::clone(&live))?;
         let address = server.local_address()?;
         let (stop, stopped) = tokio::sync::oneshot::channel::<()>();

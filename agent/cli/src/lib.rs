@@ -14,7 +14,9 @@ use std::io::{IsTerminal, Write};
 use std::process::ExitCode;
 use std::sync::Mutex;
 use stderr::Stderr;
-use tracing_subscriber::layer::SubscriberExt;
+use tracing_subscriber::filter::filter_fn;
+use tracing_subscriber::fmt;
+use tracing_subscriber::layer::{Layer, SubscriberExt};
 use tracing_subscriber::util::SubscriberInitExt;
 
 /// Does what the command line says; `viewer` holds the viewer's files.
@@ -23,14 +25,27 @@ pub fn run(viewer: EmbeddedFiles) -> ExitCode {
         Ok(cli) => cli,
         Err(answer) => return say(&answer),
     };
+    let text = || {
+        fmt::layer()
+            .with_writer(Mutex::new(Stderr::default()))
+            .with_ansi(colored())
+            .with_target(false)
+            .log_internal_errors(false)
+            // Which inspection a line belongs to is for machines: people watch one.
+            .with_filter(filter_fn(|metadata| metadata.is_event()))
+    };
+    let json = || {
+        fmt::layer()
+            .json()
+            .flatten_event(true)
+            .with_span_list(false)
+            .with_writer(Mutex::new(Stderr::default()))
+            .log_internal_errors(false)
+    };
+    let is_json = cli.verbosity.is_json();
     tracing_subscriber::registry()
-        .with(
-            tracing_subscriber::fmt::layer()
-                .with_writer(Mutex::new(Stderr::default()))
-                .with_ansi(colored())
-                .with_target(false)
-                .log_internal_errors(false),
-        )
+        .with(is_json.then(json))
+        .with((!is_json).then(text))
         .with(cli.verbosity.log_levels(std::env::var("RUST_LOG").ok().as_deref()))
         .init();
     match cli.run(viewer) {

@@ -232,7 +232,8 @@ impl Inspection {
     pub fn start(self) -> InspectionHandle {
         let stop = self.events.stop_switch().clone();
         let (id, switch) = (self.id, stop.clone());
-        let worker = std::thread::spawn(move || self.run(&switch));
+        let span = tracing::info_span!("inspection", %id);
+        let worker = std::thread::spawn(move || span.in_scope(|| self.run(&switch)));
         InspectionHandle { id, stop, worker }
     }
 
@@ -243,7 +244,9 @@ impl Inspection {
         let info = source.info().clone();
         // The record is made by a subscriber like any other, which is done when the events are.
         let followed = events.subscribe();
+        let span = tracing::Span::current();
         let recorder = std::thread::spawn(move || {
+            let _in_span = span.entered();
             let mut recorder = Recorder::default();
             followed.for_each(|event| recorder.handle(&event));
             recorder.finish()

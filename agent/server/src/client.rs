@@ -3,6 +3,7 @@
 //! Nothing is allocated for a client before its Hello was read and found good, and of the Hello only what is still the newest
 //! is kept. A client has to take what it is sent and to answer pings in time; one that does not is told so and closed.
 
+use super::access::{Denied, Identity, routes};
 use super::client_log::{ClientLog, Excerpt, Kind};
 use super::connections::Connection;
 use super::limits::{Limits, seconds};
@@ -55,16 +56,38 @@ impl Farewell {
     }
 }
 
-/// Serves one client until it leaves or misbehaves, or the server ends.
-pub(super) async fn serve(socket: WebSocket, shared: Shared, connection: Arc<Connection>) {
+/// Serves one client until it leaves or misbehaves, its login ends, or the server ends.
+pub(super) async fn serve(socket: WebSocket, shared: Shared, connection: Arc<Connection>, identity: Identity) {
     let (mut to_client, mut from_client) = socket.split();
     let farewell = tokio::select! {
-        farewell = follow(&mut to_client, &mut from_client, &shared, &connection) => farewell,
+        farewell = follow(&mut to_client, &mut from_client, &shared, &connection, &identity) => farewell,
+        farewell = login_ends(&shared, &identity) => Some(farewell),
         () = shared.connections.ending() => Some(Farewell::away()),
     };
     if let Some(farewell) = farewell {
         say_farewell(to_client, from_client, farewell, &shared.log).await;
     }
+}
+
+/// Completes when `identity` may not follow the stream any more. An open stream keeps its session from being idle.
+async fn login_ends(shared: &Shared, identity: &Identity) -> Farewell {
+    loop {
+        tokio::time::sleep(seconds(shared.limits.ping_s)).await;
+        match shared.entry.still(identity).await {
+            // Whoever could be let in may not be thrown out because the disk fails.
+            Err(Denied::Unavailable(error)) => tracing::warn!("it cannot be told whether a login still holds: {error}"),
+            Err(_) => return Farewell::policy("the login has ended: log in again"),
+            Ok(_) => {}
+        }
+    }
+}
+
+/// The message in `bytes`, if it is one that `identity` may send.
+fn message_of(identity: &Identity, bytes: &[u8]) -> Result<FromClient, Farewell> {
+    let message = decode_client(bytes).map_err(|error| Farewell::policy(error.to_string()))?;
+    let body = message.body.ok_or_else(|| Farewell::policy("message without a body"))?;
+    let least = routes::role_of_message(&body);
+    if identity.role >= least { Ok(body) } else { Err(Farewell::policy(format!("this needs the role {least}"))) }
 }
 
 /// Follows the stream with one client; why it has to be closed, if it does not leave by itself.
@@ -73,12 +96,13 @@ async fn follow(
     from_client: &mut FromSocket,
     shared: &Shared,
     connection: &Connection,
+    identity: &Identity,
 ) -> Option<Farewell> {
     let Shared { live, limits, log, connections, .. } = shared;
     if !connections.greet(connection) {
         return Some(Farewell::again("too many clients arrive at once"));
     }
-    let hello = match timeout(seconds(limits.hello_s), read_hello(from_client)).await {
+    let hello = match timeout(seconds(limits.hello_s), read_hello(from_client, identity)).await {
         Ok(Ok(Some(hello))) => hello,
         Ok(Ok(None)) => return None,
         Ok(Err(farewell)) => return Some(farewell),
@@ -92,7 +116,7 @@ async fn follow(
     // One side ends the other: writing stops when the client leaves, reading when it cannot be written to.
     let farewell = tokio::select! {
         farewell = write(to_client, live, limits, hello, &heard, &mut requested) => farewell,
-        farewell = read_rest(from_client, &heard, &requests) => farewell,
+        farewell = read_rest(from_client, identity, &heard, &requests) => farewell,
     };
     log.info(Kind::Left, || format!("viewer left: {name}"));
     farewell
@@ -121,7 +145,7 @@ impl Heard {
 }
 
 /// The first message; `None` if the client left before it.
-async fn read_hello(from_client: &mut FromSocket) -> Result<Option<Hello>, Farewell> {
+async fn read_hello(from_client: &mut FromSocket, identity: &Identity) -> Result<Option<Hello>, Farewell> {
     loop {
         match from_client.next().await {
             None | Some(Ok(Message::Close(_))) => return Ok(None),
@@ -129,10 +153,9 @@ async fn read_hello(from_client: &mut FromSocket) -> Result<Option<Hello>, Farew
             Some(Ok(Message::Ping(_) | Message::Pong(_))) => {}
             Some(Ok(Message::Text(_))) => return Err(Farewell::policy("text message; semascan.v1 is binary")),
             Some(Ok(Message::Binary(bytes))) => {
-                return match decode_client(&bytes).map_err(|e| Farewell::policy(e.to_string()))?.body {
-                    Some(FromClient::Hello(hello)) => Ok(Some(hello)),
-                    Some(FromClient::Views(_)) => Err(Farewell::policy("a request before the Hello")),
-                    None => Err(Farewell::policy("message without a body")),
+                return match message_of(identity, &bytes)? {
+                    FromClient::Hello(hello) => Ok(Some(hello)),
+                    FromClient::Views(_) => Err(Farewell::policy("a request before the Hello")),
                 };
             }
         }
@@ -142,6 +165,7 @@ async fn read_hello(from_client: &mut FromSocket) -> Result<Option<Hello>, Farew
 /// Listens until the end; why the client has to be closed, if it does not leave by itself.
 async fn read_rest(
     from_client: &mut FromSocket,
+    identity: &Identity,
     heard: &Heard,
     requests: &mpsc::Sender<ViewRequest>,
 ) -> Option<Farewell> {
@@ -152,14 +176,14 @@ async fn read_rest(
             Ok(Message::Close(_)) => return None,
             Err(error) => return Some(Farewell::policy(error.to_string())),
             Ok(Message::Text(_)) => return Some(Farewell::policy("text message; semascan.v1 is binary")),
-            Ok(Message::Binary(bytes)) => match decode_client(&bytes).map(|message| message.body) {
-                Ok(Some(FromClient::Views(request))) => {
+            Ok(Message::Binary(bytes)) => match message_of(identity, &bytes) {
+                Ok(FromClient::Views(request)) => {
                     if requests.try_send(request).is_err() {
                         return Some(Farewell::policy("too many requests at once"));
                     }
                 }
-                Ok(_) => return Some(Farewell::policy("a second Hello")),
-                Err(error) => return Some(Farewell::policy(error.to_string())),
+                Ok(FromClient::Hello(_)) => return Some(Farewell::policy("a second Hello")),
+                Err(farewell) => return Some(farewell),
             },
         }
     }

@@ -40,11 +40,22 @@ pub(super) enum Kind {
     RequestRefused,
     ConnectionRefused,
     ConnectionFailed,
+    LoggedIn,
+    LoginRefused,
 }
 
 impl Kind {
+    /// Those that say that something was refused.
+    pub(super) const REFUSALS: [Self; 5] = [
+        Self::ViewerRefused,
+        Self::RequestRefused,
+        Self::ConnectionRefused,
+        Self::ConnectionFailed,
+        Self::LoginRefused,
+    ];
+
     /// What is counted, for people.
-    fn name(self) -> &'static str {
+    pub(super) fn name(self) -> &'static str {
         match self {
             Self::Connected => "viewers connected",
             Self::Left => "viewers left",
@@ -52,6 +63,8 @@ impl Kind {
             Self::RequestRefused => "requests refused",
             Self::ConnectionRefused => "connections refused",
             Self::ConnectionFailed => "connections that could not be taken",
+            Self::LoggedIn => "logins and logouts",
+            Self::LoginRefused => "logins refused",
         }
     }
 }
@@ -67,6 +80,7 @@ struct Window {
 #[derive(Debug, Default)]
 pub(super) struct ClientLog {
     windows: Mutex<BTreeMap<Kind, Window>>,
+    counts: Mutex<BTreeMap<Kind, u64>>,
 }
 
 impl ClientLog {
@@ -91,7 +105,13 @@ impl ClientLog {
         }
     }
 
+    /// Lines of a kind so far, those that were left out included.
+    pub(super) fn count(&self, kind: Kind) -> u64 {
+        self.counts.lock().unwrap_or_else(PoisonError::into_inner).get(&kind).copied().unwrap_or_default()
+    }
+
     fn admits(&self, kind: Kind, now: Instant) -> bool {
+        *self.counts.lock().unwrap_or_else(PoisonError::into_inner).entry(kind).or_default() += 1;
         let mut windows = self.windows.lock().unwrap_or_else(PoisonError::into_inner);
         let window = windows.entry(kind).or_insert(Window { began: now, lines: 0, left_out: 0 });
         if window.left_out == 0 && now.duration_since(window.began) >= WINDOW {
@@ -134,6 +154,7 @@ mod tests {
         let now = Instant::now();
         let written = (0..1000).filter(|_| log.admits(Kind::ViewerRefused, now)).count();
         assert_eq!(written, LINES as usize);
+        assert_eq!((log.count(Kind::ViewerRefused), log.count(Kind::Connected)), (1000, 0));
         assert!(log.admits(Kind::Connected, now), "other kinds are not concerned");
         assert_eq!(log.left_out(now), []);
         assert!(!log.admits(Kind::ViewerRefused, now + WINDOW), "not before it was said");

@@ -36,6 +36,21 @@ pub(super) enum Doing {
     Viewing,
 }
 
+impl Doing {
+    /// Everything that a connection may be doing.
+    pub(super) const ALL: [Self; 4] = [Self::Waiting, Self::Answering, Self::Greeting, Self::Viewing];
+
+    /// Lower-case name.
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Self::Waiting => "waiting",
+            Self::Answering => "answering",
+            Self::Greeting => "greeting",
+            Self::Viewing => "viewing",
+        }
+    }
+}
+
 /// One connection, as the others see it.
 #[derive(Debug)]
 pub(super) struct Connection {
@@ -54,6 +69,11 @@ pub(super) struct Connection {
 impl Connection {
     fn since_began(&self) -> u64 {
         self.began.elapsed().as_millis() as u64
+    }
+
+    /// Where it comes from: of IPv6 the network that counts as one address.
+    pub(super) fn address(&self) -> IpAddr {
+        self.address
     }
 
     /// A byte moved.
@@ -117,6 +137,16 @@ pub(super) struct Place {
 }
 
 impl Place {
+    /// `bytes` came.
+    pub(super) fn received(&self, bytes: usize) {
+        self.connections.traffic.received.fetch_add(bytes as u64, Ordering::Relaxed);
+    }
+
+    /// `bytes` were sent.
+    pub(super) fn sent(&self, bytes: usize) {
+        self.connections.traffic.sent.fetch_add(bytes as u64, Ordering::Relaxed);
+    }
+
     /// Ready from when on the connection has to end; may be polled again then.
     pub(super) fn poll_ended(&mut self, context: &mut Context<'_>) -> Poll<()> {
         if self.ended.is_terminated() {
@@ -140,7 +170,15 @@ pub(super) struct Connections {
     most_greeting: usize,
     answer: Duration,
     ending: watch::Sender<bool>,
+    traffic: Traffic,
     state: Mutex<State>,
+}
+
+/// Bytes of all connections, ended ones included. Under TLS those of what is said, not of how it is encrypted.
+#[derive(Debug, Default)]
+pub(super) struct Traffic {
+    pub(super) received: AtomicU64,
+    pub(super) sent: AtomicU64,
 }
 
 #[derive(Debug, Default)]
@@ -158,6 +196,7 @@ impl Connections {
             most_greeting: limits.hellos,
             answer: seconds(limits.answer_s),
             ending: watch::Sender::new(false),
+            traffic: Traffic::default(),
             state: Mutex::default(),
         }
     }
@@ -165,6 +204,11 @@ impl Connections {
     fn lock(&self) -> MutexGuard<'_, State> {
         // No code below panics between two related writes.
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Bytes that moved.
+    pub(super) fn traffic(&self) -> &Traffic {
+        &self.traffic
     }
 
     /// A place for a connection from `address`; why there is none.
@@ -246,7 +290,17 @@ impl Connections {
 
     /// How many follow the stream.
     pub(super) fn viewers(&self) -> usize {
-        self.lock().by_number.values().filter(|c| c.is(Doing::Viewing)).count()
+        self.count(Doing::Viewing)
+    }
+
+    /// How many do that.
+    pub(super) fn count(&self, doing: Doing) -> usize {
+        self.lock().by_number.values().filter(|c| c.is(doing)).count()
+    }
+
+    /// Whether the server ends.
+    pub(super) fn is_ending(&self) -> bool {
+        *self.ending.borrow()
     }
 }
 

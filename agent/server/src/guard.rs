@@ -1,18 +1,41 @@
-//! Who may talk to the agent, and what its pages may do: the Host, the Origin and the method of every request are checked,
-//! and every answer says what a browser may make of it.
+//! Who may talk to the agent, and what its pages may do: the Host and the Origin of every request are checked, its sender's role
+//! is compared with the one that the route needs, and every answer says what a browser may make of it.
 //!
 //! A web page from elsewhere must not open the stream (cross-site WebSocket hijacking), and a name that an attacker
 //! points at this machine must not reach it (DNS rebinding). Loopback names, literal addresses and names that the
 //! operator allowed pass as Host; an Origin, which every browser sends with a WebSocket, must be the Host itself or one
 //! that the operator allowed. The pages of this agent connect to this agent, and to others that the operator named.
 
+use super::access::routes::{self, Least, Ruling};
+use super::access::{Denied, refusal};
 use super::client_log::{Excerpt, Kind};
-use super::server::{ServeError, Shared};
-use axum::extract::{Request, State};
-use axum::http::{HeaderMap, HeaderValue, Method, StatusCode, header};
+use super::connections::Connection;
+use super::server::{Exposed, HTTPS_ONLY, ServeError, Shared};
+use axum::extract::{MatchedPath, Request, State};
+use axum::http::{HeaderMap, HeaderName, HeaderValue, Method, StatusCode, header};
 use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};
 use std::net::IpAddr;
+use std::sync::Arc;
+use std::time::Instant;
+
+/// The header that a request which changes something carries, whatever its value.
+const INTENDED: HeaderName = HeaderName::from_static("x-semascan-request");
+const SEC_FETCH_SITE: HeaderName = HeaderName::from_static("sec-fetch-site");
+/// Headers of every answer: it is what it says it is, names itself nowhere, is shown in no frame, shares nothing with pages from
+/// elsewhere, and asks the machine for nothing.
+const HEADERS: [(HeaderName, &str); 6] = [
+    (header::X_CONTENT_TYPE_OPTIONS, "nosniff"),
+    (header::REFERRER_POLICY, "no-referrer"),
+    (header::X_FRAME_OPTIONS, "DENY"),
+    (HeaderName::from_static("cross-origin-opener-policy"), "same-origin"),
+    (HeaderName::from_static("cross-origin-resource-policy"), "same-origin"),
+    (
+        HeaderName::from_static("permissions-policy"),
+        "camera=(), microphone=(), geolocation=(), payment=(), usb=(), serial=(), hid=(), bluetooth=(), midi=(), \
+         display-capture=()",
+    ),
+];
 
 /// Which hosts count as this machine.
 #[derive(Clone, Debug, Default)]
@@ -103,6 +126,13 @@ fn host_name(host: &str) -> &str {
     host[after_bracket..].find(':').map_or(host, |i| &host[..after_bracket + i])
 }
 
+/// Whether a host is a name of a network: browsers keep what they are told to keep (HSTS) for these only, and what they kept for
+/// `localhost` would hold for all servers of the machine.
+fn is_name(host: &str) -> bool {
+    let bare = host.trim_start_matches('[').trim_end_matches(']');
+    !bare.eq_ignore_ascii_case("localhost") && bare.parse::<IpAddr>().is_err()
+}
+
 /// Whether `text` is a host with or without a port: letters, digits and the marks of names and addresses.
 fn is_authority(text: &str) -> bool {
     let port = &text[host_name(text).len()..];
@@ -112,35 +142,129 @@ fn is_authority(text: &str) -> bool {
         && (port.is_empty() || port.strip_prefix(':').is_some_and(|digits| digits.parse::<u16>().is_ok()))
 }
 
-/// Middleware: refuses methods that change something, requests with content, and what [`AccessRule::check`] refuses; gives
-/// every answer the headers that bound what a browser makes of it.
+/// Middleware: refuses what [`AccessRule::check`] refuses, requests that their sender has no role for, and those that a page
+/// from elsewhere may have caused; gives every answer the headers that bound what a browser makes of it.
 pub(super) async fn guard(State(shared): State<Shared>, request: Request, next: Next) -> Response {
     let host = text(request.headers(), header::HOST).map(str::to_owned);
-    let mut response = match (request.method(), shared.access.check(request.headers())) {
-        (_, Err(reason)) => {
+    let (mut response, is_own) = match shared.access.check(request.headers()) {
+        Ok(()) => (ruled(&shared, request, next).await, true),
+        Err(reason) => {
             shared.log.warn(Kind::RequestRefused, || format!("request refused: {reason}"));
-            (StatusCode::FORBIDDEN, reason).into_response()
-        }
-        (&Method::GET | &Method::HEAD, Ok(())) if has_body(request.headers()) => {
-            // It is not read: what follows it on the connection cannot be told from it.
-            let close = [(header::CONNECTION, "close")];
-            (StatusCode::PAYLOAD_TOO_LARGE, close, "this agent takes no content with a request").into_response()
-        }
-        (&Method::GET | &Method::HEAD, Ok(())) => next.run(request).await,
-        (_, Ok(())) => {
-            let allowed = [(header::ALLOW, "GET, HEAD")];
-            (StatusCode::METHOD_NOT_ALLOWED, allowed, "this agent answers GET and HEAD only").into_response()
+            ((StatusCode::FORBIDDEN, reason).into_response(), false)
         }
     };
+    shared.live.metrics().answered(response.status());
     // A Host that was not checked has no place in a header.
-    let host = host.filter(|_| response.status() != StatusCode::FORBIDDEN);
-    let policy = host.and_then(|host| HeaderValue::from_str(&shared.access.content_security_policy(&host)).ok());
+    let host = host.filter(|_| is_own);
+    let policy =
+        host.as_deref().and_then(|host| HeaderValue::from_str(&shared.access.content_security_policy(host)).ok());
     let policy = policy.unwrap_or(HeaderValue::from_static("default-src 'none'; frame-ancestors 'none'"));
     let headers = response.headers_mut();
     headers.insert(header::CONTENT_SECURITY_POLICY, policy);
-    headers.insert(header::X_CONTENT_TYPE_OPTIONS, HeaderValue::from_static("nosniff"));
-    headers.insert(header::REFERRER_POLICY, HeaderValue::from_static("no-referrer"));
+    for (name, value) in HEADERS {
+        headers.insert(name, HeaderValue::from_static(value));
+    }
+    if shared.secure && host.is_some_and(|host| is_name(host_name(&host))) {
+        headers.insert(header::STRICT_TRANSPORT_SECURITY, HeaderValue::from_static("max-age=31536000"));
+    }
     response
+}
+
+/// Answers a request if the table of routes lets its sender make it.
+async fn ruled(shared: &Shared, mut request: Request, next: Next) -> Response {
+    let path = request.extensions().get::<MatchedPath>().map_or(routes::FILES, MatchedPath::as_str).to_owned();
+    if let Some(connection) = request.extensions().get::<Arc<Connection>>()
+        && let Err(wait) = shared.rate.admit(connection.address(), Instant::now())
+    {
+        let reason = "too many requests from this address";
+        shared.log.warn(Kind::RequestRefused, || format!("request refused: {reason}, {}", connection.address()));
+        let mut response = refusal(StatusCode::TOO_MANY_REQUESTS, reason);
+        response.headers_mut().insert(header::RETRY_AFTER, HeaderValue::from(wait.as_secs() + 1));
+        return response;
+    }
+    // Health is asked for by programs of the machine that speak no TLS; nothing else is said in the open.
+    if request.extensions().get::<Exposed>().is_some() && !routes::EXPOSED.contains(&path.as_str()) {
+        return (StatusCode::BAD_REQUEST, [(header::CONNECTION, "close")], HTTPS_ONLY).into_response();
+    }
+    let least = match routes::ruling(request.method().as_str(), &path) {
+        Ruling::Least(least) => least,
+        Ruling::Methods(methods) => {
+            let methods = methods.join(", ");
+            let reason = format!("this agent answers {methods} only here");
+            return (StatusCode::METHOD_NOT_ALLOWED, [(header::ALLOW, methods)], reason).into_response();
+        }
+        Ruling::Missing => {
+            tracing::error!("{path}: no role is stated for this route, so that nobody may use it");
+            return refusal(StatusCode::FORBIDDEN, "nobody may use this route");
+        }
+    };
+    let is_safe = matches!(*request.method(), Method::GET | Method::HEAD);
+    if is_safe && has_body(request.headers()) {
+        // It is not read: what follows it on the connection cannot be told from it.
+        let close = [(header::CONNECTION, "close")];
+        return (StatusCode::PAYLOAD_TOO_LARGE, close, "this agent takes no content with such a request")
+            .into_response();
+    }
+    let identity = match least {
+        Least::Public => None,
+        Least::Role(role) => match shared.entry.identify(request.headers()).await {
+            Ok(identity) if identity.role >= role => Some(identity),
+            Ok(identity) => {
+                let reason =
+                    format!("{} has the role {}, and this needs the role {role}", identity.name, identity.role);
+                shared.log.warn(Kind::RequestRefused, || format!("request refused: {reason}"));
+                return refusal(StatusCode::FORBIDDEN, &reason);
+            }
+            Err(denied) => return denied_answer(shared, &denied),
+        },
+    };
+    // Public routes that change something begin a session, which a page from elsewhere must not do either.
+    let by_itself = identity.as_ref().is_none_or(|identity| identity.credential.comes_by_itself());
+    if !is_safe
+        && by_itself
+        && let Err(reason) = check_intended(shared.entry.has_login(), request.headers())
+    {
+        shared.log.warn(Kind::RequestRefused, || format!("request refused: {reason}"));
+        return refusal(StatusCode::FORBIDDEN, reason);
+    }
+    if let Some(identity) = identity {
+        request.extensions_mut().insert(identity);
+    }
+    next.run(request).await
+}
+
+/// How a request without an identity is answered.
+fn denied_answer(shared: &Shared, denied: &Denied) -> Response {
+    match denied {
+        Denied::Unknown(reason) => refusal(StatusCode::UNAUTHORIZED, reason),
+        Denied::Forwarded => {
+            let reason = "a proxy asks for others: start the agent with --login, so that they log in";
+            shared.log.warn(Kind::RequestRefused, || format!("request refused: {reason}"));
+            refusal(StatusCode::FORBIDDEN, reason)
+        }
+        Denied::Unavailable(error) => {
+            tracing::error!("nobody can be told from others: {error}");
+            refusal(StatusCode::SERVICE_UNAVAILABLE, "it cannot be told now who asks: the agent's log says why")
+        }
+    }
+}
+
+/// Whether a request that changes something was meant by whose browser sent it (cross-site request forgery). A browser says
+/// where such a request comes from (`Origin`, `Sec-Fetch-Site`): pages from elsewhere that may follow the stream may not make
+/// it. And it lets no page from elsewhere set a header of its own, without which a session's cookie does not count.
+fn check_intended(has_login: bool, headers: &HeaderMap) -> Result<(), &'static str> {
+    let site = headers.get(SEC_FETCH_SITE).map(HeaderValue::as_bytes);
+    let origin = text(headers, header::ORIGIN).and_then(|origin| origin.split_once("://"));
+    let is_own = |authority: &str| text(headers, header::HOST).is_some_and(|host| host.eq_ignore_ascii_case(authority));
+    if site.is_some_and(|site| site != b"same-origin" && site != b"none")
+        || headers.contains_key(header::ORIGIN) && !origin.is_some_and(|(_, authority)| is_own(authority))
+    {
+        return Err("a page from elsewhere caused this request");
+    }
+    if has_login && !headers.contains_key(INTENDED) {
+        return Err("the header x-semascan-request is missing, without which a cookie changes nothing");
+    }
+    Ok(())
 }
 
 #[cfg(test)]
@@ -191,6 +315,27 @@ mod tests {
         let policy = rule().content_security_policy("127.0.0.1:8787");
         let connect = policy.split("; ").find_map(|d| d.strip_prefix("connect-src ")).expect("a directive");
         assert_eq!(connect, "'self' ws://127.0.0.1:8787 wss://127.0.0.1:8787 ws://10.0.0.7:8787");
+    }
+
+    #[test]
+    fn a_request_that_changes_something_was_meant_by_who_sent_it() {
+        let check = |has_login: bool, given: &[(&'static str, &'static str)]| {
+            let headers =
+                given.iter().map(|(name, value)| (HeaderName::from_static(name), HeaderValue::from_static(value)));
+            check_intended(has_login, &headers.collect())
+        };
+        assert!(check(false, &[]).is_ok(), "no browser");
+        assert!(check(true, &[]).is_err());
+        assert!(check(true, &[("x-semascan-request", "1"), ("sec-fetch-site", "same-origin")]).is_ok());
+        let own = [("host", "cell:1"), ("origin", "https://cell:1")];
+        assert!(check(false, &own).is_ok());
+        assert!(check(false, &[own[0], ("origin", "https://cell:2")]).is_err(), "one that may follow the stream");
+        assert!(check(false, &[own[0], ("origin", "null")]).is_err());
+        for site in ["cross-site", "same-site", "nonsense"] {
+            assert!(check(false, &[("sec-fetch-site", site)]).is_err(), "{site}");
+            assert!(check(true, &[("sec-fetch-site", site), ("x-semascan-request", "1")]).is_err(), "{site}");
+        }
+        assert!(is_name("cell.factory") && !is_name("localhost") && !is_name("[::1]") && !is_name("10.0.0.7"));
     }
 
     #[test]

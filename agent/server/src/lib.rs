@@ -1,9 +1,10 @@
-//! The live stream and the viewer's files, on one port.
+//! The live stream, the viewer's files, and who may use them, on one port.
 //!
 //! [`LiveModel`] holds what every client shall end up with; [`LiveStream`] feeds it from a running inspection; each
 //! client's task walks it at its own speed. Nothing is queued per client: a slow one skips revisions, not the result.
 //! [`Limits`] bound what clients may take of the agent, however many come and whatever they do.
 
+mod access;
 mod client;
 mod client_log;
 mod connections;
@@ -13,17 +14,23 @@ mod limits;
 mod live;
 mod live_stream;
 mod messages;
+mod metrics;
 mod plain_answer;
+mod request_rate;
 mod saved;
 mod server;
 mod thumbnail;
+mod tls;
 mod transport;
 mod web;
+mod wire;
 
+pub use access::{Entry, Identity, OpenError, PasswordError, RandomError, Secret, hash_password};
 pub use guard::AccessRule;
 pub use limits::{LimitError, Limits};
 pub use live::{LiveModel, StreamTotals};
 pub use live_stream::LiveStream;
 pub use saved::{SavedError, publish_saved};
 pub use server::{ServeError, Server, ServerConfig};
+pub use tls::{Tls, TlsError, TlsFiles, own_certificate};
 pub use web::{EmbeddedFiles, WebFiles, WebFolder};

@@ -11,6 +11,10 @@ use std::time::Duration;
 const LONGEST: f64 = 86_400.0;
 /// Shortest time that a limit may be set to, in seconds.
 const SHORTEST: f64 = 0.01;
+/// Fewest requests a second that an address may be held to.
+const SLOWEST: f64 = 0.01;
+/// Most requests a second.
+const FASTEST: f64 = 1e6;
 
 /// Limits of the server; times in seconds.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
@@ -22,12 +26,16 @@ pub struct Limits {
     pub connections_per_address: usize,
     /// Connections at once that have opened the stream and not said Hello yet.
     pub hellos: usize,
+    /// Requests that one address may make at once, all its viewers together ...
+    pub request_burst: usize,
+    /// ... and in each second after that.
+    pub requests_per_s: f64,
     /// Largest message from a client, in bytes.
     pub message_bytes: usize,
     /// Time to say Hello in.
     pub hello_s: f64,
     /// Time for the head of a request, from the connection's beginning or the end of the last answer: so long is an idle
-    /// connection kept.
+    /// connection kept. The handshake of TLS has the same time.
     pub request_s: f64,
     /// Time in which a client must take a piece of the answer to its request; the whole must be taken within 15 times that.
     pub answer_s: f64,
@@ -37,6 +45,10 @@ pub struct Limits {
     pub pong_s: f64,
     /// Time in which a viewer must take a message.
     pub slow_s: f64,
+    /// Time without any request after which a session ends; a stream that is open counts as one.
+    pub session_idle_s: f64,
+    /// Time after which a session ends in any case.
+    pub session_s: f64,
     /// Time without any progress after which a running inspection counts as dead in `/healthz`.
     pub stall_s: f64,
 }
@@ -47,6 +59,8 @@ impl Default for Limits {
             connections: 1024,
             connections_per_address: 512,
             hellos: 256,
+            request_burst: 5000,
+            requests_per_s: 500.0,
             message_bytes: MAX_CLIENT_MESSAGE,
             hello_s: 10.0,
             request_s: 10.0,
@@ -54,6 +68,8 @@ impl Default for Limits {
             ping_s: 20.0,
             pong_s: 30.0,
             slow_s: 30.0,
+            session_idle_s: 3600.0,
+            session_s: 43_200.0,
             stall_s: 300.0,
         }
     }
@@ -79,6 +95,7 @@ impl Limits {
             ("connections", self.connections),
             ("connections_per_address", self.connections_per_address),
             ("hellos", self.hellos),
+            ("request_burst", self.request_burst),
         ] {
             if count == 0 {
                 return Err(LimitError { field, reason: "0 would let nobody in".into() });
@@ -88,6 +105,10 @@ impl Limits {
             let reason = format!("{} is not within 64 and {MAX_CLIENT_MESSAGE} bytes", self.message_bytes);
             return Err(LimitError { field: "message_bytes", reason });
         }
+        if !(SLOWEST..=FASTEST).contains(&self.requests_per_s) {
+            let reason = format!("{} is not within {SLOWEST} and {FASTEST} requests a second", self.requests_per_s);
+            return Err(LimitError { field: "requests_per_s", reason });
+        }
         for (field, time) in [
             ("hello_s", self.hello_s),
             ("request_s", self.request_s),
@@ -95,6 +116,8 @@ impl Limits {
             ("ping_s", self.ping_s),
             ("pong_s", self.pong_s),
             ("slow_s", self.slow_s),
+            ("session_idle_s", self.session_idle_s),
+            ("session_s", self.session_s),
             ("stall_s", self.stall_s),
         ] {
             if !(SHORTEST..=LONGEST).contains(&time) {
@@ -122,6 +145,9 @@ mod tests {
             (Limits { connections: 0, ..Limits::default() }, "connections"),
             (Limits { hellos: 0, ..Limits::default() }, "hellos"),
             (Limits { message_bytes: 1 << 30, ..Limits::default() }, "message_bytes"),
+            (Limits { request_burst: 0, ..Limits::default() }, "request_burst"),
+            (Limits { requests_per_s: f64::NAN, ..Limits::default() }, "requests_per_s"),
+            (Limits { requests_per_s: 0.0, ..Limits::default() }, "requests_per_s"),
             (Limits { slow_s: f64::NAN, ..Limits::default() }, "slow_s"),
             (Limits { ping_s: -1.0, ..Limits::default() }, "ping_s"),
             (Limits { hello_s: f64::INFINITY, ..Limits::default() }, "hello_s"),

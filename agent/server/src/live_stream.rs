@@ -58,6 +58,7 @@ impl<'a> LiveStream<'a> {
     /// Publishes one event.
     pub fn handle(&mut self, event: &InspectionEvent) {
         self.live.progressed();
+        self.live.metrics().happened(&event.kind);
         match &event.kind {
             EventKind::Started { taxonomy, .. } => {
                 self.taxonomy = taxonomy.clone();

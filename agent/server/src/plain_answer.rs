@@ -6,8 +6,7 @@
 use axum::http::StatusCode;
 use std::io;
 use std::time::Duration;
-use tokio::io::{AsyncReadExt, AsyncWriteExt};
-use tokio::net::TcpStream;
+use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt};
 use tokio::time::timeout;
 
 /// How long a client that still sends is listened to, so that the answer reaches it.
@@ -49,7 +48,7 @@ pub(super) fn bare_status(written: &[u8]) -> Option<StatusCode> {
 
 /// Says `answer` and closes so that it arrives: a connection that is closed while something in it is unread is reset, and what
 /// was sent last is lost.
-pub(super) async fn say_and_close(mut stream: TcpStream, answer: &str) {
+pub(super) async fn say_and_close(mut stream: impl AsyncRead + AsyncWrite + Unpin, answer: &str) {
     let closing = async {
         stream.write_all(answer.as_bytes()).await?;
         stream.shutdown().await?;

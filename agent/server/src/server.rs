@@ -1,26 +1,32 @@
-//! The HTTP server: viewer files, the stream at `/ws`, whether the work proceeds at `/healthz`.
+//! The server: the viewer's files and the routes of `access/routes.rs`, over HTTP or, with a certificate, HTTPS.
 
+use super::access::{Access, Entry, Identity, OpenError, login};
 use super::client;
 use super::client_log::{ClientLog, Excerpt, Kind};
 use super::connections::{Connection, Connections, Place};
 use super::guard::{AccessRule, guard};
-use super::health::health;
+use super::health::{health, readiness};
 use super::limits::{LimitError, Limits, seconds};
 use super::live::LiveModel;
+use super::metrics::metrics;
 use super::plain_answer::{plain_answer, reason_of, say_and_close};
+use super::request_rate::RequestRate;
+use super::tls::Tls;
 use super::transport::{Open, Transport};
 use super::web::WebFiles;
+use super::wire::{Wire, notice_vanished_peers};
 use axum::body::Body;
 use axum::extract::ws::WebSocketUpgrade;
 use axum::extract::{Extension, State};
 use axum::http::{HeaderMap, Request, StatusCode, Uri};
 use axum::response::{IntoResponse, Response};
-use axum::routing::{any, get};
+use axum::routing::{any, get, post};
 use axum::{Router, middleware};
 use hyper::body::Incoming;
 use hyper::server::conn::http1;
 use hyper::service::service_fn;
 use hyper_util::rt::{TokioIo, TokioTimer};
+use semascan_inspection::ports::PortError;
 use semascan_protocol::SUBPROTOCOL;
 use std::future::Future;
 use std::io::ErrorKind;
@@ -49,6 +55,10 @@ const EXHAUSTED: Duration = Duration::from_millis(100);
 const DRAIN: Duration = Duration::from_secs(2);
 /// Connections without a place that are told so at once; with more the answer may be lost.
 const REFUSALS: usize = 16;
+/// What is said to who does not speak TLS.
+pub(super) const HTTPS_ONLY: &str = "this agent speaks HTTPS only: its address begins with https://";
+/// What a TLS connection begins with: a record of a handshake (RFC 8446, section 5.1).
+const HANDSHAKE: u8 = 22;
 /// File descriptors that connections leave for everything else.
 #[cfg(unix)]
 const OTHER_FILES: u64 = 64;
@@ -58,8 +68,12 @@ const OTHER_FILES: u64 = 64;
 pub struct ServerConfig {
     /// Address to listen on; port 0 picks a free one.
     pub address: SocketAddr,
-    /// Who may talk to it.
+    /// From which hosts and pages it may be talked to.
     pub access: AccessRule,
+    /// Who is let in.
+    pub entry: Entry,
+    /// The certificate for HTTPS; without one it speaks plain HTTP.
+    pub tls: Option<Arc<Tls>>,
     /// The viewer's files.
     pub files: WebFiles,
     /// How much of it clients may take.
@@ -85,6 +99,12 @@ pub enum ServeError {
         /// Why not.
         reason: String,
     },
+    /// Others could reach it who must not, or nobody could.
+    #[error(transparent)]
+    Open(#[from] OpenError),
+    /// The users cannot be read.
+    #[error(transparent)]
+    Accounts(#[from] PortError),
     /// A limit cannot be kept.
     #[error(transparent)]
     Limit(#[from] LimitError),
@@ -104,8 +124,13 @@ pub struct Server {
     listener: TcpListener,
     router: Router,
     shared: Shared,
+    tls: Option<Arc<Tls>>,
     refusals: Arc<Semaphore>,
 }
+
+/// Marks a request that came without TLS to an agent that speaks it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Exposed;
 
 /// What all requests share.
 #[derive(Clone, Debug)]
@@ -114,40 +139,76 @@ pub(super) struct Shared {
     pub(super) limits: Arc<Limits>,
     pub(super) log: Arc<ClientLog>,
     pub(super) connections: Arc<Connections>,
+    pub(super) rate: Arc<RequestRate>,
     pub(super) access: Arc<AccessRule>,
+    pub(super) entry: Arc<Access>,
+    /// Whether all connections are encrypted.
+    pub(super) secure: bool,
     files: Arc<WebFiles>,
+}
+
+impl Shared {
+    /// What requests share that a test asks without a socket.
+    #[cfg(test)]
+    pub(super) fn for_tests(
+        live: LiveModel,
+        limits: Limits,
+        connections: Arc<Connections>,
+        entry: Access,
+        secure: bool,
+    ) -> Self {
+        Self {
+            live: Arc::new(live),
+            rate: Arc::new(RequestRate::new(&limits)),
+            limits: Arc::new(limits),
+            log: Arc::default(),
+            connections,
+            access: Arc::default(),
+            entry: Arc::new(entry),
+            secure,
+            files: Arc::new(WebFiles::Embedded(|_| None)),
+        }
+    }
+
+    /// Why the agent is not ready for work.
+    pub(super) fn unready(&self) -> Option<String> {
+        let reason = if self.connections.is_ending() { "the agent ends".to_owned() } else { self.live.unready() };
+        Some(reason).filter(|reason| !reason.is_empty())
+    }
 }
 
 impl Server {
     /// Binds; nothing is answered before [`Server::run`].
     ///
     /// # Errors
-    /// [`ServeError`] if the address is taken or not this machine's, or a setting cannot be kept.
+    /// [`ServeError`] if the address is taken or not this machine's, a setting cannot be kept, or other machines could do what
+    /// only users may.
     pub fn bind(config: &ServerConfig, live: Arc<LiveModel>) -> Result<Self, ServeError> {
-        let ServerConfig { address, access, files, limits } = config.clone();
+        let ServerConfig { address, access, entry, tls, files, limits } = config.clone();
         limits.check()?;
         access.check_origins()?;
         files.check()?;
+        entry.check(address, tls.is_some())?;
         let most = most_connections();
         if most < limits.connections {
             tracing::warn!("the limit of open files leaves {most} connections of {}", limits.connections);
         }
-        let listener = listen(address).map_err(|source| ServeError::Bind { address, source })?;
+        let bind = |source| ServeError::Bind { address, source };
+        let listener = listen(address).map_err(bind)?;
+        let port = listener.local_addr().map_err(bind)?.port();
+        let secure = tls.is_some();
         let shared = Shared {
             live,
             connections: Arc::new(Connections::new(&limits, most)),
+            rate: Arc::new(RequestRate::new(&limits)),
+            entry: Arc::new(Access::new(entry, &limits, secure, port)?),
+            secure,
             limits: Arc::new(limits),
             log: Arc::default(),
             access: Arc::new(access),
             files: Arc::new(files),
         };
-        let router = Router::new()
-            .route("/ws", any(stream))
-            .route("/healthz", get(health))
-            .fallback(file)
-            .layer(middleware::from_fn_with_state(shared.clone(), guard))
-            .with_state(shared.clone());
-        Ok(Self { listener, router, shared, refusals: Arc::new(Semaphore::new(REFUSALS)) })
+        Ok(Self { listener, router: router(&shared), shared, tls, refusals: Arc::new(Semaphore::new(REFUSALS)) })
     }
 
     /// The address that was bound.
@@ -200,7 +261,8 @@ impl Server {
     fn take(&self, stream: TcpStream, peer: IpAddr) {
         match self.shared.connections.admit(peer) {
             Ok(place) => {
-                tokio::spawn(converse(stream, place, self.router.clone(), self.shared.clone()));
+                let (tls, router, shared) = (self.tls.clone(), self.router.clone(), self.shared.clone());
+                tokio::spawn(converse(stream, place, tls, router, shared));
             }
             Err(reason) => {
                 self.shared.log.warn(Kind::ConnectionRefused, || format!("connection of {peer} refused: {reason}"));
@@ -220,22 +282,90 @@ impl Server {
     }
 }
 
+/// All routes; `access/routes.rs` says who may use them.
+pub(super) fn router(shared: &Shared) -> Router {
+    Router::new()
+        .route("/ws", any(stream))
+        .route("/healthz", get(health))
+        .route("/readyz", get(readiness))
+        .route("/metrics", get(metrics))
+        .route("/api/v1/login", post(login::log_in))
+        .route("/api/v1/logout", post(login::log_out))
+        .route("/api/v1/me", get(login::me))
+        .fallback(file)
+        .layer(middleware::from_fn_with_state(shared.clone(), guard))
+        .with_state(shared.clone())
+}
+
 /// Answers the requests of one connection until it ends or becomes a WebSocket. What was no request is answered last.
-async fn converse(stream: TcpStream, place: Place, router: Router, shared: Shared) {
+async fn converse(stream: TcpStream, mut place: Place, tls: Option<Arc<Tls>>, router: Router, shared: Shared) {
     let connection = Arc::clone(&place.connection);
-    let Ok((transport, remains)) = Transport::new(stream, place) else { return };
-    let Err(error) = answer(transport, Arc::clone(&connection), router, &shared).await else { return };
+    if notice_vanished_peers(&stream).is_err() {
+        return;
+    }
+    let wire = match &tls {
+        None => stream.into(),
+        Some(tls) => match shake_hands(stream, &mut place, tls, &shared).await {
+            Some(wire) => wire,
+            None => return,
+        },
+    };
+    let is_exposed = tls.is_some() && matches!(wire, Wire::Plain(_));
+    let (transport, remains) = Transport::new(wire, place);
+    let Err(error) = answer(transport, Arc::clone(&connection), is_exposed, router, &shared).await else { return };
     tracing::debug!("a connection ended: {error}");
     let (open, kept_back) = remains.take();
     let late = error.is_timeout() && connection.has_begun_to_ask();
     let Some(status) = kept_back.or(late.then_some(StatusCode::REQUEST_TIMEOUT)) else { return };
     let reason = reason_of(status);
     shared.log.warn(Kind::RequestRefused, || format!("request refused: {reason}"));
-    let Some(Open { stream, mut place }) = open else { return };
+    let Some(Open { wire, mut place }) = open else { return };
     let answer = plain_answer(status, reason);
     tokio::select! {
-        () = say_and_close(stream, &answer) => {}
+        () = say_and_close(wire, &answer) => {}
         () = std::future::poll_fn(|context| place.poll_ended(context)) => {}
+    }
+}
+
+/// Does the handshake of TLS with who connected, in the time that a request has; `None` where it comes to nothing. Until it is
+/// done the connection has moved nothing, so that it is among the first to be ended for others. Who asks on loopback without TLS is
+/// let pass: the guard answers [`Exposed`] requests for health only.
+async fn shake_hands(stream: TcpStream, place: &mut Place, tls: &Tls, shared: &Shared) -> Option<Wire> {
+    let patience = seconds(shared.limits.request_s);
+    let address = place.connection.address();
+    let refused = |reason: &str| {
+        shared.log.warn(Kind::ConnectionFailed, || format!("no TLS with {address}: {}", Excerpt(reason)))
+    };
+    let handshake = async {
+        let mut first = [0];
+        if stream.peek(&mut first).await? == 0 {
+            return Ok(None);
+        }
+        if first == [HANDSHAKE] {
+            return tls.acceptor().accept(stream).await.map(|stream| Some(Wire::from(stream)));
+        }
+        if stream.peer_addr()?.ip().to_canonical().is_loopback() {
+            return Ok(Some(stream.into()));
+        }
+        say_and_close(stream, &plain_answer(StatusCode::BAD_REQUEST, HTTPS_ONLY)).await;
+        Err(std::io::Error::new(ErrorKind::InvalidData, "the client does not speak TLS"))
+    };
+    let done = timeout(patience, handshake);
+    let done = tokio::select! {
+        done = done => done,
+        () = std::future::poll_fn(|context| place.poll_ended(context)) => return None,
+        () = shared.connections.ending() => return None,
+    };
+    match done {
+        Ok(Ok(wire)) => wire,
+        Ok(Err(error)) => {
+            refused(&error.to_string());
+            None
+        }
+        Err(_) => {
+            refused("the handshake did not end in time");
+            None
+        }
     }
 }
 
@@ -243,12 +373,16 @@ async fn converse(stream: TcpStream, place: Place, router: Router, shared: Share
 async fn answer(
     transport: Transport,
     connection: Arc<Connection>,
+    is_exposed: bool,
     router: Router,
     shared: &Shared,
 ) -> Result<(), hyper::Error> {
     let service = service_fn(move |mut request: Request<Incoming>| {
         connection.asked();
         request.extensions_mut().insert(Arc::clone(&connection));
+        if is_exposed {
+            request.extensions_mut().insert(Exposed);
+        }
         router.clone().call(request.map(Body::new))
     });
     let served = http1::Builder::new()
@@ -301,6 +435,7 @@ fn is_of_connection(kind: ErrorKind) -> bool {
 async fn stream(
     State(shared): State<Shared>,
     Extension(connection): Extension<Arc<Connection>>,
+    Extension(identity): Extension<Identity>,
     upgrade: WebSocketUpgrade,
 ) -> Response {
     let upgrade = upgrade
@@ -314,7 +449,7 @@ async fn stream(
         let reason = format!("this agent speaks {SUBPROTOCOL} only: update the viewer or the agent");
         return (StatusCode::BAD_REQUEST, reason).into_response();
     }
-    upgrade.on_upgrade(move |socket| client::serve(socket, shared, connection))
+    upgrade.on_upgrade(move |socket| client::serve(socket, shared, connection, identity))
 }
 
 async fn file(State(shared): State<Shared>, uri: Uri, headers: HeaderMap) -> Response {

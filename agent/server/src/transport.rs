@@ -1,4 +1,4 @@
-//! A TCP connection that notes when something moves, and ends when it is told to.
+//! A connection, TCP as it is or with TLS on it, that notes when something moves, and ends when it is told to.
 //!
 //! It goes with the connection from the first request into the WebSocket, so that both are counted and ended alike. The HTTP
 //! library answers what it cannot read with a bare status: that answer is kept back, and the connection handed to who can say
@@ -6,26 +6,13 @@
 
 use super::connections::Place;
 use super::plain_answer::bare_status;
+use super::wire::Wire;
 use axum::http::StatusCode;
-use socket2::{SockRef, TcpKeepalive};
 use std::io::{self, IoSlice};
 use std::pin::Pin;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::task::{Context, Poll};
-use std::time::Duration;
 use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
-use tokio::net::TcpStream;
-
-/// A quiet peer is asked after that time whether it is still there ...
-const KEEPALIVE_AFTER: Duration = Duration::from_secs(20);
-/// ... and again, if it does not answer ...
-const KEEPALIVE_EVERY: Duration = Duration::from_secs(10);
-/// ... so often.
-#[cfg(not(windows))]
-const KEEPALIVE_TRIES: u32 = 3;
-/// What was sent must be acknowledged within that time.
-#[cfg(any(target_os = "linux", target_os = "android"))]
-const ACKNOWLEDGED_WITHIN: Duration = Duration::from_secs(50);
 
 /// A connection and its place among all.
 #[derive(Debug)]
@@ -38,7 +25,7 @@ pub(super) struct Transport {
 /// A connection that is open.
 #[derive(Debug)]
 pub(super) struct Open {
-    pub(super) stream: TcpStream,
+    pub(super) wire: Wire,
     pub(super) place: Place,
 }
 
@@ -72,20 +59,10 @@ impl Drop for Transport {
 }
 
 impl Transport {
-    /// A connection that notices within a minute that its peer has vanished, and what will be left of it.
-    ///
-    /// # Errors
-    /// If the system does not take the settings: the peer has gone already.
-    pub(super) fn new(stream: TcpStream, place: Place) -> io::Result<(Self, Remains)> {
-        let socket = SockRef::from(&stream);
-        let keepalive = TcpKeepalive::new().with_time(KEEPALIVE_AFTER).with_interval(KEEPALIVE_EVERY);
-        #[cfg(not(windows))]
-        let keepalive = keepalive.with_retries(KEEPALIVE_TRIES);
-        socket.set_tcp_keepalive(&keepalive)?;
-        #[cfg(any(target_os = "linux", target_os = "android"))]
-        socket.set_tcp_user_timeout(Some(ACKNOWLEDGED_WITHIN))?;
+    /// A connection, and what will be left of it.
+    pub(super) fn new(wire: Wire, place: Place) -> (Self, Remains) {
         let remains = Remains::default();
-        Ok((Self { open: Some(Open { stream, place }), remains: remains.clone() }, remains))
+        (Self { open: Some(Open { wire, place }), remains: remains.clone() }, remains)
     }
 
     /// The connection, or an error if it has to end; else the task is woken when it has to.
@@ -117,15 +94,24 @@ impl Open {
         }
         moved
     }
+
+    fn note_sent(&self, written: Poll<io::Result<usize>>) -> Poll<io::Result<usize>> {
+        if let Poll::Ready(Ok(bytes)) = written {
+            self.place.sent(bytes);
+        }
+        self.note(written)
+    }
 }
 
 impl AsyncRead for Transport {
     fn poll_read(mut self: Pin<&mut Self>, cx: &mut Context<'_>, buffer: &mut ReadBuf<'_>) -> Poll<io::Result<()>> {
         let open = self.open(cx)?;
         let before = buffer.filled().len();
-        let read = Pin::new(&mut open.stream).poll_read(cx, buffer);
-        if buffer.filled().len() > before {
+        let read = Pin::new(&mut open.wire).poll_read(cx, buffer);
+        let came = buffer.filled().len() - before;
+        if came > 0 {
             open.place.connection.heard();
+            open.place.received(came);
         }
         open.note(read)
     }
@@ -135,8 +121,8 @@ impl AsyncWrite for Transport {
     fn poll_write(mut self: Pin<&mut Self>, cx: &mut Context<'_>, bytes: &[u8]) -> Poll<io::Result<usize>> {
         self.keep_bare_answers_back(bytes)?;
         let open = self.open(cx)?;
-        let written = Pin::new(&mut open.stream).poll_write(cx, bytes);
-        open.note(written)
+        let written = Pin::new(&mut open.wire).poll_write(cx, bytes);
+        open.note_sent(written)
     }
 
     fn poll_write_vectored(
@@ -148,23 +134,23 @@ impl AsyncWrite for Transport {
             self.keep_bare_answers_back(bytes)?;
         }
         let open = self.open(cx)?;
-        let written = Pin::new(&mut open.stream).poll_write_vectored(cx, slices);
-        open.note(written)
+        let written = Pin::new(&mut open.wire).poll_write_vectored(cx, slices);
+        open.note_sent(written)
     }
 
     // Vectored writes let an answer go out from where it lies: without them it would be copied for each connection.
     fn is_write_vectored(&self) -> bool {
-        self.open.as_ref().is_some_and(|open| open.stream.is_write_vectored())
+        self.open.as_ref().is_some_and(|open| open.wire.is_write_vectored())
     }
 
     fn poll_flush(mut self: Pin<&mut Self>, cx: &mut Context<'_>) -> Poll<io::Result<()>> {
         let open = self.open(cx)?;
-        Pin::new(&mut open.stream).poll_flush(cx)
+        Pin::new(&mut open.wire).poll_flush(cx)
     }
 
     fn poll_shutdown(mut self: Pin<&mut Self>, cx: &mut Context<'_>) -> Poll<io::Result<()>> {
         let open = self.open(cx)?;
-        Pin::new(&mut open.stream).poll_shutdown(cx)
+        Pin::new(&mut open.wire).poll_shutdown(cx)
     }
 }
 
@@ -174,7 +160,7 @@ mod tests {
     use crate::connections::Connections;
     use crate::limits::Limits;
     use tokio::io::{AsyncReadExt, AsyncWriteExt};
-    use tokio::net::TcpListener;
+    use tokio::net::{TcpListener, TcpStream};
 
     #[tokio::test]
     async fn an_ended_connection_refuses_everything_as_often_as_it_is_asked() {
@@ -182,8 +168,7 @@ mod tests {
         let mut peer = TcpStream::connect(listener.local_addr().expect("bound")).await.expect("connects");
         let (stream, address) = listener.accept().await.expect("accepts");
         let all = Arc::new(Connections::new(&Limits::default(), usize::MAX));
-        let (mut transport, remains) =
-            Transport::new(stream, all.admit(address.ip()).expect("a place")).expect("settings");
+        let (mut transport, remains) = Transport::new(stream.into(), all.admit(address.ip()).expect("a place"));
         peer.write_all(b"x").await.expect("sends");
         assert_eq!(transport.read_u8().await.expect("open"), b'x');
         all.end_all();
@@ -204,8 +189,7 @@ mod tests {
         let mut peer = TcpStream::connect(listener.local_addr().expect("bound")).await.expect("connects");
         let (stream, address) = listener.accept().await.expect("accepts");
         let all = Arc::new(Connections::new(&Limits::default(), usize::MAX));
-        let (mut transport, remains) =
-            Transport::new(stream, all.admit(address.ip()).expect("a place")).expect("settings");
+        let (mut transport, remains) = Transport::new(stream.into(), all.admit(address.ip()).expect("a place"));
         assert!(transport.write_all(b"HTTP/1.1 400 Bad Request\r\n\r\n").await.is_err());
         drop(transport);
         let (open, kept_back) = remains.take();

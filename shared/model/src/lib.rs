@@ -1,4 +1,4 @@
-//! The data model: classes, semantic points, the semantic mesh, the record of an inspection, findings, criteria and verdicts.
+//! The data model: classes, semantic points, the semantic mesh, the record of an inspection, findings, criteria, verdicts, roles.
 
 pub mod choice;
 mod cloud;
@@ -10,6 +10,7 @@ mod id;
 mod length_unit;
 mod mesh;
 pub mod record;
+mod role;
 mod taxonomy;
 pub mod verdict;
 
@@ -19,6 +20,7 @@ pub use figures::{FeatureFigures, ModelFigures};
 pub use id::InspectionId;
 pub use length_unit::LengthUnit;
 pub use mesh::{SemanticMesh, triangle_area};
+pub use role::{InvalidRole, Role};
 pub use taxonomy::{ClassDef, Color, Taxonomy};
 
 /// Voxels along the edge of a chunk: the model is streamed, and meshed, in cubes of this many voxels.

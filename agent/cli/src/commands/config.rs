@@ -36,6 +36,18 @@ pub(crate) struct ServeSection {
     pub(crate) allow_agents: Vec<String>,
     /// Serve the viewer from this folder.
     pub(crate) web_dir: Option<PathBuf>,
+    /// The certificate to show, and its key.
+    pub(crate) tls_cert: Option<PathBuf>,
+    /// The key of the certificate.
+    pub(crate) tls_key: Option<PathBuf>,
+    /// Whether HTTPS is spoken on loopback, too.
+    pub(crate) tls: bool,
+    /// Whether users log in on loopback, too.
+    pub(crate) login: bool,
+    /// The data folder that has the users.
+    pub(crate) users: Option<PathBuf>,
+    /// Whether everybody who reaches the agent may watch without a login.
+    pub(crate) anyone_may_watch: bool,
     /// How much of the agent its clients may take.
     pub(crate) limits: Limits,
 }

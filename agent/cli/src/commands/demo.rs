@@ -1,7 +1,8 @@
 //! `semascan demo`: a simulated starter motor, watched in the browser.
 
 use super::config::CellConfig;
-use super::serve::{Job, ReachArgs, serve, use_threads};
+use super::reach::ReachArgs;
+use super::serve::{Job, serve, use_threads};
 use super::signals::Signals;
 use super::{Failure, numbers, source};
 use clap::Args;

@@ -81,6 +81,7 @@ impl InspectArgs {
         let out = target.path().to_owned();
         let bar = if quiet { ProgressBar::hidden() } else { progress_bar(inspection.info().view_count) };
         let mut running = run::start(inspection, Some(target), signals)?;
+        let _in_span = running.span().entered();
         follow(&mut running, &bar);
         let inspected = run::finish_and_end(running, signals);
         bar.finish_and_clear();

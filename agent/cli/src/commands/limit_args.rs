@@ -16,6 +16,12 @@ pub(crate) struct LimitArgs {
     /// Connections at once that have opened the stream and not said what they want [default: 256]
     #[arg(long, value_name = "N")]
     max_hellos: Option<usize>,
+    /// Requests that one address may make at once [default: 5000]
+    #[arg(long, value_name = "N")]
+    request_burst: Option<usize>,
+    /// Requests a second that one address may make after that [default: 500]
+    #[arg(long, value_name = "N")]
+    request_rate: Option<f64>,
     /// Largest message from a viewer [default: 524288]
     #[arg(long, value_name = "BYTES")]
     max_message: Option<usize>,
@@ -37,6 +43,12 @@ pub(crate) struct LimitArgs {
     /// Time for a viewer to take a message; a slower one is closed and told so [default: 30]
     #[arg(long, value_name = "SECONDS")]
     slow_time: Option<f64>,
+    /// Time without a request after which a login ends; a page that is open counts as one [default: 3600]
+    #[arg(long, value_name = "SECONDS")]
+    session_idle_time: Option<f64>,
+    /// Time after which a login ends in any case [default: 43200]
+    #[arg(long, value_name = "SECONDS")]
+    session_time: Option<f64>,
     /// Time without progress after which /healthz says that the inspection is dead [default: 300]
     #[arg(long, value_name = "SECONDS")]
     stall_time: Option<f64>,
@@ -49,6 +61,8 @@ impl LimitArgs {
             connections: self.max_connections.unwrap_or(limits.connections),
             connections_per_address: self.max_connections_per_address.unwrap_or(limits.connections_per_address),
             hellos: self.max_hellos.unwrap_or(limits.hellos),
+            request_burst: self.request_burst.unwrap_or(limits.request_burst),
+            requests_per_s: self.request_rate.unwrap_or(limits.requests_per_s),
             message_bytes: self.max_message.unwrap_or(limits.message_bytes),
             hello_s: self.hello_time.unwrap_or(limits.hello_s),
             request_s: self.request_time.unwrap_or(limits.request_s),
@@ -56,6 +70,8 @@ impl LimitArgs {
             ping_s: self.ping_time.unwrap_or(limits.ping_s),
             pong_s: self.pong_time.unwrap_or(limits.pong_s),
             slow_s: self.slow_time.unwrap_or(limits.slow_s),
+            session_idle_s: self.session_idle_time.unwrap_or(limits.session_idle_s),
+            session_s: self.session_time.unwrap_or(limits.session_s),
             stall_s: self.stall_time.unwrap_or(limits.stall_s),
         }
     }
@@ -84,6 +100,8 @@ mod tests {
             ("--max-connections <", defaults.connections as f64),
             ("--max-connections-per-address", defaults.connections_per_address as f64),
             ("--max-hellos", defaults.hellos as f64),
+            ("--request-burst", defaults.request_burst as f64),
+            ("--request-rate", defaults.requests_per_s),
             ("--max-message", defaults.message_bytes as f64),
             ("--hello-time", defaults.hello_s),
             ("--request-time", defaults.request_s),
@@ -91,6 +109,8 @@ mod tests {
             ("--ping-time", defaults.ping_s),
             ("--pong-time", defaults.pong_s),
             ("--slow-time", defaults.slow_s),
+            ("--session-idle-time", defaults.session_idle_s),
+            ("--session-time", defaults.session_s),
             ("--stall-time", defaults.stall_s),
         ] {
             let described = help.split("\n\n").find(|paragraph| paragraph.contains(flag)).expect(flag);

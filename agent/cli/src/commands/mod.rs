@@ -1,5 +1,6 @@
 //! Commands, their arguments and exit codes.
 
+mod accounts;
 mod calibrate;
 mod completions;
 mod config;
@@ -13,17 +14,21 @@ mod doctor;
 mod evaluate;
 mod export;
 mod findings_report;
+mod init;
 mod inspect;
 mod judge;
 mod keep;
 mod keeping;
 mod limit_args;
+mod man;
 mod models;
 mod numbers;
+mod password;
 #[cfg(feature = "demo")]
 mod photometric;
 #[cfg(feature = "demo")]
 mod pose_truth;
+mod reach;
 mod report;
 mod run;
 mod schema;
@@ -90,12 +95,20 @@ enum Command {
     Verify(data_folder::VerifyArgs),
     /// Copy a data folder, also while inspections run
     Backup(data_folder::BackupArgs),
+    /// Make what a new cell needs: cell.toml, criteria.toml, a data folder and the first user
+    Init(init::InitArgs),
+    /// Add, list, change and remove the users of an agent
+    User(accounts::UserArgs),
+    /// Make, list and revoke tokens, with which machines use an agent
+    Token(accounts::TokenArgs),
     /// Say whether everything that inspections need is there
     Doctor(doctor::DoctorArgs),
     /// Print a commented sample of cell.toml, or check one
     Config(config_command::ConfigArgs),
     /// Print a script by which a shell completes the arguments of this program
     Completions(completions::CompletionsArgs),
+    /// Write the manual pages of this program
+    Man(man::ManArgs),
     /// Rerun a paper's tables on the virtual cell, its figures beside ours
     #[cfg(feature = "demo")]
     Tables(tables::TablesArgs),
@@ -222,6 +235,10 @@ impl Cli {
             Command::Gc(args) => args.run(),
             Command::Verify(args) => args.run(),
             Command::Backup(args) => args.run(),
+            Command::Init(args) => args.run(),
+            Command::User(args) => args.run(),
+            Command::Token(args) => args.run(),
+            Command::Man(args) => args.run(),
             Command::Doctor(args) => args.run(viewer),
             #[cfg(feature = "demo")]
             Command::Tables(args) => args.run(quiet),

@@ -99,6 +99,13 @@ pub(crate) struct Running {
     pub(crate) output: Option<Arc<Output>>,
 }
 
+impl Running {
+    /// What lines of the log belong to that speak of it.
+    pub(crate) fn span(&self) -> tracing::Span {
+        tracing::info_span!("inspection", id = %self.handle.id())
+    }
+}
+
 /// Begins the folder and the inspection. From now on a signal stops it, and what it has until then is written.
 ///
 /// # Errors

@@ -1,54 +1,22 @@
 //! `semascan serve`: the live stream and the viewer.
 
 use super::config::{self, CellConfig};
-use super::limit_args::LimitArgs;
+use super::reach::ReachArgs;
 use super::run::{self, Running, Target};
 use super::signals::{Signals, Work};
 use super::spec_args::SpecArgs;
-use super::{Failure, keep, numbers, source};
+use super::{Failure, keep, source};
 use anyhow::{Context, anyhow};
 use clap::Args;
 use semascan_inspection::StopSwitch;
 use semascan_inspection::spec::InspectionSpec;
 use semascan_model::record::Outcome;
-use semascan_server::{
-    AccessRule, EmbeddedFiles, LiveModel, LiveStream, ServeError, Server, ServerConfig, WebFiles, publish_saved,
-};
+use semascan_server::{EmbeddedFiles, Entry, LiveModel, LiveStream, OpenError, ServeError, Server, Tls, publish_saved};
 use semascan_store::data::{DataFolder, Interrupted};
 use semascan_store::{SavedInspection, read_inspection};
-use std::net::{IpAddr, Ipv4Addr, SocketAddr};
+use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::sync::Arc;
-
-const DEFAULT_PORT: u16 = 8787;
-
-/// How the agent is reached.
-#[derive(Clone, Debug, Args)]
-pub(crate) struct ReachArgs {
-    /// Port; 0 picks a free one [default: 8787]
-    #[arg(long)]
-    port: Option<u16>,
-    /// Address to listen on; anything but loopback lets other machines in [default: 127.0.0.1]
-    #[arg(long, value_name = "ADDRESS")]
-    listen: Option<IpAddr>,
-    /// A name under which browsers may reach this agent (repeatable)
-    #[arg(long = "allow-host", value_name = "NAME")]
-    allow_hosts: Vec<String>,
-    /// The origin of a page elsewhere that may follow this agent, as http://HOST:PORT (repeatable)
-    #[arg(long = "allow-origin", value_name = "ORIGIN")]
-    allow_origins: Vec<String>,
-    /// Another agent that this agent's page may follow with ?ws=, as ws://HOST:PORT (repeatable)
-    #[arg(long = "allow-agent", value_name = "AGENT")]
-    allow_agents: Vec<String>,
-    /// Serve the viewer's files from this folder instead of the built-in ones
-    #[arg(long, value_name = "DIR")]
-    web_dir: Option<PathBuf>,
-    /// Threads to compute with
-    #[arg(long, value_name = "N", value_parser = numbers::threads(), allow_negative_numbers = true)]
-    pub(crate) threads: Option<usize>,
-    #[command(flatten)]
-    limits: LimitArgs,
-}
 
 /// Arguments of `semascan serve`.
 #[derive(Debug, Args)]
@@ -125,36 +93,29 @@ pub(crate) fn serve(
     job: Option<Job>,
     signals: &Signals,
 ) -> Result<(), Failure> {
-    let loopback = SocketAddr::from((Ipv4Addr::LOCALHOST, DEFAULT_PORT));
-    let mut address = config.serve.listen.unwrap_or(loopback);
-    if let Some(ip) = reach.listen {
-        address.set_ip(ip);
-    }
-    if let Some(port) = reach.port {
-        address.set_port(port);
-    }
-    let access = AccessRule {
-        allowed_hosts: [reach.allow_hosts.clone(), config.serve.allow_hosts.clone()].concat(),
-        allowed_origins: [reach.allow_origins.clone(), config.serve.allow_origins.clone()].concat(),
-        allowed_agents: [reach.allow_agents.clone(), config.serve.allow_agents.clone()].concat(),
+    let data = match &job {
+        Some(Job::Keep { data, .. }) => Some(data.path()),
+        _ => None,
     };
-    let web_dir = reach.web_dir.clone().or_else(|| config.serve.web_dir.clone());
-    let files = web_dir.map_or(WebFiles::Embedded(viewer), WebFiles::folder);
-    let limits = reach.limits.apply(config.serve.limits.clone());
-    let settings = ServerConfig { address, access, files, limits };
+    let settings = reach.server(&config.serve, viewer, data)?;
 
     let live = Arc::new(LiveModel::new());
+    live.set_unready(STARTS);
     let runtime = tokio::runtime::Runtime::new().context("cannot start the network runtime")?;
     runtime.block_on(async {
         let server = Server::bind(&settings, Arc::clone(&live)).map_err(|error| match error {
-            ServeError::Bind { .. } => Failure::Work(error.into()),
+            ServeError::Bind { .. } | ServeError::Accounts(_) | ServeError::Open(OpenError::Port(_)) => {
+                Failure::Work(error.into())
+            }
             _ => Failure::Call(error.into()),
         })?;
         let address = server.local_address()?;
-        let url = format!("http://{address}");
+        let scheme = if settings.tls.is_some() { "https" } else { "http" };
+        let url = format!("{scheme}://{address}");
         tracing::info!("listening on {url}");
-        if !address.ip().is_loopback() {
-            tracing::warn!("other machines can reach this agent, and it asks nobody for a password");
+        say_who_is_let_in(&settings.entry, address);
+        if let Some(tls) = settings.tls.clone() {
+            tokio::spawn(read_certificate_again(tls));
         }
         let asked = signals.clone();
         // Pages are answered from now on, also while a source is opened, which may take seconds.
@@ -165,7 +126,7 @@ pub(crate) fn serve(
         let running = match job {
             Some(Job::Inspect { spec, target }) => {
                 tracing::info!("opening {}", spec.source.uri.as_deref().unwrap_or_default());
-                live.say("the agent starts: it opens what is to be inspected");
+                live.say(STARTS);
                 let prepared = tokio::task::spawn_blocking(|| run::prepare(*spec)).await;
                 let inspection = prepared.context("the source could not be opened")??;
                 live.say("");
@@ -189,6 +150,7 @@ pub(crate) fn serve(
                 None
             }
         };
+        live.set_unready("");
         answering.await.context("the server ended unexpectedly")?;
         // What the inspection has by now is written first.
         let Some(follower) = running else { return Ok(()) };
@@ -198,6 +160,47 @@ pub(crate) fn serve(
         }
     })
 }
+
+/// What is said while a source is opened.
+const STARTS: &str = "the agent starts: it opens what is to be inspected";
+
+/// Says in the log who may do what.
+fn say_who_is_let_in(entry: &Entry, address: SocketAddr) {
+    match entry {
+        Entry::Accounts(_) => tracing::info!("users log in; `semascan user` and `semascan token` say who may"),
+        Entry::Local => {
+            tracing::info!("no login is asked for: who uses this machine may do everything; --login asks for one");
+        }
+        Entry::Watch if address.ip().to_canonical().is_loopback() => {
+            tracing::info!("no login is asked for: who uses this machine may watch, and nobody more");
+        }
+        Entry::Watch => {
+            tracing::warn!(
+                "everybody who reaches {address} may watch, without a login, and what is sent is not encrypted"
+            );
+        }
+    }
+}
+
+/// Reads the certificate again whenever the process gets SIGHUP.
+#[cfg(unix)]
+async fn read_certificate_again(tls: Arc<Tls>) {
+    use tokio::signal::unix::{SignalKind, signal};
+    let mut asked = match signal(SignalKind::hangup()) {
+        Ok(asked) => asked,
+        Err(error) => return tracing::warn!("SIGHUP cannot be handled: {error}"),
+    };
+    while asked.recv().await.is_some() {
+        match tls.reload() {
+            Ok(()) => tracing::info!("the certificate was read again; its SHA-256 fingerprint: {}", tls.fingerprint()),
+            Err(error) => tracing::error!("the certificate of before stays: {error}"),
+        }
+    }
+}
+
+/// There is no such signal.
+#[cfg(not(unix))]
+async fn read_certificate_again(_tls: Arc<Tls>) {}
 
 /// Continues the inspections that were cut off in `data`, one after the other, and then does the one that is asked for.
 /// Returns the result of the last.
@@ -214,7 +217,7 @@ fn keep_all(
         if signals.exit_code().is_some() {
             return result;
         }
-        live.say("the agent starts: it opens what is to be inspected");
+        live.say(STARTS);
         let settings = match (&interrupted, &spec) {
             (Some(Interrupted { row, .. }), _) => match serde_json::from_str(&row.spec) {
                 Ok(settings) => settings,
@@ -233,6 +236,7 @@ fn keep_all(
                     tracing::error!("{text}");
                 }
                 live.say(text);
+                live.set_unready(text);
             }
         };
         let prepared = keep::prepare(settings, data, interrupted.as_ref(), Box::new(told));
@@ -275,6 +279,7 @@ fn idle(signals: &Signals) -> Result<(), Failure> {
 /// Publishes an inspection to `live` until its end, and writes it; a failure is published too and does not end the server,
 /// but is the command's when that ends. A save that fails is tried again as long as the server runs.
 fn follow(running: Running, live: &LiveModel, signals: &Signals) -> Result<(), Failure> {
+    let _in_span = running.span().entered();
     let Running { events, handle, output } = running;
     LiveStream::new(live).follow(events);
     let not_saved = |reason: &str| {

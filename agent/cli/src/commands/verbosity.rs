@@ -1,6 +1,6 @@
-//! How much a command says on stderr: `-q` and `-v`, else `RUST_LOG`.
+//! How much a command says on stderr, and how: `-q` and `-v`, else `RUST_LOG`; `--log-format`.
 
-use clap::{ArgAction, Args};
+use clap::{ArgAction, Args, ValueEnum};
 use tracing_subscriber::filter::{LevelFilter, Targets};
 
 /// How much is said.
@@ -12,12 +12,30 @@ pub(crate) struct Verbosity {
     /// Say more: what is looked for where, and every view; -vv everything
     #[arg(short, long, action = ArgAction::Count, global = true)]
     verbose: u8,
+    /// How the log is written on stderr
+    #[arg(long, value_name = "FORMAT", value_enum, default_value_t, global = true)]
+    log_format: LogFormat,
+}
+
+/// How the log is written.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+enum LogFormat {
+    /// Lines for people.
+    #[default]
+    Text,
+    /// One JSON object a line, with the inspection that it belongs to.
+    Json,
 }
 
 impl Verbosity {
     /// Whether progress and summaries are left out. What a command was asked for is said all the same.
     pub(crate) fn is_quiet(self) -> bool {
         self.quiet > 0
+    }
+
+    /// Whether the log is JSON.
+    pub(crate) fn is_json(self) -> bool {
+        self.log_format == LogFormat::Json
     }
 
     /// What is logged; where nothing is said, as `variable` has it (`RUST_LOG`: `info`, or `semascan_server=debug,warn`), and
@@ -42,7 +60,7 @@ mod tests {
     #[test]
     fn arguments_win_over_the_variable() {
         let largest = |quiet, verbose, variable| {
-            let levels = Verbosity { quiet, verbose }.log_levels(variable);
+            let levels = Verbosity { quiet, verbose, ..Verbosity::default() }.log_levels(variable);
             [Level::ERROR, Level::WARN, Level::INFO, Level::DEBUG, Level::TRACE]
                 .into_iter()
                 .rfind(|level| level.into_level().is_some_and(|level| levels.would_enable("semascan_cli", &level)))

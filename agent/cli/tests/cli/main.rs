@@ -1,5 +1,6 @@
 //! The binary as a script sees it: files, exit codes, messages.
 
+mod access;
 mod evaluate;
 mod export;
 mod file_kinds;

@@ -107,8 +107,12 @@ pub(crate) fn run(
     let (captured, to_segment) = sync_channel(QUEUE);
     let (segmented, to_fuse) = sync_channel(QUEUE);
     std::thread::scope(|scope| {
-        scope.spawn(move || acquire(source, config.pace, events, stop, &captured));
-        scope.spawn(move || segment(segmenter, region, events, stop, &to_segment, &segmented));
+        // What the stages say belongs to the same inspection.
+        let [acquiring, segmenting] = [tracing::Span::current(), tracing::Span::current()];
+        scope.spawn(move || acquiring.in_scope(|| acquire(source, config.pace, events, stop, &captured)));
+        scope.spawn(move || {
+            segmenting.in_scope(|| segment(segmenter, region, events, stop, &to_segment, &segmented));
+        });
         let mut fusion = Fusion::new(&info, config, events, registrar);
         let mut views = 0;
         for view in to_fuse {

@@ -1,12 +1,15 @@
 //! The ports through which an inspection is kept: rows ([`Catalogue`]), large immutable things ([`Blobs`]), messages to
-//! others ([`Bus`]) and captured views ([`Captures`]). They are narrow, so that a fleet can have other databases, object
-//! stores and message buses than one machine; `agent/store` implements them for one data folder.
+//! others ([`Bus`]) and captured views ([`Captures`]); and those who may use an agent ([`Accounts`]). They are narrow, so that
+//! a fleet can have other databases, object stores and message buses than one machine; `agent/store` implements them for one
+//! data folder.
 
+mod accounts;
 mod blobs;
 mod bus;
 mod captures;
 mod catalogue;
 
+pub use accounts::{Accounts, SecretDigest, SessionRow, TokenRow, UserRow};
 pub use blobs::{BlobDigest, Blobs, InvalidDigest};
 pub use bus::{Bus, BusMessage};
 pub use captures::Captures;

@@ -12,6 +12,7 @@ mod stage_log;
 mod state;
 mod view_log;
 
+use crate::metrics::Metrics;
 use axum::body::Bytes;
 use semascan_protocol as wire;
 use semascan_protocol::chunk::model_hash;
@@ -32,6 +33,9 @@ use view_log::ViewLog;
 pub struct LiveModel {
     state: Mutex<State>,
     changed: watch::Sender<()>,
+    metrics: Metrics,
+    /// Why the agent is not ready; empty where it is.
+    unready: Mutex<String>,
 }
 
 impl LiveModel {
@@ -51,12 +55,32 @@ impl LiveModel {
             totals: StreamTotals::default(),
             whole_at: None,
         };
-        Self { state: Mutex::new(state), changed: watch::Sender::new(()) }
+        Self {
+            state: Mutex::new(state),
+            changed: watch::Sender::new(()),
+            metrics: Metrics::default(),
+            unready: Mutex::default(),
+        }
     }
 
     fn lock(&self) -> MutexGuard<'_, State> {
         // No code below panics between two related writes, so a poisoned state is still whole.
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// What is counted of the inspections that are published here.
+    pub(super) fn metrics(&self) -> &Metrics {
+        &self.metrics
+    }
+
+    /// Says why the agent is not ready for work, as `/readyz` tells; an empty text where it is.
+    pub fn set_unready(&self, reason: &str) {
+        reason.clone_into(&mut self.unready.lock().unwrap_or_else(PoisonError::into_inner));
+    }
+
+    /// Why the agent is not ready for work; an empty text where it is.
+    pub(super) fn unready(&self) -> String {
+        self.unready.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
     /// Changes whenever there may be something new.
@@ -257,6 +281,9 @@ impl LiveModel {
             return Some(pack(Body::Progress(progress)));
         }
         while let Some((&change, id)) = state.by_change.range(cursor.change + 1..).next() {
+            // Places in the order that are gone are those of revisions that newer ones took the place of.
+            let seen = cursor.change.max(cursor.arrived);
+            self.metrics.superseded(change.saturating_sub(seen + 1));
             cursor.change = change;
             let Some(chunk) = state.chunks.get(id) else { continue };
             if cursor.held.remove(id) != Some(chunk.revision) {

@@ -59,6 +59,8 @@ pub(crate) struct Cursor {
     /// The inspection it follows.
     pub(super) inspection: String,
     pub(super) change: u64,
+    /// The last change when it came: what was replaced before was not meant for it.
+    pub(super) arrived: u64,
     /// Last stage event it was sent.
     pub(super) stage: u64,
     /// Last view report it was sent.
@@ -77,6 +79,7 @@ impl Cursor {
             generation: state.generation,
             inspection: state.inspection.id.clone(),
             change: 0,
+            arrived: state.changes,
             stage: 0,
             view: 0,
             page: VecDeque::new(),

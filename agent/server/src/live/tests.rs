@@ -54,6 +54,11 @@ fn a_slow_client_gets_the_newest_revision_only() {
     live.publish(vec![published([0; 3], 2)]);
     assert_eq!(drain(&live, &mut cursor).0, [([1, 0, 0], 1), ([0; 3], 2)]);
     assert_eq!(drain(&live, &mut cursor).0, []);
+    assert_eq!(live.metrics().superseded_so_far(), 1, "the first revision of one chunk");
+    // What was replaced before a client came was not meant for it.
+    let (mut late, _) = live.welcome("", 0, &[]);
+    assert_eq!(drain(&live, &mut late).0.len(), 2);
+    assert_eq!(live.metrics().superseded_so_far(), 1);
 }
 
 #[test]

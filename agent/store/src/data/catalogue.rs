@@ -1,8 +1,8 @@
-//! The catalogue in SQLite: a write-ahead log with `synchronous = FULL`, so that what is committed survives a loss of power.
+//! The catalogue in SQLite.
 
-use super::migrations::migrate;
+use super::connection;
 use jiff::Timestamp;
-use rusqlite::{Connection, OpenFlags, OptionalExtension, Row, Transaction, params};
+use rusqlite::{Connection, OptionalExtension, Row, Transaction, params};
 use semascan_inspection::ports::{
     Bus, BusMessage, Catalogue, Commit, EventRow, InspectionFilter, InspectionRow, InspectionState, PortError, ViewRow,
 };
@@ -11,10 +11,6 @@ use std::fmt::Display;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use std::sync::{Mutex, MutexGuard, PoisonError};
-use std::time::Duration;
-
-/// How long a writer waits for another one.
-const BUSY: Duration = Duration::from_secs(10);
 
 /// The catalogue of a data folder.
 #[derive(Debug)]
@@ -40,7 +36,7 @@ impl SqliteCatalogue {
     /// # Errors
     /// [`PortError`] naming the file: it cannot be opened, is none of semascan, or was made by a newer version.
     pub fn open(path: &Path) -> Result<Self, PortError> {
-        Self::with_flags(path, OpenFlags::SQLITE_OPEN_READ_WRITE | OpenFlags::SQLITE_OPEN_CREATE)
+        Ok(Self { path: path.to_owned(), connection: Mutex::new(connection::open(path, true)?) })
     }
 
     /// Opens the database at `path`, which must be there.
@@ -48,23 +44,7 @@ impl SqliteCatalogue {
     /// # Errors
     /// As [`open`](Self::open).
     pub fn open_existing(path: &Path) -> Result<Self, PortError> {
-        Self::with_flags(path, OpenFlags::SQLITE_OPEN_READ_WRITE)
-    }
-
-    fn with_flags(path: &Path, flags: OpenFlags) -> Result<Self, PortError> {
-        let error = |error: &dyn Display| PortError::new(path.display(), error);
-        let mut connection =
-            Connection::open_with_flags(path, flags | OpenFlags::SQLITE_OPEN_NO_MUTEX).map_err(|e| error(&e))?;
-        connection.busy_timeout(BUSY).map_err(|e| error(&e))?;
-        let mode: String =
-            connection.pragma_update_and_check(None, "journal_mode", "WAL", |row| row.get(0)).map_err(|e| error(&e))?;
-        if mode != "wal" {
-            return Err(error(&format!("its journal is {mode}; a write-ahead log is needed")));
-        }
-        connection.pragma_update(None, "synchronous", "FULL").map_err(|e| error(&e))?;
-        connection.pragma_update(None, "foreign_keys", "ON").map_err(|e| error(&e))?;
-        migrate(&mut connection).map_err(|e| error(&e))?;
-        Ok(Self { path: path.to_owned(), connection: Mutex::new(connection) })
+        Ok(Self { path: path.to_owned(), connection: Mutex::new(connection::open(path, false)?) })
     }
 
     fn connection(&self) -> MutexGuard<'_, Connection> {
@@ -98,10 +78,14 @@ impl SqliteCatalogue {
         Ok(said)
     }
 
-    /// Writes a copy of the database as it is now to `target`, which must not be there.
+    /// Writes a copy of the database as it is now to `target`, which must not be there. Nobody is logged in where it is used.
     pub(super) fn copy_to(&self, target: &Path) -> Result<(), PortError> {
         let name = target.to_str().ok_or_else(|| PortError::new(target.display(), "the name is no UTF-8"))?;
+        // An empty file is taken as one that is not there.
+        connection::make_private(target).map_err(|error| PortError::new(target.display(), error))?;
         self.connection().execute("VACUUM INTO ?1", [name]).map_err(self.error())?;
+        let copy = connection::open(target, false)?;
+        copy.execute("DELETE FROM sessions", []).map_err(|error| PortError::new(target.display(), error))?;
         Ok(())
     }
 

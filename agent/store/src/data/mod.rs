@@ -1,21 +1,24 @@
 //! The data folder: everything that an agent keeps of its inspections.
 //!
 //! ```text
-//! DIR/semascan.db                SQLite: parts, inspections, views, events, digests, messages that wait
+//! DIR/semascan.db                SQLite: parts, inspections, views, events, digests, messages that wait, users
 //! DIR/captures/<id>.mcap         the views as they came
 //! DIR/inspections/<id>/          the record and the model
 //! DIR/blobs/<aa>/<sha256>        large immutable things by their digest
 //! ```
 
+mod accounts;
 mod backup;
 mod blobs;
 mod captures;
 mod catalogue;
+mod connection;
 mod folder;
 mod migrations;
 mod retention;
 mod verify;
 
+pub use accounts::SqliteAccounts;
 pub use backup::Backup;
 pub use blobs::LocalBlobs;
 pub use captures::CaptureFile;

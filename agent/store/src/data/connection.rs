@@ -1,0 +1,54 @@
+//! How the database of a data folder is opened: a write-ahead log with `synchronous = FULL`, so that what is committed survives
+//! a loss of power, and readers do not wait for the writer. Only its owner may read it: it holds hashes of passwords.
+
+use super::migrations::migrate;
+use rusqlite::{Connection, OpenFlags};
+use semascan_inspection::ports::PortError;
+use std::fmt::Display;
+use std::path::Path;
+use std::time::Duration;
+
+/// How long a writer waits for another one.
+const BUSY: Duration = Duration::from_secs(10);
+
+/// Opens the database at `path`, which is made where `create` says so, and brings its schema up to date.
+///
+/// # Errors
+/// [`PortError`] naming the file: it cannot be opened, is none of semascan, or was made by a newer version.
+pub(super) fn open(path: &Path, create: bool) -> Result<Connection, PortError> {
+    let error = |error: &dyn Display| PortError::new(path.display(), error);
+    if create {
+        make_private(path).map_err(|e| error(&e))?;
+    }
+    let flags = OpenFlags::SQLITE_OPEN_READ_WRITE | OpenFlags::SQLITE_OPEN_NO_MUTEX;
+    let mut connection = Connection::open_with_flags(path, flags).map_err(|e| error(&e))?;
+    connection.busy_timeout(BUSY).map_err(|e| error(&e))?;
+    let mode: String =
+        connection.pragma_update_and_check(None, "journal_mode", "WAL", |row| row.get(0)).map_err(|e| error(&e))?;
+    if mode != "wal" {
+        return Err(error(&format!("its journal is {mode}; a write-ahead log is needed")));
+    }
+    connection.pragma_update(None, "synchronous", "FULL").map_err(|e| error(&e))?;
+    connection.pragma_update(None, "foreign_keys", "ON").map_err(|e| error(&e))?;
+    migrate(&mut connection).map_err(|e| error(&e))?;
+    Ok(connection)
+}
+
+/// Makes the file at `path` if it is not there, and keeps others than its owner from reading it. SQLite gives its other files
+/// the same rights.
+#[cfg(unix)]
+pub(super) fn make_private(path: &Path) -> std::io::Result<()> {
+    use std::fs::{OpenOptions, Permissions};
+    use std::os::unix::fs::{OpenOptionsExt, PermissionsExt};
+    let file = OpenOptions::new().append(true).create(true).mode(0o600).open(path)?;
+    if file.metadata()?.permissions().mode() & 0o077 != 0 {
+        file.set_permissions(Permissions::from_mode(0o600))?;
+    }
+    Ok(())
+}
+
+/// Makes the file at `path` if it is not there.
+#[cfg(not(unix))]
+pub(super) fn make_private(path: &Path) -> std::io::Result<()> {
+    std::fs::OpenOptions::new().append(true).create(true).open(path).map(drop)
+}

@@ -1,0 +1,84 @@
+// Logs in and out. After a login the page goes back to where it was asked for: to a page of this agent and nowhere else.
+(() => {
+  "use strict";
+
+  const element = (id) => document.getElementById(id);
+  const said = element("said");
+  const HEADERS = { "content-type": "application/json", "x-semascan-request": "1" };
+
+  try {
+    const theme = localStorage.getItem("semascan.theme");
+    if (["light", "dark"].includes(theme)) document.documentElement.dataset.theme = theme;
+  } catch {
+    // Storage may be forbidden; the system's theme is a good one.
+  }
+
+  // Where to go after a login. An address elsewhere, however it is written, has another origin.
+  const destination = () => {
+    const asked = new URLSearchParams(location.search).get("next") ?? "./";
+    try {
+      const there = new URL(asked, location.href);
+      return there.origin === location.origin && !there.pathname.endsWith("/login.html") ? there.href : "./";
+    } catch {
+      return "./";
+    }
+  };
+
+  // What a refusal says, in words.
+  const reason = async (answer) => {
+    try {
+      return (await answer.json()).detail ?? `The agent answered ${answer.status}.`;
+    } catch {
+      return `The agent answered ${answer.status}.`;
+    }
+  };
+
+  const say = (text) => {
+    said.textContent = text && text[0].toUpperCase() + text.slice(1) + (text.endsWith(".") ? "" : ".");
+  };
+
+  element("login").addEventListener("submit", async (event) => {
+    event.preventDefault();
+    const password = element("password");
+    element("submit").disabled = true;
+    say("");
+    try {
+      const body = JSON.stringify({ name: element("name").value.trim(), password: password.value });
+      const answer = await fetch("api/v1/login", { method: "POST", headers: HEADERS, body, cache: "no-store" });
+      if (answer.ok) {
+        location.replace(destination());
+        return;
+      }
+      say(await reason(answer));
+      password.value = "";
+      password.focus();
+    } catch {
+      say("The agent cannot be reached");
+    } finally {
+      element("submit").disabled = false;
+    }
+  });
+
+  element("logout").addEventListener("click", async () => {
+    try {
+      const answer = await fetch("api/v1/logout", { method: "POST", headers: HEADERS, body: "{}", cache: "no-store" });
+      // Who is nobody already is logged out, too.
+      if (answer.ok || answer.status === 401) location.replace("login.html");
+      else say(await reason(answer));
+    } catch {
+      say("The agent cannot be reached");
+    }
+  });
+
+  // Who is logged in already sees that.
+  fetch("api/v1/me", { cache: "no-store" })
+    .then(async (answer) => {
+      if (!answer.ok) return;
+      const me = await answer.json();
+      element("login").hidden = true;
+      element("known").hidden = false;
+      element("logout").hidden = !me.login;
+      element("who").textContent = me.login ? `Logged in as ${me.name} (${me.role}).` : "This agent asks nobody to log in.";
+    })
+    .catch(() => say("The agent cannot be reached"));
+})();
