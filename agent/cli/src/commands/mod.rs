@@ -1,5 +1,6 @@
 //! Commands, their arguments and exit codes.
 
+mod audit;
 mod calibrate;
 mod completions;
 mod config;
@@ -90,6 +91,8 @@ enum Command {
     Verify(data_folder::VerifyArgs),
     /// Copy a data folder, also while inspections run
     Backup(data_folder::BackupArgs),
+    /// Check the log of reviews in a data folder
+    Audit(audit::AuditArgs),
     /// Say whether everything that inspections need is there
     Doctor(doctor::DoctorArgs),
     /// Print a commented sample of cell.toml, or check one
@@ -222,6 +225,7 @@ impl Cli {
             Command::Gc(args) => args.run(),
             Command::Verify(args) => args.run(),
             Command::Backup(args) => args.run(),
+            Command::Audit(args) => args.run(),
             Command::Doctor(args) => args.run(viewer),
             #[cfg(feature = "demo")]
             Command::Tables(args) => args.run(quiet),

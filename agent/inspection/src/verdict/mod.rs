@@ -465,7 +465,7 @@ fn follows(conformity: Conformity, then: Decision) -> Decision {
 }
 
 /// A line that a person decides.
-fn undecided(figure: JudgedFigure, reason: &str) -> VerdictLine {
+pub(crate) fn undecided(figure: JudgedFigure, reason: &str) -> VerdictLine {
     VerdictLine {
         figure,
         component: None::<NamedClass>,
@@ -503,4 +503,4 @@ fn plain(value: f64) -> String {
 }
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;

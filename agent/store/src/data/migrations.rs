@@ -3,7 +3,8 @@
 use rusqlite::{Connection, TransactionBehavior};
 
 /// The files in order; a released one never changes.
-const MIGRATIONS: &[&str] = &[include_str!("../../migrations/0001_inspections.sql")];
+const MIGRATIONS: &[&str] =
+    &[include_str!("../../migrations/0001_inspections.sql"), include_str!("../../migrations/0002_reviews.sql")];
 
 /// Why the schema cannot be brought up to date.
 #[derive(Debug, thiserror::Error)]

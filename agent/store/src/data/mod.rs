@@ -1,12 +1,14 @@
 //! The data folder: everything that an agent keeps of its inspections.
 //!
 //! ```text
-//! DIR/semascan.db                SQLite: parts, inspections, views, events, digests, messages that wait
+//! DIR/semascan.db                SQLite: parts, inspections, views, events, findings, reviews, digests,
+//!                                messages that wait
 //! DIR/captures/<id>.mcap         the views as they came
 //! DIR/inspections/<id>/          the record and the model
 //! DIR/blobs/<aa>/<sha256>        large immutable things by their digest
 //! ```
 
+mod archive;
 mod backup;
 mod blobs;
 mod captures;
@@ -14,6 +16,7 @@ mod catalogue;
 mod folder;
 mod migrations;
 mod retention;
+mod reviews;
 mod verify;
 
 pub use backup::Backup;
@@ -22,4 +25,5 @@ pub use captures::CaptureFile;
 pub use catalogue::SqliteCatalogue;
 pub use folder::{DataFolder, Interrupted, KeptInspection};
 pub use retention::{Removed, Retention};
+pub use reviews::{Audited, BadEntry};
 pub use verify::{Fault, Verified};
