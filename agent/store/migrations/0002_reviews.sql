@@ -25,7 +25,7 @@ CREATE TABLE findings (
     PRIMARY KEY (inspection, id)
 ) STRICT, WITHOUT ROWID;
 
-CREATE INDEX findings_by_defect ON findings (defect, component, inspection);
+CREATE INDEX findings_by_defect ON findings (defect, inspection, component);
 CREATE INDEX findings_by_component ON findings (component, inspection);
 
 -- The log of reviews of the whole folder: each entry is hashed together with the hash of the one before it. It outlives the

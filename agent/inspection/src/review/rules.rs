@@ -214,10 +214,12 @@ fn check_resolved(review: &Review, standings: &Standings<'_>) -> Result<(), Fiel
     if review.resolves.len() > MOST_RESOLVED {
         return fail("resolves", format!("names {} reviews, and {MOST_RESOLVED} are taken", review.resolves.len()));
     }
-    let standing = standings.of_subject(&review.subject);
-    let Some(standing) = standing.map_or(Some(&[][..]), |standing| standing.of_kind(&review.action)) else {
+    let decides = review.action.decision().is_some() || matches!(review.action, ReviewAction::Reclassify { .. });
+    if !decides {
         return fail("resolves", format!("{} settles nothing", review.action.name()));
-    };
+    }
+    let standing = standings.of_subject(&review.subject).and_then(|standing| standing.of_kind(&review.action));
+    let standing = standing.unwrap_or_default();
     let standing: Vec<_> = standing.iter().map(|entry| entry.review.id).collect();
     if let Some(place) = review.resolves.iter().position(|id| !standing.contains(id)) {
         let reason = format!("is no review that stands about {}", review.subject);

@@ -355,7 +355,10 @@ fn conditions(filter: &InspectionFilter) -> (String, Vec<String>) {
     if let Some(before) = before {
         ask("inspections.id < {}", &[&before.to_string()]);
     }
-    let with = |condition: &str| format!("inspections.id IN (SELECT inspection FROM findings WHERE {condition})");
+    // Asked of each inspection from the latest down: a page of a common class is full soon.
+    let with = |condition: &str| {
+        format!("EXISTS (SELECT 1 FROM findings WHERE {condition} AND findings.inspection = inspections.id)")
+    };
     match (component, defect) {
         (None, None) => {}
         (Some(component), None) => ask(&with("component = {}"), &[component]),
