@@ -1,11 +1,13 @@
 //! Who may talk to the agent, and what its pages may do: the Host, the Origin and the method of every request are checked,
-//! and every answer says what a browser may make of it.
+//! and every answer says what a browser may make of it. The only content that is taken is that of the API's commands, from this
+//! agent's own pages and from programs.
 //!
 //! A web page from elsewhere must not open the stream (cross-site WebSocket hijacking), and a name that an attacker
 //! points at this machine must not reach it (DNS rebinding). Loopback names, literal addresses and names that the
 //! operator allowed pass as Host; an Origin, which every browser sends with a WebSocket, must be the Host itself or one
 //! that the operator allowed. The pages of this agent connect to this agent, and to others that the operator named.
 
+use super::api::{self, route_of};
 use super::client_log::{Excerpt, Kind};
 use super::server::{ServeError, Shared};
 use axum::extract::{Request, State};
@@ -87,6 +89,37 @@ impl AccessRule {
     }
 }
 
+/// The methods that change nothing.
+const GET_AND_HEAD: &str = "GET, HEAD";
+
+/// Whether a request that changes something comes from a page of this agent, or from no page at all. An origin that may follow
+/// the agent may not decide for its users.
+fn check_own_page(headers: &HeaderMap) -> Result<(), String> {
+    let own = headers.get(header::HOST);
+    if let Some(origin) = headers.get(header::ORIGIN) {
+        let authority = origin
+            .to_str()
+            .ok()
+            .and_then(|origin| origin.strip_prefix("http://").or_else(|| origin.strip_prefix("https://")));
+        let is_own = authority.zip(own).is_some_and(|(a, host)| a.as_bytes().eq_ignore_ascii_case(host.as_bytes()));
+        if !is_own {
+            return Err("a page from elsewhere may look and not decide".into());
+        }
+    }
+    match headers.get("sec-fetch-site").map(HeaderValue::as_bytes) {
+        None | Some(b"same-origin" | b"none") => Ok(()),
+        Some(_) => Err("a page from elsewhere may look and not decide".into()),
+    }
+}
+
+/// The answer to a request with content, which may be unread where it is refused: nothing follows it on the connection.
+fn closing_where_refused(mut response: Response) -> Response {
+    if response.status().is_client_error() || response.status().is_server_error() {
+        response.headers_mut().insert(header::CONNECTION, HeaderValue::from_static("close"));
+    }
+    response
+}
+
 /// Whether content is announced with a request.
 fn has_body(headers: &HeaderMap) -> bool {
     headers.contains_key(header::TRANSFER_ENCODING)
@@ -127,8 +160,30 @@ pub(super) async fn guard(State(shared): State<Shared>, request: Request, next: 
             (StatusCode::PAYLOAD_TOO_LARGE, close, "this agent takes no content with a request").into_response()
         }
         (&Method::GET | &Method::HEAD, Ok(())) => next.run(request).await,
+        (&Method::POST, Ok(())) if route_of("POST", request.uri().path()).is_some() => {
+            match check_own_page(request.headers()) {
+                // It ends with an answer that leaves content unread, where there is such.
+                Ok(()) => closing_where_refused(next.run(request).await),
+                Err(reason) => {
+                    shared.log.warn(Kind::RequestRefused, || format!("request refused: {reason}"));
+                    closing_where_refused(api::refusal(StatusCode::FORBIDDEN, reason))
+                }
+            }
+        }
+        (_, Ok(())) if request.uri().path().starts_with(api::PREFIX) => {
+            let allow = [GET_AND_HEAD, "POST"].into_iter().zip(["GET", "POST"]);
+            let path = request.uri().path();
+            let allow: Vec<&str> =
+                allow.filter(|(_, method)| route_of(method, path).is_some()).map(|(said, _)| said).collect();
+            let reason = format!("{} is not answered here", Excerpt(request.method().as_str()));
+            let mut response = api::refusal(StatusCode::METHOD_NOT_ALLOWED, reason);
+            if let Ok(allow) = HeaderValue::from_str(&allow.join(", ")) {
+                response.headers_mut().insert(header::ALLOW, allow);
+            }
+            closing_where_refused(response)
+        }
         (_, Ok(())) => {
-            let allowed = [(header::ALLOW, "GET, HEAD")];
+            let allowed = [(header::ALLOW, GET_AND_HEAD)];
             (StatusCode::METHOD_NOT_ALLOWED, allowed, "this agent answers GET and HEAD only").into_response()
         }
     };
@@ -184,6 +239,20 @@ mod tests {
         assert!(!verdict("localhost:8787; script-src *", None));
         assert!(!verdict("localhost:99999", None));
         assert!(AccessRule::default().check(&HeaderMap::new()).is_err());
+    }
+
+    #[test]
+    fn only_own_pages_and_programs_decide() {
+        let of = |origin: Option<&'static str>, site: Option<&'static str>| {
+            let mut headers = HeaderMap::new();
+            headers.insert(header::HOST, HeaderValue::from_static("cell.factory:8787"));
+            origin.map(|origin| headers.insert(header::ORIGIN, HeaderValue::from_static(origin)));
+            site.map(|site| headers.insert("sec-fetch-site", HeaderValue::from_static(site)));
+            check_own_page(&headers).is_ok()
+        };
+        assert!(of(None, None) && of(Some("http://cell.factory:8787"), Some("same-origin")));
+        assert!(!of(Some("https://office.factory:8443"), None), "it may follow, and not decide");
+        assert!(!of(None, Some("cross-site")) && !of(None, Some("same-site")) && !of(Some("null"), None));
     }
 
     #[test]

@@ -1,9 +1,10 @@
-//! The live stream and the viewer's files, on one port.
+//! The live stream, the API and the viewer's files, on one port.
 //!
 //! [`LiveModel`] holds what every client shall end up with; [`LiveStream`] feeds it from a running inspection; each
 //! client's task walks it at its own speed. Nothing is queued per client: a slow one skips revisions, not the result.
 //! [`Limits`] bound what clients may take of the agent, however many come and whatever they do.
 
+pub mod api;
 mod client;
 mod client_log;
 mod connections;
@@ -13,7 +14,9 @@ mod limits;
 mod live;
 mod live_stream;
 mod messages;
+mod past;
 mod plain_answer;
+mod replay;
 mod saved;
 mod server;
 mod thumbnail;
@@ -24,6 +27,7 @@ pub use guard::AccessRule;
 pub use limits::{LimitError, Limits};
 pub use live::{LiveModel, StreamTotals};
 pub use live_stream::LiveStream;
+pub use past::Past;
 pub use saved::{SavedError, publish_saved};
 pub use server::{ServeError, Server, ServerConfig};
 pub use web::{EmbeddedFiles, WebFiles, WebFolder};

@@ -1,5 +1,6 @@
-//! The HTTP server: viewer files, the stream at `/ws`, whether the work proceeds at `/healthz`.
+//! The HTTP server: viewer files, the stream at `/ws`, the API below `/api/v1`, whether the work proceeds at `/healthz`.
 
+use super::api;
 use super::client;
 use super::client_log::{ClientLog, Excerpt, Kind};
 use super::connections::{Connection, Connections, Place};
@@ -7,12 +8,14 @@ use super::guard::{AccessRule, guard};
 use super::health::health;
 use super::limits::{LimitError, Limits, seconds};
 use super::live::LiveModel;
+use super::past::Past;
 use super::plain_answer::{plain_answer, reason_of, say_and_close};
+use super::replay::{Pace, Replays};
 use super::transport::{Open, Transport};
 use super::web::WebFiles;
 use axum::body::Body;
 use axum::extract::ws::WebSocketUpgrade;
-use axum::extract::{Extension, State};
+use axum::extract::{Extension, Query, State};
 use axum::http::{HeaderMap, Request, StatusCode, Uri};
 use axum::response::{IntoResponse, Response};
 use axum::routing::{any, get};
@@ -21,7 +24,9 @@ use hyper::body::Incoming;
 use hyper::server::conn::http1;
 use hyper::service::service_fn;
 use hyper_util::rt::{TokioIo, TokioTimer};
-use semascan_protocol::SUBPROTOCOL;
+use semascan_model::InspectionId;
+use semascan_protocol::{Phase, ReviewChange, SUBPROTOCOL};
+use std::collections::HashMap;
 use std::future::Future;
 use std::io::ErrorKind;
 use std::net::{IpAddr, SocketAddr};
@@ -115,7 +120,21 @@ pub(super) struct Shared {
     pub(super) log: Arc<ClientLog>,
     pub(super) connections: Arc<Connections>,
     pub(super) access: Arc<AccessRule>,
+    /// What is kept of inspections; absent where the agent keeps nothing.
+    pub(super) past: Option<Arc<Past>>,
+    /// Past inspections that are streamed.
+    pub(super) replays: Arc<Replays>,
+    /// Turns of requests that read what is kept.
+    pub(super) readers: Arc<Semaphore>,
     files: Arc<WebFiles>,
+}
+
+impl Shared {
+    /// Tells all viewers what somebody decided.
+    pub(super) fn tell_review(&self, change: &ReviewChange) {
+        self.live.review(change.clone());
+        self.replays.tell_review(change);
+    }
 }
 
 impl Server {
@@ -124,6 +143,18 @@ impl Server {
     /// # Errors
     /// [`ServeError`] if the address is taken or not this machine's, or a setting cannot be kept.
     pub fn bind(config: &ServerConfig, live: Arc<LiveModel>) -> Result<Self, ServeError> {
+        Self::bind_with_past(config, live, None)
+    }
+
+    /// As [`bind`](Self::bind), with the API to what is kept of inspections.
+    ///
+    /// # Errors
+    /// As [`bind`](Self::bind).
+    pub fn bind_with_past(
+        config: &ServerConfig,
+        live: Arc<LiveModel>,
+        past: Option<Arc<Past>>,
+    ) -> Result<Self, ServeError> {
         let ServerConfig { address, access, files, limits } = config.clone();
         limits.check()?;
         access.check_origins()?;
@@ -139,11 +170,15 @@ impl Server {
             limits: Arc::new(limits),
             log: Arc::default(),
             access: Arc::new(access),
+            past,
+            replays: Arc::default(),
+            readers: Arc::new(Semaphore::new(api::READERS)),
             files: Arc::new(files),
         };
         let router = Router::new()
             .route("/ws", any(stream))
             .route("/healthz", get(health))
+            .merge(api::router())
             .fallback(file)
             .layer(middleware::from_fn_with_state(shared.clone(), guard))
             .with_state(shared.clone());
@@ -301,8 +336,16 @@ fn is_of_connection(kind: ErrorKind) -> bool {
 async fn stream(
     State(shared): State<Shared>,
     Extension(connection): Extension<Arc<Connection>>,
+    Query(query): Query<HashMap<String, String>>,
     upgrade: WebSocketUpgrade,
 ) -> Response {
+    let shared = match query.get("inspection") {
+        None => shared,
+        Some(inspection) => match past_inspection(shared, inspection, &query).await {
+            Ok(shared) => shared,
+            Err(refusal) => return refusal.into_response(),
+        },
+    };
     let upgrade = upgrade
         .protocols([SUBPROTOCOL])
         .max_message_size(shared.limits.message_bytes)
@@ -315,6 +358,41 @@ async fn stream(
         return (StatusCode::BAD_REQUEST, reason).into_response();
     }
     upgrade.on_upgrade(move |socket| client::serve(socket, shared, connection))
+}
+
+/// What a viewer follows that asks for an inspection: a past one as it was, or the one that is live.
+async fn past_inspection(
+    shared: Shared,
+    inspection: &str,
+    query: &HashMap<String, String>,
+) -> Result<Shared, (StatusCode, String)> {
+    let refused = |status: StatusCode, reason: String| Err((status, reason));
+    let Ok(id) = inspection.parse::<InspectionId>() else {
+        return refused(StatusCode::BAD_REQUEST, format!("inspection: {} is no UUID", Excerpt(inspection)));
+    };
+    let pace = match Pace::of(query) {
+        Ok(pace) => pace,
+        Err(reason) => return refused(StatusCode::BAD_REQUEST, reason),
+    };
+    let (progress, live, _) = shared.live.standing();
+    if live == id.to_string() && matches!(progress.phase(), Phase::Waiting | Phase::Running) {
+        return Ok(shared);
+    }
+    let Some(past) = shared.past.clone() else {
+        let reason = "this agent keeps no inspections: `semascan serve --data DIR` does";
+        return refused(StatusCode::NOT_FOUND, reason.into());
+    };
+    let rows = Arc::clone(&past);
+    match tokio::task::spawn_blocking(move || rows.catalogue.inspection(id)).await {
+        Ok(Ok(Some(_))) => {}
+        Ok(Ok(None)) => return refused(StatusCode::NOT_FOUND, format!("there is no inspection {id}")),
+        Ok(Err(error)) => return refused(StatusCode::SERVICE_UNAVAILABLE, error.reason),
+        Err(error) => return refused(StatusCode::INTERNAL_SERVER_ERROR, error.to_string()),
+    }
+    match shared.replays.begin(&past, id, pace) {
+        Some(live) => Ok(Shared { live, ..shared }),
+        None => refused(StatusCode::SERVICE_UNAVAILABLE, "too many past inspections are shown at once".into()),
+    }
 }
 
 async fn file(State(shared): State<Shared>, uri: Uri, headers: HeaderMap) -> Response {

@@ -21,6 +21,7 @@ mod keeping;
 mod limit_args;
 mod models;
 mod numbers;
+mod past;
 #[cfg(feature = "demo")]
 mod photometric;
 #[cfg(feature = "demo")]

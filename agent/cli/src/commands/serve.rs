@@ -5,7 +5,7 @@ use super::limit_args::LimitArgs;
 use super::run::{self, Running, Target};
 use super::signals::{Signals, Work};
 use super::spec_args::SpecArgs;
-use super::{Failure, keep, numbers, source};
+use super::{Failure, keep, numbers, past, source};
 use anyhow::{Context, anyhow};
 use clap::Args;
 use semascan_inspection::StopSwitch;
@@ -67,7 +67,8 @@ pub(crate) struct ServeArgs {
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Data folder to keep inspections in while they run: their views as captures, their history and their models. Those
-    /// that were cut off there are continued first
+    /// that were cut off there are continued first, and all of them are there for the API (`/api/v1`) and for
+    /// `?inspection=ID`
     #[arg(long, value_name = "DIR", conflicts_with_all = ["saved", "out", "overwrite"])]
     data: Option<PathBuf>,
     /// Replace the earlier inspection that the folder holds, when the new one is whole: until then, and where the new one
@@ -146,7 +147,11 @@ pub(crate) fn serve(
     let live = Arc::new(LiveModel::new());
     let runtime = tokio::runtime::Runtime::new().context("cannot start the network runtime")?;
     runtime.block_on(async {
-        let server = Server::bind(&settings, Arc::clone(&live)).map_err(|error| match error {
+        let past = match &job {
+            Some(Job::Keep { data, .. }) => Some(Arc::new(past::past(data))),
+            _ => None,
+        };
+        let server = Server::bind_with_past(&settings, Arc::clone(&live), past).map_err(|error| match error {
             ServeError::Bind { .. } => Failure::Work(error.into()),
             _ => Failure::Call(error.into()),
         })?;

@@ -1,0 +1,128 @@
+//! The REST API under `/api/v1`: past inspections and the one that runs, their views, findings, verdicts, reviews and files.
+//!
+//! | file | what |
+//! |---|---|
+//! | `routes.rs` | every route and the role that it needs |
+//! | `inspections.rs`, `views.rs`, `findings.rs`, `reviews.rs`, `exports.rs` | one resource each |
+//! | `request.rs` | what requests say, checked; work that blocks |
+//! | `answer.rs`, `problem.rs` | answers with entity tags; errors |
+//! | `openapi.rs` | the document that describes all this |
+
+mod answer;
+mod exports;
+mod findings;
+mod inspections;
+mod openapi;
+mod problem;
+mod request;
+mod reviews;
+mod routes;
+mod views;
+
+pub(super) use request::READERS;
+pub use reviews::Person;
+pub use routes::{ROUTES, Role, Route, route_of};
+
+use super::server::Shared;
+use axum::Router;
+use axum::extract::Path;
+use axum::http::{HeaderMap, StatusCode};
+use axum::response::Response;
+use axum::routing::{any, get};
+use problem::Problem;
+use utoipa_axum::router::OpenApiRouter;
+use utoipa_axum::routes;
+
+/// The path below which all routes of the API lie.
+pub(super) const PREFIX: &str = "/api/";
+
+/// The routes of the API.
+pub(super) fn router() -> Router<Shared> {
+    let (router, paths) = described().split_for_parts();
+    let document = serde_json::to_vec(&openapi::document(paths)).unwrap_or_default();
+    let described = move |headers: HeaderMap| {
+        let document = document.clone();
+        async move { answer::bytes(&headers, "application/json", document) }
+    };
+    router.route("/api/v1/openapi.json", get(described)).route("/api/{*path}", any(nothing))
+}
+
+fn described() -> OpenApiRouter<Shared> {
+    OpenApiRouter::new()
+        .routes(routes!(inspections::list))
+        .routes(routes!(inspections::one))
+        .routes(routes!(views::list))
+        .routes(routes!(views::color))
+        .routes(routes!(views::depth))
+        .routes(routes!(views::labels))
+        .routes(routes!(views::sigma))
+        .routes(routes!(findings::findings))
+        .routes(routes!(findings::criteria))
+        .routes(routes!(findings::verdict))
+        .routes(routes!(reviews::list, reviews::take))
+        .routes(routes!(exports::file))
+}
+
+async fn nothing(Path(path): Path<String>) -> Result<Response, Problem> {
+    let path = super::client_log::Excerpt(&path).to_string();
+    Err(Problem::new(StatusCode::NOT_FOUND, format!("/api/{path} is nothing that this agent has")))
+}
+
+/// Why a request that the guard refuses is refused, as the API says it.
+pub(super) fn refusal(status: StatusCode, reason: String) -> Response {
+    use axum::response::IntoResponse;
+    Problem::new(status, reason).into_response()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::BTreeSet;
+
+    #[test]
+    fn every_route_has_its_role_and_is_described() {
+        let document = openapi::document(described().to_openapi());
+        assert!(
+            document["openapi"].as_str().is_some_and(|version| version.starts_with("3.1")),
+            "{}",
+            document["openapi"]
+        );
+        let mut there = BTreeSet::from([("GET".to_owned(), "/api/v1/openapi.json".to_owned())]);
+        for (path, operations) in document["paths"].as_object().expect("paths") {
+            for method in operations.as_object().expect("operations").keys() {
+                there.insert((method.to_uppercase(), path.clone()));
+            }
+        }
+        let listed: BTreeSet<_> = ROUTES.iter().map(|r| (r.method.to_owned(), r.path.to_owned())).collect();
+        assert_eq!(there, listed);
+        assert!(
+            ROUTES.iter().all(|route| route.method == "GET" || route.role > Role::Viewer),
+            "who changes is no viewer"
+        );
+        assert!(listed.iter().all(|(_, path)| path.starts_with(PREFIX)));
+    }
+
+    #[test]
+    fn every_reference_of_the_document_leads_somewhere() {
+        let document = openapi::document(described().to_openapi());
+        fn references(value: &serde_json::Value, found: &mut BTreeSet<String>) {
+            match value {
+                serde_json::Value::Object(map) => {
+                    if let Some(reference) = map.get("$ref").and_then(|r| r.as_str()) {
+                        found.insert(reference.to_owned());
+                    }
+                    map.values().for_each(|value| references(value, found));
+                }
+                serde_json::Value::Array(list) => list.iter().for_each(|value| references(value, found)),
+                _ => {}
+            }
+        }
+        let mut found = BTreeSet::new();
+        references(&document, &mut found);
+        assert!(found.contains("#/components/schemas/Review") && found.len() > 20, "{found:?}");
+        for reference in found {
+            let pointer = reference.strip_prefix('#').expect("in the document");
+            assert!(document.pointer(pointer).is_some(), "{reference}");
+        }
+    }
+}
