@@ -16,7 +16,7 @@ use semascan_inspection::ports::PortError;
 use semascan_model::InspectionId;
 use semascan_protocol::ReviewChange;
 use std::sync::{Arc, Mutex, PoisonError, Weak};
-use tokio::sync::Mutex as AsyncMutex;
+use tokio::sync::{Mutex as AsyncMutex, oneshot};
 
 /// Tapes that are kept.
 const TAPES: usize = 2;
@@ -91,15 +91,19 @@ impl Replays {
             tapes.push(known);
             return Ok(Some(tape));
         }
-        let made = {
-            let past = Arc::clone(past);
-            tokio::task::spawn_blocking(move || {
-                let row = past.catalogue.inspection(id)?;
-                let row = row.ok_or_else(|| PortError::new(format!("inspection {id}"), "there is none"))?;
-                Tape::make(&past, &row)
-            })
-        };
-        let ended = |error| PortError::new(format!("inspection {id}"), error);
+        // On a thread of its own: a server that ends does not wait for it.
+        let (sender, made) = oneshot::channel();
+        let past = Arc::clone(past);
+        std::thread::spawn(move || {
+            let row = past
+                .catalogue
+                .inspection(id)
+                .and_then(|row| row.ok_or_else(|| PortError::new(format!("inspection {id}"), "there is none")));
+            // Who waited may be gone.
+            let _ = sender.send(row.and_then(|row| Tape::make(&past, &row)));
+        });
+        let ended =
+            |_| PortError::new(format!("inspection {id}"), "it could not be made again: a fault of the program");
         let tape = Arc::new(made.await.map_err(ended)??);
         if tapes.len() >= TAPES {
             tapes.remove(0);
