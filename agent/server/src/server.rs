@@ -126,6 +126,8 @@ pub(super) struct Shared {
     pub(super) replays: Arc<Replays>,
     /// Turns of requests that read what is kept.
     pub(super) readers: Arc<Semaphore>,
+    /// Turns of commands.
+    pub(super) commands: Arc<Semaphore>,
     files: Arc<WebFiles>,
 }
 
@@ -173,6 +175,7 @@ impl Server {
             past,
             replays: Arc::default(),
             readers: Arc::new(Semaphore::new(api::READERS)),
+            commands: Arc::new(Semaphore::new(api::COMMANDS)),
             files: Arc::new(files),
         };
         let router = Router::new()

@@ -63,6 +63,7 @@ pub enum SurfacePatch {
     /// All surface nearer to one of these points than `radius`.
     Points {
         /// The points, metres, table frame.
+        #[cfg_attr(feature = "schema", schemars(length(min = 1, max = 20_000)))]
         points: Vec<[f64; 3]>,
         /// Metres.
         radius: f64,
@@ -72,11 +73,13 @@ pub enum SurfacePatch {
         /// Edge of a cell, metres.
         edge: f64,
         /// Lowest corners of the cells divided by the edge.
+        #[cfg_attr(feature = "schema", schemars(length(min = 1, max = 20_000)))]
         cells: Vec<[i32; 3]>,
     },
     /// The surface within a closed curve; the last point is joined with the first.
     Outline {
         /// Points on the surface, metres, table frame.
+        #[cfg_attr(feature = "schema", schemars(length(min = 3, max = 20_000)))]
         outline: Vec<[f64; 3]>,
     },
 }
@@ -117,6 +120,7 @@ pub enum ReviewAction {
     /// Something that was not found.
     NewFinding {
         /// A closed curve around it on the surface, metres, table frame; the last point is joined with the first.
+        #[cfg_attr(feature = "schema", schemars(length(min = 3, max = 20_000)))]
         outline: Vec<[f64; 3]>,
         /// The component that it is on.
         component: String,
@@ -167,10 +171,12 @@ pub struct Review {
     pub model: Option<String>,
     /// What is done.
     pub action: ReviewAction,
-    /// Who. A server that knows its users puts their name here, and refuses another one.
+    /// Who. A server that knows its users takes their own name alone.
+    #[cfg_attr(feature = "schema", schemars(length(min = 1, max = 200)))]
     pub person: String,
-    /// Why. Decisions and changes of a class need a reason.
+    /// Why. Decisions, remarks and changes of a class need a reason.
     #[serde(default)]
+    #[cfg_attr(feature = "schema", schemars(length(max = 10_000)))]
     pub reason: String,
     /// Where decisions contradict each other: all of them, which this one settles.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]

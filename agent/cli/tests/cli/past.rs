@@ -3,7 +3,7 @@
 use crate::{MOTOR, semascan, stderr};
 use image::{DynamicImage, ImageFormat};
 use semascan_captures::CaptureReader;
-use semascan_inspection::ports::{Catalogue, InspectionFilter};
+use semascan_inspection::ports::{Catalogue, InspectionFilter, ReviewLog};
 use semascan_model::InspectionId;
 use semascan_model::record::InspectionRecord;
 use semascan_protocol::TAKES_REVIEWS;
@@ -18,6 +18,7 @@ use std::io::{BufRead, BufReader, Read, Write};
 use std::net::{SocketAddr, TcpStream};
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
+use std::time::Duration;
 
 const CRITERIA: &str = "version = 1\nname = \"motor\"\nrevision = \"3\"\n\
     [[defect]]\ndefect = \"corrosion\"\nlargest_area_mm2 = 1\nthen = \"rework\"\n\
@@ -75,27 +76,7 @@ impl Answer {
 
 impl Serving {
     fn ask(&self, method: &str, path: &str, headers: &[(&str, &str)], body: &[u8]) -> Answer {
-        let mut stream = TcpStream::connect(self.address).expect("connects");
-        let mut head = format!("{method} {path} HTTP/1.1\r\nHost: {}\r\nConnection: close\r\n", self.address);
-        headers.iter().for_each(|(name, value)| head.push_str(&format!("{name}: {value}\r\n")));
-        if method == "POST" {
-            head.push_str(&format!("Content-Length: {}\r\n", body.len()));
-        }
-        stream.write_all(format!("{head}\r\n").as_bytes()).expect("written");
-        // A server that refuses what it has not read closes early.
-        let _ = stream.write_all(body);
-        let mut bytes = Vec::new();
-        stream.read_to_end(&mut bytes).expect("read");
-        let end = bytes.windows(4).position(|w| w == b"\r\n\r\n").expect("a head");
-        let head = String::from_utf8(bytes[..end].to_vec()).expect("text");
-        let mut lines = head.lines();
-        let status = lines.next().and_then(|line| line.split(' ').nth(1)).and_then(|s| s.parse().ok());
-        let headers = lines.filter_map(|line| line.split_once(": "));
-        Answer {
-            status: status.expect("a status"),
-            headers: headers.map(|(name, value)| (name.to_lowercase(), value.to_owned())).collect(),
-            body: bytes[end + 4..].to_vec(),
-        }
+        ask(self.address, method, path, headers, body).expect("an answer")
     }
 
     fn get(&self, path: &str) -> Answer {
@@ -106,6 +87,38 @@ impl Serving {
         let path = format!("/api/v1/inspections/{id}/reviews");
         self.ask("POST", &path, &[("Content-Type", "application/json")], review.to_string().as_bytes())
     }
+}
+
+/// The answer to a request; an error where the server is gone or ends in the middle of it.
+fn ask(
+    address: SocketAddr,
+    method: &str,
+    path: &str,
+    headers: &[(&str, &str)],
+    body: &[u8],
+) -> std::io::Result<Answer> {
+    let mut stream = TcpStream::connect(address)?;
+    let mut head = format!("{method} {path} HTTP/1.1\r\nHost: {address}\r\nConnection: close\r\n");
+    headers.iter().for_each(|(name, value)| head.push_str(&format!("{name}: {value}\r\n")));
+    if method == "POST" {
+        head.push_str(&format!("Content-Length: {}\r\n", body.len()));
+    }
+    stream.write_all(format!("{head}\r\n").as_bytes())?;
+    // A server that refuses what it has not read closes early.
+    let _ = stream.write_all(body);
+    let mut bytes = Vec::new();
+    stream.read_to_end(&mut bytes)?;
+    let broken = || std::io::Error::from(std::io::ErrorKind::UnexpectedEof);
+    let end = bytes.windows(4).position(|w| w == b"\r\n\r\n").ok_or_else(broken)?;
+    let head = String::from_utf8_lossy(&bytes[..end]).into_owned();
+    let mut lines = head.lines();
+    let status = lines.next().and_then(|line| line.split(' ').nth(1)).and_then(|s| s.parse().ok());
+    let headers = lines.filter_map(|line| line.split_once(": "));
+    Ok(Answer {
+        status: status.ok_or_else(broken)?,
+        headers: headers.map(|(name, value)| (name.to_lowercase(), value.to_owned())).collect(),
+        body: bytes[end + 4..].to_vec(),
+    })
 }
 
 fn review(number: u64, subject: Value, seen: u64, action: Value) -> Value {
@@ -183,7 +196,7 @@ fn past_inspections_are_listed_and_everything_of_them_can_be_had() {
     assert_eq!(one["record"]["generation"], record.files.as_ref().expect("files").generation.as_str());
     let views = agent.get(&format!("{own}/views?limit=2")).json();
     assert_eq!((views["items"].as_array().map(Vec::len), &views["next"]), (Some(2), &json!(2)));
-    assert_eq!(views["items"][1]["pose"], serde_json::to_value(&record.views[1].pose).expect("plain data"));
+    assert_eq!(views["items"][1]["pose"], serde_json::to_value(record.views[1].pose).expect("plain data"));
     assert_eq!(agent.get(&format!("{own}/views?cursor=2")).json()["items"][0]["index"], 2);
     let folder = DataFolder::open_beside(&data).expect("a data folder");
     let mut captured = CaptureReader::open(&folder.capture_path(id)).expect("a capture");
@@ -354,6 +367,55 @@ fn reviews_are_taken_in_once_told_to_viewers_and_audited() {
     let agent = serve(&data);
     let refused = agent.get(&format!("/api/v1/inspections/{id}/verdict"));
     assert_eq!(refused.status, 503, "{refused:?}");
+}
+
+/// Servers that are killed while reviews are sent, where the variable does not say it.
+const KILLS: u32 = 5;
+
+#[test]
+fn a_review_that_was_answered_survives_a_kill() {
+    let kills = std::env::var("SEMASCAN_TEST_KILLS").map_or(KILLS, |count| count.parse().expect("a number of kills"));
+    let root = tempfile::tempdir().expect("temporary folder");
+    let data = root.path().join("cell");
+    let id = inspected(&data);
+    let mut answered = Vec::new();
+    for kill in 0..kills {
+        let mut agent = serve(&data);
+        let address = agent.address;
+        let sender = std::thread::spawn(move || {
+            let path = format!("/api/v1/inspections/{id}/reviews");
+            let mut answered = Vec::new();
+            for number in 1.. {
+                let remark =
+                    review(u64::from(kill) << 20 | number, json!({"kind": "part"}), 0, json!({"type": "comment"}));
+                let json_type = [("Content-Type", "application/json")];
+                match ask(address, "POST", &path, &json_type, remark.to_string().as_bytes()) {
+                    Ok(answer) if answer.status == 201 => answered.push(remark),
+                    // Whoever got no answer sends it again; here it is dropped.
+                    Ok(answer) => panic!("{answer:?}"),
+                    Err(_) => break,
+                }
+            }
+            answered
+        });
+        let moment = (f64::from(kill + 1) * 0.618_033_988_749_895).fract();
+        std::thread::sleep(Duration::from_secs_f64(0.6 * moment));
+        agent.child.kill().expect("killed");
+        answered.extend(sender.join().expect("no other answer"));
+    }
+    assert!(answered.len() > kills as usize, "{} reviews were answered", answered.len());
+    let audited = semascan(&["audit", "verify", "--data", data.to_str().expect("UTF-8")]);
+    assert_eq!(audited.status.code(), Some(0), "{}", stderr(&audited));
+    let log = DataFolder::open_beside(&data).expect("a data folder");
+    let kept = log.catalogue().entries(id).expect("reads");
+    let kept: BTreeMap<String, Value> = kept
+        .into_iter()
+        .map(|entry| (entry.review.id.to_string(), serde_json::to_value(&entry.review).expect("plain data")))
+        .collect();
+    for remark in &answered {
+        assert_eq!(kept.get(remark["id"].as_str().expect("an id")), Some(remark));
+    }
+    eprintln!("{kills} servers were killed, {} reviews answered, {} kept: none is lost", answered.len(), kept.len());
 }
 
 #[test]

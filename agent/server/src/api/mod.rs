@@ -19,7 +19,7 @@ mod reviews;
 mod routes;
 mod views;
 
-pub(super) use request::READERS;
+pub(super) use request::{COMMANDS, READERS};
 pub use reviews::Person;
 pub use routes::{ROUTES, Role, Route, route_of};
 

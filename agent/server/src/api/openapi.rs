@@ -3,6 +3,7 @@
 use super::problem::Problem;
 use super::{findings, inspections, reviews, views};
 use schemars::generate::SchemaSettings;
+use semascan_model::record::InspectionRecord;
 use semascan_model::review::Review;
 use serde_json::{Value, json};
 use utoipa::openapi::schema::{Object, SchemaFormat, SchemaType, Type};
@@ -60,8 +61,9 @@ pub(super) fn document(mut paths: OpenApi) -> Value {
     document
 }
 
-/// Puts in what all operations have alike.
+/// Puts in what all operations have alike, and what the handlers cannot say.
 fn describe(operation: &mut Value, takes_content: bool) {
+    let mut is_export = false;
     let with_content = PROBLEMS_OF_CONTENT.iter().filter(|_| takes_content);
     for (status, description) in PROBLEMS.iter().chain(with_content) {
         operation["responses"][*status] = json!({
@@ -72,6 +74,9 @@ fn describe(operation: &mut Value, takes_content: bool) {
     if !takes_content {
         operation["responses"]["304"] = json!({"description": "The client has this already (If-None-Match)"});
     }
+    if takes_content {
+        operation["requestBody"]["required"] = true.into();
+    }
     for parameter in operation["parameters"].as_array_mut().into_iter().flatten() {
         match parameter["name"].as_str() {
             Some("inspection") => parameter["schema"] = json!({"type": "string", "format": "uuid"}),
@@ -79,9 +84,18 @@ fn describe(operation: &mut Value, takes_content: bool) {
             Some("file") => {
                 let names: Vec<&str> = FILES.iter().map(|(name, _)| *name).collect();
                 parameter["schema"] = json!({"type": "string", "enum": names});
+                is_export = true;
             }
             _ => {}
         }
+    }
+    if is_export {
+        let bytes = || json!({"schema": {"type": "string", "format": "binary"}});
+        let contents = FILES.iter().map(|(_, media_type)| {
+            let record = json!({"schema": {"$ref": "#/components/schemas/InspectionRecord"}});
+            ((*media_type).to_owned(), if *media_type == "application/json" { record } else { bytes() })
+        });
+        operation["responses"]["200"]["content"] = Value::Object(contents.collect());
     }
 }
 
@@ -101,6 +115,7 @@ fn schemas() -> Value {
     generator.subschema_for::<reviews::ReviewList>();
     generator.subschema_for::<reviews::ReviewTaken>();
     generator.subschema_for::<Review>();
+    generator.subschema_for::<InspectionRecord>();
     Value::Object(generator.take_definitions(true))
 }
 

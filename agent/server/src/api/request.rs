@@ -11,10 +11,13 @@ use std::fmt::Display;
 use std::str::FromStr;
 use std::sync::Arc;
 use std::time::Duration;
+use tokio::sync::Semaphore;
 use tokio::time::timeout;
 
 /// Requests that read from the disk at once; more would take the processor from the inspection.
 pub(crate) const READERS: usize = 4;
+/// Commands at once. They are taken in one after the other; this bounds the threads that wait.
+pub(crate) const COMMANDS: usize = 16;
 /// How long a request waits for its turn.
 const TURN: Duration = Duration::from_secs(10);
 
@@ -31,9 +34,25 @@ pub(super) async fn blocking<T: Send + 'static>(
     shared: &Shared,
     work: impl FnOnce(&Past) -> Result<T, Problem> + Send + 'static,
 ) -> Result<T, Problem> {
+    in_turn(shared, &shared.readers, work).await
+}
+
+/// As [`blocking`], for a command: it does not wait for those who read pictures and models.
+pub(super) async fn command<T: Send + 'static>(
+    shared: &Shared,
+    work: impl FnOnce(&Past) -> Result<T, Problem> + Send + 'static,
+) -> Result<T, Problem> {
+    in_turn(shared, &shared.commands, work).await
+}
+
+async fn in_turn<T: Send + 'static>(
+    shared: &Shared,
+    turns: &Arc<Semaphore>,
+    work: impl FnOnce(&Past) -> Result<T, Problem> + Send + 'static,
+) -> Result<T, Problem> {
     let past = past(shared)?;
-    let busy = || Problem::new(StatusCode::SERVICE_UNAVAILABLE, "too many requests read at once: try again");
-    let turn = timeout(TURN, Arc::clone(&shared.readers).acquire_owned()).await;
+    let busy = || Problem::new(StatusCode::SERVICE_UNAVAILABLE, "too many requests at once: try again");
+    let turn = timeout(TURN, Arc::clone(turns).acquire_owned()).await;
     let turn = turn.map_err(|_| busy())?.map_err(|_| busy())?;
     let done = tokio::task::spawn_blocking(move || {
         let result = work(&past);

@@ -7,7 +7,7 @@ use super::super::server::Shared;
 use super::answer;
 use super::openapi::{long_limits, numbers};
 use super::problem::Problem;
-use super::request::{blocking, inspection_id, limit, parsed};
+use super::request::{blocking, command, inspection_id, limit, parsed};
 use axum::Extension;
 use axum::body::{Body, to_bytes};
 use axum::extract::rejection::QueryRejection;
@@ -136,7 +136,7 @@ pub(super) async fn take(
         let reason = format!("is {}, and {name} is who sends it", review.person);
         return Err(Problem::new(StatusCode::FORBIDDEN, format!("person {reason}")).about("person"));
     }
-    let answered = blocking(&shared, move |past| {
+    let answered = command(&shared, move |past| {
         let record = past.record(id)?;
         let criteria = past.criteria_of(&record)?;
         past.desk.take(&record, criteria.as_ref(), review, Timestamp::now()).map_err(Problem::from)

@@ -620,7 +620,7 @@ mod tests {
         drop(catalogue);
         let begun = Instant::now();
         let catalogue = SqliteCatalogue::open(&path).expect("opens");
-        println!("opened in {:.1} ms", 1e3 * begun.elapsed().as_secs_f64());
+        eprintln!("opened in {:.1} ms", 1e3 * begun.elapsed().as_secs_f64());
         let all = || InspectionFilter { limit: 50, ..InspectionFilter::default() };
         let some = |text: &str| Some(text.to_owned());
         let middle = Timestamp::from_millisecond(1_700_005_000_000).expect("in range");
@@ -656,7 +656,7 @@ mod tests {
                 rows = catalogue.inspections(&filter).expect("reads").len();
                 times.push(1e3 * begun.elapsed().as_secs_f64());
             }
-            println!("{name}: {rows} rows, first {:.2} ms, then {:.2} ms", times[0], times[4]);
+            eprintln!("{name}: {rows} rows, first {:.2} ms, then {:.2} ms", times[0], times[4]);
         }
     }
 
