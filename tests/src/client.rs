@@ -29,7 +29,12 @@ pub type Socket = WebSocketStream<MaybeTlsStream<TcpStream>>;
 /// # Errors
 /// If the agent refuses it.
 pub async fn open_socket(address: SocketAddr, subprotocol: &str, origin: Option<&str>) -> Result<Socket> {
-    let mut request = format!("ws://{address}/ws").into_client_request()?;
+    open_stream(address, "/ws", subprotocol, origin).await
+}
+
+/// Opens a socket to the stream at `path`, which may have a query.
+async fn open_stream(address: SocketAddr, path: &str, subprotocol: &str, origin: Option<&str>) -> Result<Socket> {
+    let mut request = format!("ws://{address}{path}").into_client_request()?;
     request.headers_mut().insert("sec-websocket-protocol", HeaderValue::from_str(subprotocol)?);
     if let Some(origin) = origin {
         request.headers_mut().insert("origin", HeaderValue::from_str(origin)?);
@@ -97,8 +102,23 @@ impl Client {
     /// # Errors
     /// If the agent refuses.
     pub async fn connect(address: SocketAddr, holdings: &mut Holdings) -> Result<Self> {
-        let mut socket = open_socket(address, SUBPROTOCOL, None).await?;
-        let hello = ClientMessage { body: Some(client_message::Body::Hello(holdings.hello())) };
+        Self::connect_to(address, "/ws", &[], holdings).await
+    }
+
+    /// As [`connect`](Self::connect), to the stream at `path`, which may have a query, as a client with `capabilities`.
+    ///
+    /// # Errors
+    /// If the agent refuses.
+    pub async fn connect_to(
+        address: SocketAddr,
+        path: &str,
+        capabilities: &[&str],
+        holdings: &mut Holdings,
+    ) -> Result<Self> {
+        let mut socket = open_stream(address, path, SUBPROTOCOL, None).await?;
+        let capabilities = capabilities.iter().map(|name| (*name).to_owned()).collect();
+        let hello = Hello { capabilities, ..holdings.hello() };
+        let hello = ClientMessage { body: Some(client_message::Body::Hello(hello)) };
         socket.send(Message::Binary(hello.encode_to_vec().into())).await?;
         let (body, bytes) = next_body(&mut socket).await?;
         let Body::Welcome(welcome) = body else { bail!("expected Welcome, got {body:?}") };

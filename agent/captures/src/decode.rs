@@ -6,6 +6,7 @@ use crate::schema::{capture, foxglove};
 use image::RgbImage;
 use nalgebra::{Isometry3, Matrix6, Quaternion, Translation3, UnitQuaternion};
 use prost::Message;
+use semascan_inspection::ports::PixelLabels;
 use semascan_inspection::source::TrueMesh;
 use semascan_model::Taxonomy;
 use semascan_perception::view::{Chain, DepthImage, Intrinsics, PoseEvidence, RecordedLabels, View, ViewTruth};
@@ -80,6 +81,32 @@ pub(crate) fn view(parts: &Parts, end: &capture::View) -> Result<View, String> {
             }
             None => None,
         },
+    })
+}
+
+/// What the inspection said of the pixels of a view.
+pub(crate) fn segmentation(labels: capture::Segmentation) -> Result<PixelLabels, String> {
+    let capture::Segmentation { view, width, height, components, component_sigma, defects, defect_sigma, instances } =
+        labels;
+    let pixels = u64::from(width) * u64::from(height);
+    let column = |name: &str, bytes: &[u8]| {
+        sixteen_bits(bytes)
+            .filter(|values| values.len() as u64 == pixels)
+            .ok_or_else(|| format!("labels of view {view}: {name} does not have a value for each of {pixels} pixels"))
+    };
+    let sigma = |name: &str, bytes: Vec<u8>| match bytes.len() as u64 {
+        0 => Ok(None),
+        n if n == pixels => Ok(Some(bytes)),
+        n => Err(format!("labels of view {view}: {name} has {n} values for {pixels} pixels")),
+    };
+    Ok(PixelLabels {
+        width,
+        height,
+        components: column("components", &components)?,
+        component_sigma: sigma("component_sigma", component_sigma)?,
+        defects: column("defects", &defects)?,
+        defect_sigma: sigma("defect_sigma", defect_sigma)?,
+        instances: column("instances", &instances)?,
     })
 }
 

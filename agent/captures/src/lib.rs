@@ -11,7 +11,7 @@
 //! | `encode.rs`, `decode.rs` | a view to messages and back |
 //! | `channel.rs` | topics and their schemas |
 //! | `writer.rs` | a capture that is written, on the disk after each view |
-//! | `reader.rs` | a capture that is read, to its last whole view |
+//! | `reader.rs` | a capture that is read, to its last whole view; one view of it |
 
 mod channel;
 mod decode;
@@ -21,7 +21,7 @@ mod reader;
 mod writer;
 
 pub use info::CaptureInfo;
-pub use reader::{CaptureEnd, CaptureError, CaptureReader, RecordedView};
+pub use reader::{CaptureEnd, CaptureError, CaptureReader, RecordedView, Wanted};
 pub use writer::CaptureWriter;
 
 /// Messages of the schemas in `proto/`, as prost generates them.

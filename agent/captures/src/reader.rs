@@ -1,7 +1,7 @@
 //! A capture that is read, to its last whole view: a file that was cut anywhere, as by a crash, ends there and says so. One
 //! piece after the other is read, so that memory does not grow with the file.
 
-use crate::channel::{CALIBRATION, COLOR, DEPTH, LABELS, TOPICS, TRUTH, Topic, VIEW};
+use crate::channel::{CALIBRATION, COLOR, DEPTH, LABELS, SEGMENTATION, TOPICS, TRUTH, Topic, VIEW};
 use crate::decode::{self, Parts};
 use crate::info::{CaptureInfo, INFO};
 use crate::schema::capture;
@@ -9,6 +9,7 @@ use mcap::McapError;
 use mcap::records::Record;
 use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use prost::Message;
+use semascan_inspection::ports::ArchivedView;
 use semascan_inspection::source::TrueMesh;
 use semascan_perception::view::View;
 use std::collections::BTreeMap;
@@ -74,6 +75,15 @@ pub struct RecordedView {
     pub view: Result<View, String>,
     /// What the source said of itself from then on; `None` where that did not change.
     pub settings: Option<Vec<(String, String)>>,
+}
+
+/// Which view is looked for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Wanted {
+    /// The one at this place in the order of the source.
+    Index(u32),
+    /// The one of this capture time on the source's clock, seconds.
+    Stamp(f64),
 }
 
 /// A capture that is read from its beginning to its end.
@@ -229,6 +239,57 @@ impl CaptureReader {
                 }
             }
         }
+    }
+
+    /// One view of the capture at `path`, with what the inspection said of the pixels of its `inspected`-th view; `None` where
+    /// there is none. Other views are passed over without decoding them.
+    ///
+    /// # Errors
+    /// [`CaptureError`] naming the file: it cannot be read, or is damaged in front of the view.
+    pub fn find(path: &Path, wanted: Wanted, inspected: u32) -> Result<Option<ArchivedView>, CaptureError> {
+        let mut capture = Self::open(path)?;
+        let format = |reason: String| CaptureError::Format { path: path.to_owned(), reason };
+        let (mut view, mut labels) = (None, None);
+        while view.is_none() || labels.is_none() {
+            let Self { reader, file, path, topics, end, .. } = &mut capture;
+            let (topic, message) = match read(reader, file, path, topics, end) {
+                Ok(Some(Piece::Message(topic, message))) => (topic, message),
+                Ok(Some(_)) => continue,
+                Ok(None) => break,
+                // What comes behind a damaged piece is not reached; the view may lie in front of it.
+                Err(_) if view.is_some() => break,
+                Err(error) => return Err(error),
+            };
+            match topic {
+                COLOR => capture.parts.color = Some(message),
+                DEPTH => capture.parts.depth = Some(message),
+                CALIBRATION => capture.parts.calibration = Some(message),
+                LABELS => capture.parts.labels = Some(message),
+                VIEW => {
+                    let parts = std::mem::take(&mut capture.parts);
+                    let end = capture::View::decode(message.as_slice()).map_err(|error| format(error.to_string()))?;
+                    let is_it = match wanted {
+                        Wanted::Index(index) => end.index == index,
+                        Wanted::Stamp(stamp) => end.stamp.is_some_and(|own| own.to_bits() == stamp.to_bits()),
+                    };
+                    if is_it && view.is_none() {
+                        view = Some(match &end.failure {
+                            Some(reason) => Err(reason.clone()),
+                            None => Ok(decode::view(&parts, &end).map_err(format)?),
+                        });
+                    }
+                }
+                SEGMENTATION => {
+                    let found = capture::Segmentation::decode(message.as_slice());
+                    let found = found.map_err(|error| format(format!("labels: {error}")))?;
+                    if found.view == inspected {
+                        labels = Some(decode::segmentation(found).map_err(format)?);
+                    }
+                }
+                _ => {}
+            }
+        }
+        Ok(view.map(|view| ArchivedView { view, labels }))
     }
 
     /// The view whose end is `message`.

@@ -33,6 +33,8 @@ pub struct CheckedCriteria {
     pub criteria: Criteria,
     /// What the record says of them.
     pub record: CriteriaRecord,
+    /// Their text, byte for byte.
+    pub text: String,
     /// The mesh that they compare with, where they name one; whoever reads files sets it.
     pub reference: Option<Reference>,
 }
@@ -54,7 +56,7 @@ impl CheckedCriteria {
         check(&criteria)?;
         let sha256 = Sha256::digest(text.as_bytes()).iter().map(|b| format!("{b:02x}")).collect();
         let record = CriteriaRecord { name: criteria.name.clone(), revision: criteria.revision.clone(), sha256 };
-        Ok(Self { criteria, record, reference: None })
+        Ok(Self { criteria, record, text: text.to_owned(), reference: None })
     }
 
     /// Refuses classes that an inspection with these `components` and `defects` does not know.

@@ -1,6 +1,6 @@
 //! An inspection: what it is run with ([`spec`]), where its views come from ([`source`]), the way of one view (the stages),
 //! what happens ([`event`]), what the model shows ([`summary`]) and what is found on it ([`findings`]), what follows from that
-//! ([`criteria`], [`judge`]), the record that stays ([`record`]), and how all of it is kept ([`ports`], [`journal`],
+//! ([`criteria`], [`judge`]), what people decide ([`review`]), the record that stays ([`record`]), and how all of it is kept ([`ports`], [`journal`],
 //! [`recording`]).
 //!
 //! [`Inspection`] is the one place that puts source, segmenter, registrar and map together: the command line, the server,
@@ -17,6 +17,7 @@ mod pipeline;
 pub mod ports;
 pub mod record;
 pub mod recording;
+pub mod review;
 pub mod source;
 pub mod spec;
 mod stop;

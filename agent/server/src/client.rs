@@ -200,7 +200,7 @@ async fn write(
     requested: &mut mpsc::Receiver<ViewRequest>,
 ) -> Option<Farewell> {
     let mut changes = live.changes();
-    let (mut cursor, welcome) = live.welcome(&hello.inspection_id, hello.epoch, &hello.held);
+    let (mut cursor, welcome) = live.welcome(&hello);
     // A long list need not stay as long as the client does.
     drop(hello);
     let (ping, pong) = (seconds(limits.ping_s), seconds(limits.pong_s));

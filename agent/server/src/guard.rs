@@ -147,7 +147,7 @@ fn is_authority(text: &str) -> bool {
 pub(super) async fn guard(State(shared): State<Shared>, request: Request, next: Next) -> Response {
     let host = text(request.headers(), header::HOST).map(str::to_owned);
     let (mut response, is_own) = match shared.access.check(request.headers()) {
-        Ok(()) => (ruled(&shared, request, next).await, true),
+        Ok(()) => (ruled_and_closed(&shared, request, next).await, true),
         Err(reason) => {
             shared.log.warn(Kind::RequestRefused, || format!("request refused: {reason}"));
             ((StatusCode::FORBIDDEN, reason).into_response(), false)
@@ -166,6 +166,16 @@ pub(super) async fn guard(State(shared): State<Shared>, request: Request, next: 
     }
     if shared.secure && host.is_some_and(|host| is_name(host_name(&host))) {
         headers.insert(header::STRICT_TRANSPORT_SECURITY, HeaderValue::from_static("max-age=31536000"));
+    }
+    response
+}
+
+/// As [`ruled`]. Content of a request that is refused may be unread: nothing follows it on the connection.
+async fn ruled_and_closed(shared: &Shared, request: Request, next: Next) -> Response {
+    let has_body = has_body(request.headers());
+    let mut response = ruled(shared, request, next).await;
+    if has_body && (response.status().is_client_error() || response.status().is_server_error()) {
+        response.headers_mut().insert(header::CONNECTION, HeaderValue::from_static("close"));
     }
     response
 }
@@ -191,7 +201,8 @@ async fn ruled(shared: &Shared, mut request: Request, next: Next) -> Response {
         Ruling::Methods(methods) => {
             let methods = methods.join(", ");
             let reason = format!("this agent answers {methods} only here");
-            return (StatusCode::METHOD_NOT_ALLOWED, [(header::ALLOW, methods)], reason).into_response();
+            let allow = [(header::ALLOW, methods)];
+            return (allow, refusal(StatusCode::METHOD_NOT_ALLOWED, &reason)).into_response();
         }
         Ruling::Missing => {
             tracing::error!("{path}: no role is stated for this route, so that nobody may use it");

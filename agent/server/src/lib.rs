@@ -1,10 +1,11 @@
-//! The live stream, the viewer's files, and who may use them, on one port.
+//! The live stream, the API, the viewer's files, and who may use them, on one port.
 //!
 //! [`LiveModel`] holds what every client shall end up with; [`LiveStream`] feeds it from a running inspection; each
 //! client's task walks it at its own speed. Nothing is queued per client: a slow one skips revisions, not the result.
 //! [`Limits`] bound what clients may take of the agent, however many come and whatever they do.
 
 mod access;
+pub mod api;
 mod client;
 mod client_log;
 mod connections;
@@ -15,7 +16,9 @@ mod live;
 mod live_stream;
 mod messages;
 mod metrics;
+mod past;
 mod plain_answer;
+mod replay;
 mod request_rate;
 mod saved;
 mod server;
@@ -30,6 +33,7 @@ pub use guard::AccessRule;
 pub use limits::{LimitError, Limits};
 pub use live::{LiveModel, StreamTotals};
 pub use live_stream::LiveStream;
+pub use past::Past;
 pub use saved::{SavedError, publish_saved};
 pub use server::{ServeError, Server, ServerConfig};
 pub use tls::{Tls, TlsError, TlsFiles, own_certificate};

@@ -13,7 +13,7 @@ use semascan_model::Taxonomy;
 use semascan_model::record::Outcome;
 use semascan_perception::fuse::TouchedChunk;
 use semascan_protocol::chunk::{ChunkEncoder, VoxelChunk};
-use semascan_protocol::{self as wire, StageTiming};
+use semascan_protocol::{self as wire, StageTiming, ViewReport};
 use std::collections::BTreeMap;
 use std::time::Instant;
 
@@ -59,57 +59,40 @@ impl<'a> LiveStream<'a> {
     pub fn handle(&mut self, event: &InspectionEvent) {
         self.live.progressed();
         self.live.metrics().happened(&event.kind);
+        let attached = self.attach(event);
+        apply(self.live, event, attached);
+    }
+
+    /// What clients are sent with an event beside what it says itself: the chunks of the model that are due, a view's report
+    /// with its pictures.
+    pub(super) fn attach(&mut self, event: &InspectionEvent) -> Attachment {
         match &event.kind {
             EventKind::Started { taxonomy, .. } => {
                 self.taxonomy = taxonomy.clone();
                 self.backlog.clear();
-                self.live.begin(inspection(event.inspection, &event.kind));
+                Attachment::Nothing
             }
-            EventKind::Stage { view, stage, status } => {
-                self.live.stage(stage_event(*view, wire_stage(*stage), status));
-            }
-            EventKind::ModelChanged { voxel, view, touched, complete, model: Some(model), .. } => {
+            EventKind::ModelChanged { view, touched, complete, model: Some(model), .. } => {
                 let begun = Instant::now();
-                self.live.set_voxel(*voxel);
-                self.publish_model(model, touched, *complete);
+                let chunks = self.encode(model, touched, *complete);
                 if let Some(view) = view {
                     let timing = stage_timing(wire::Stage::Publish, begun.elapsed().as_secs_f64());
                     self.published = Some((*view, timing));
                 }
+                chunks
             }
             EventKind::ViewFinished { record, view } => {
                 let mut report = view_report(record, view.as_deref(), &self.taxonomy);
                 report.timings.extend(self.published.take().filter(|(v, _)| *v == record.index).map(|(_, t)| t));
-                self.live.view(report);
-                self.live.update_progress(|p| {
-                    p.views_done += 1;
-                    p.views_rejected += u32::from(!record.accepted);
-                });
+                Attachment::Report(Box::new(report))
             }
-            EventKind::Measured { figures } => {
-                self.live.update_progress(|p| p.figures = Some(figures.as_ref().into()));
-            }
-            EventKind::Ended { outcome: Outcome::Failed { reason } } => self.live.fail(reason),
-            EventKind::Ended { outcome } => {
-                let hash = self.live.hash();
-                self.live.update_progress(|p| {
-                    p.set_phase(wire::Phase::Finished);
-                    p.model_hash = hash;
-                    if *outcome == Outcome::Stopped {
-                        p.message = format!("stopped after {} views", p.views_done);
-                    }
-                });
-            }
-            EventKind::ModelChanged { model: None, .. }
-            | EventKind::Refined { .. }
-            | EventKind::Found { .. }
-            | EventKind::Judged { .. } => {}
+            _ => Attachment::Nothing,
         }
     }
 
-    /// Publishes the chunks of `touched` that are due; all that were held back where the model is `complete`, and the whole
-    /// model where it is under a new epoch.
-    fn publish_model(&mut self, model: &SharedModel, touched: &[TouchedChunk], complete: bool) {
+    /// The chunks of `touched` that are due; all that were held back where the model is `complete`, and the whole model where
+    /// it is under a new epoch.
+    fn encode(&mut self, model: &SharedModel, touched: &[TouchedChunk], complete: bool) -> Attachment {
         // The chunks are copied out, so that the inspection does not wait for the coding.
         let (epoch, renewed, chunks) = {
             let map = model.read();
@@ -141,14 +124,7 @@ impl<'a> LiveStream<'a> {
             let sent_points = p.encoded.as_ref().map_or(0, |e| e.update.points);
             self.backlog.insert(p.id, Backlog { changed: 0, sent_points, dirty: false });
         }
-        if renewed {
-            self.live.renew(epoch, published);
-        } else {
-            self.live.publish(published);
-        }
-        if complete {
-            self.live.whole();
-        }
+        Attachment::Chunks { epoch, renewed, published }
     }
 
     /// Chunks that are due now that `touched` have changed; all that are dirty where the model is `complete`.
@@ -161,5 +137,72 @@ impl<'a> LiveStream<'a> {
         let is_due =
             |b: &Backlog| b.dirty && (complete || f64::from(b.changed) > WORTH_SENDING * f64::from(b.sent_points));
         self.backlog.iter().filter(|(_, b)| is_due(b)).map(|(id, _)| *id).collect()
+    }
+}
+
+/// What goes out with an event beside what it says itself.
+#[derive(Clone, Debug)]
+pub(super) enum Attachment {
+    Nothing,
+    /// Chunks of the model.
+    Chunks {
+        /// Its epoch.
+        epoch: u32,
+        /// Whether they are the whole model of a new epoch.
+        renewed: bool,
+        published: Vec<Published>,
+    },
+    /// The report of a view.
+    Report(Box<ViewReport>),
+}
+
+/// Publishes an event with what is attached to it to `live`.
+pub(super) fn apply(live: &LiveModel, event: &InspectionEvent, attached: Attachment) {
+    live.progressed();
+    match (&event.kind, attached) {
+        (EventKind::Started { .. }, _) => live.begin(inspection(event.inspection, &event.kind)),
+        (EventKind::Stage { view, stage, status }, _) => {
+            live.stage(stage_event(*view, wire_stage(*stage), status));
+        }
+        (EventKind::ModelChanged { voxel, complete, .. }, Attachment::Chunks { epoch, renewed, published }) => {
+            live.set_voxel(*voxel);
+            if renewed {
+                live.renew(epoch, published);
+            } else {
+                live.publish(published);
+            }
+            if *complete {
+                live.whole();
+            }
+        }
+        (EventKind::ViewFinished { record, .. }, Attachment::Report(report)) => {
+            live.view(*report);
+            live.update_progress(|p| {
+                p.views_done += 1;
+                p.views_rejected += u32::from(!record.accepted);
+            });
+        }
+        (EventKind::Measured { figures }, _) => {
+            live.update_progress(|p| p.figures = Some(figures.as_ref().into()));
+        }
+        (EventKind::Ended { outcome: Outcome::Failed { reason } }, _) => live.fail(reason),
+        (EventKind::Ended { outcome }, _) => {
+            let hash = live.hash();
+            live.update_progress(|p| {
+                p.set_phase(wire::Phase::Finished);
+                p.model_hash = hash;
+                if *outcome == Outcome::Stopped {
+                    p.message = format!("stopped after {} views", p.views_done);
+                }
+            });
+        }
+        (
+            EventKind::ModelChanged { .. }
+            | EventKind::ViewFinished { .. }
+            | EventKind::Refined { .. }
+            | EventKind::Found { .. }
+            | EventKind::Judged { .. },
+            _,
+        ) => {}
     }
 }

@@ -1,6 +1,8 @@
-//! The server: the viewer's files and the routes of `access/routes.rs`, over HTTP or, with a certificate, HTTPS.
+//! The server: the viewer's files, the stream at `/ws`, the API below `/api/v1` and the other routes of `access/routes.rs`, over
+//! HTTP or, with a certificate, HTTPS.
 
 use super::access::{Access, Entry, Identity, OpenError, login};
+use super::api;
 use super::client;
 use super::client_log::{ClientLog, Excerpt, Kind};
 use super::connections::{Connection, Connections, Place};
@@ -9,7 +11,9 @@ use super::health::{health, readiness};
 use super::limits::{LimitError, Limits, seconds};
 use super::live::LiveModel;
 use super::metrics::metrics;
+use super::past::Past;
 use super::plain_answer::{plain_answer, reason_of, say_and_close};
+use super::replay::{Pace, Replays};
 use super::request_rate::RequestRate;
 use super::tls::Tls;
 use super::transport::{Open, Transport};
@@ -17,7 +21,7 @@ use super::web::WebFiles;
 use super::wire::{Wire, notice_vanished_peers};
 use axum::body::Body;
 use axum::extract::ws::WebSocketUpgrade;
-use axum::extract::{Extension, State};
+use axum::extract::{Extension, Query, State};
 use axum::http::{HeaderMap, Request, StatusCode, Uri};
 use axum::response::{IntoResponse, Response};
 use axum::routing::{any, get, post};
@@ -27,7 +31,9 @@ use hyper::server::conn::http1;
 use hyper::service::service_fn;
 use hyper_util::rt::{TokioIo, TokioTimer};
 use semascan_inspection::ports::PortError;
-use semascan_protocol::SUBPROTOCOL;
+use semascan_model::InspectionId;
+use semascan_protocol::{Phase, ReviewChange, SUBPROTOCOL};
+use std::collections::HashMap;
 use std::future::Future;
 use std::io::ErrorKind;
 use std::net::{IpAddr, SocketAddr};
@@ -144,6 +150,14 @@ pub(super) struct Shared {
     pub(super) entry: Arc<Access>,
     /// Whether all connections are encrypted.
     pub(super) secure: bool,
+    /// What is kept of inspections; absent where the agent keeps nothing.
+    pub(super) past: Option<Arc<Past>>,
+    /// Past inspections that are streamed.
+    pub(super) replays: Arc<Replays>,
+    /// Turns of requests that read what is kept.
+    pub(super) readers: Arc<Semaphore>,
+    /// Turns of commands.
+    pub(super) commands: Arc<Semaphore>,
     files: Arc<WebFiles>,
 }
 
@@ -166,6 +180,10 @@ impl Shared {
             access: Arc::default(),
             entry: Arc::new(entry),
             secure,
+            past: None,
+            replays: Arc::default(),
+            readers: Arc::new(Semaphore::new(api::READERS)),
+            commands: Arc::new(Semaphore::new(api::COMMANDS)),
             files: Arc::new(WebFiles::Embedded(|_| None)),
         }
     }
@@ -174,6 +192,12 @@ impl Shared {
     pub(super) fn unready(&self) -> Option<String> {
         let reason = if self.connections.is_ending() { "the agent ends".to_owned() } else { self.live.unready() };
         Some(reason).filter(|reason| !reason.is_empty())
+    }
+
+    /// Tells all viewers what somebody decided.
+    pub(super) fn tell_review(&self, change: &ReviewChange) {
+        self.live.review(change.clone());
+        self.replays.tell_review(change);
     }
 }
 
@@ -184,6 +208,18 @@ impl Server {
     /// [`ServeError`] if the address is taken or not this machine's, a setting cannot be kept, or other machines could do what
     /// only users may.
     pub fn bind(config: &ServerConfig, live: Arc<LiveModel>) -> Result<Self, ServeError> {
+        Self::bind_with_past(config, live, None)
+    }
+
+    /// As [`bind`](Self::bind), with the API to what is kept of inspections.
+    ///
+    /// # Errors
+    /// As [`bind`](Self::bind).
+    pub fn bind_with_past(
+        config: &ServerConfig,
+        live: Arc<LiveModel>,
+        past: Option<Arc<Past>>,
+    ) -> Result<Self, ServeError> {
         let ServerConfig { address, access, entry, tls, files, limits } = config.clone();
         limits.check()?;
         access.check_origins()?;
@@ -206,6 +242,10 @@ impl Server {
             limits: Arc::new(limits),
             log: Arc::default(),
             access: Arc::new(access),
+            past,
+            replays: Arc::default(),
+            readers: Arc::new(Semaphore::new(api::READERS)),
+            commands: Arc::new(Semaphore::new(api::COMMANDS)),
             files: Arc::new(files),
         };
         Ok(Self { listener, router: router(&shared), shared, tls, refusals: Arc::new(Semaphore::new(REFUSALS)) })
@@ -292,6 +332,7 @@ pub(super) fn router(shared: &Shared) -> Router {
         .route("/api/v1/login", post(login::log_in))
         .route("/api/v1/logout", post(login::log_out))
         .route("/api/v1/me", get(login::me))
+        .merge(api::router())
         .fallback(file)
         .layer(middleware::from_fn_with_state(shared.clone(), guard))
         .with_state(shared.clone())
@@ -436,8 +477,16 @@ async fn stream(
     State(shared): State<Shared>,
     Extension(connection): Extension<Arc<Connection>>,
     Extension(identity): Extension<Identity>,
+    Query(query): Query<HashMap<String, String>>,
     upgrade: WebSocketUpgrade,
 ) -> Response {
+    let shared = match query.get("inspection") {
+        None => shared,
+        Some(inspection) => match past_inspection(shared, inspection, &query).await {
+            Ok(shared) => shared,
+            Err(refusal) => return refusal.into_response(),
+        },
+    };
     let upgrade = upgrade
         .protocols([SUBPROTOCOL])
         .max_message_size(shared.limits.message_bytes)
@@ -450,6 +499,41 @@ async fn stream(
         return (StatusCode::BAD_REQUEST, reason).into_response();
     }
     upgrade.on_upgrade(move |socket| client::serve(socket, shared, connection, identity))
+}
+
+/// What a viewer follows that asks for an inspection: a past one as it was, or the one that is live.
+async fn past_inspection(
+    shared: Shared,
+    inspection: &str,
+    query: &HashMap<String, String>,
+) -> Result<Shared, (StatusCode, String)> {
+    let refused = |status: StatusCode, reason: String| Err((status, reason));
+    let Ok(id) = inspection.parse::<InspectionId>() else {
+        return refused(StatusCode::BAD_REQUEST, format!("inspection: {} is no UUID", Excerpt(inspection)));
+    };
+    let pace = match Pace::of(query) {
+        Ok(pace) => pace,
+        Err(reason) => return refused(StatusCode::BAD_REQUEST, reason),
+    };
+    let (progress, live, _) = shared.live.standing();
+    if live == id.to_string() && matches!(progress.phase(), Phase::Waiting | Phase::Running) {
+        return Ok(shared);
+    }
+    let Some(past) = shared.past.clone() else {
+        let reason = "this agent keeps no inspections: `semascan serve --data DIR` does";
+        return refused(StatusCode::NOT_FOUND, reason.into());
+    };
+    let rows = Arc::clone(&past);
+    match tokio::task::spawn_blocking(move || rows.catalogue.inspection(id)).await {
+        Ok(Ok(Some(_))) => {}
+        Ok(Ok(None)) => return refused(StatusCode::NOT_FOUND, format!("there is no inspection {id}")),
+        Ok(Err(error)) => return refused(StatusCode::SERVICE_UNAVAILABLE, error.reason),
+        Err(error) => return refused(StatusCode::INTERNAL_SERVER_ERROR, error.to_string()),
+    }
+    match shared.replays.begin(&past, id, pace) {
+        Some(live) => Ok(Shared { live, ..shared }),
+        None => refused(StatusCode::SERVICE_UNAVAILABLE, "too many past inspections are shown at once".into()),
+    }
 }
 
 async fn file(State(shared): State<Shared>, uri: Uri, headers: HeaderMap) -> Response {

@@ -5,7 +5,7 @@ use semascan_captures::{CaptureInfo, CaptureReader, CaptureWriter};
 use semascan_inspection::Inspection;
 use semascan_inspection::event::{EventKind, InspectionEvent, ProcessedView};
 use semascan_inspection::journal::{Journal, SharedCaptures};
-use semascan_inspection::ports::{Captures, Catalogue, InspectionRow, InspectionState, PortError};
+use semascan_inspection::ports::{Captures, Catalogue, InspectionRow, InspectionState, PortError, ResultRow};
 use semascan_inspection::recording::Recording;
 use semascan_inspection::source::{Source, SourceError};
 use semascan_inspection::spec::InspectionSpec;
@@ -80,6 +80,7 @@ fn kept(root: &Path, failing: Range<u32>) -> Kept {
         reason: None,
         held: false,
         views: 0,
+        result: ResultRow::default(),
     };
     catalogue.begin(&row).expect("begun");
     let recording = Recording::new(Box::new(source), Arc::clone(&captures));

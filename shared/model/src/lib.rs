@@ -1,4 +1,5 @@
-//! The data model: classes, semantic points, the semantic mesh, the record of an inspection, findings, criteria, verdicts, roles.
+//! The data model: classes, semantic points, the semantic mesh, the record of an inspection, findings, criteria,
+//! verdicts, reviews and roles.
 
 pub mod choice;
 mod cloud;
@@ -10,6 +11,7 @@ mod id;
 mod length_unit;
 mod mesh;
 pub mod record;
+pub mod review;
 mod role;
 mod taxonomy;
 pub mod verdict;

@@ -33,6 +33,11 @@ impl Decision {
         }
     }
 
+    /// The decision of this name.
+    pub fn from_name(name: &str) -> Option<Self> {
+        [Self::Accept, Self::Rework, Self::Person, Self::Reject].into_iter().find(|decision| decision.name() == name)
+    }
+
     /// What follows from several: a rejection whatever else there is; else a person decides, if about one line; else rework,
     /// if one asks for it.
     #[must_use]
@@ -205,6 +210,14 @@ impl Verdict {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_name_is_that_of_its_decision() {
+        for decision in [Decision::Accept, Decision::Rework, Decision::Person, Decision::Reject] {
+            assert_eq!(Decision::from_name(decision.name()), Some(decision));
+        }
+        assert_eq!(Decision::from_name("Accept"), None);
+    }
 
     #[test]
     fn the_heavier_decision_counts() {

@@ -16,6 +16,9 @@ pub use v1::*;
 /// Name of the WebSocket subprotocol; the version is part of it.
 pub const SUBPROTOCOL: &str = "semascan.v1";
 
+/// Capability of a client that takes [`ReviewChange`].
+pub const TAKES_REVIEWS: &str = "reviews.1";
+
 /// The generated messages.
 #[allow(missing_docs, unreachable_pub, clippy::all)]
 mod v1 {

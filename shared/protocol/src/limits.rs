@@ -103,6 +103,7 @@ fn lists(body: &Body) -> Vec<(&'static str, usize)> {
             ]
         }),
         Body::View(view) => vec![("timings", view.timings.len())],
+        Body::Review(review) => vec![("conflicts_with", review.conflicts_with.len())],
         _ => Vec::new(),
     }
 }

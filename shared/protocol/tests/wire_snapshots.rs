@@ -210,3 +210,27 @@ fn chunk_gone() {
     let id = Some(ChunkId { x: 1, y: -2, z: 3 });
     insta::assert_snapshot!(server(server_message::Body::Gone(ChunkGone { epoch: 2, id, revision: 8 })));
 }
+
+#[test]
+fn review_change() {
+    let change = ReviewChange {
+        inspection: "3f2a".into(),
+        sequence: 300,
+        review: "r-2".into(),
+        subject: Some(ReviewSubject { kind: Some(review_subject::Kind::Component("gear".into())) }),
+        action: "rework".into(),
+        person: "A. Reviewer".into(),
+        at: "2026-11-28T12:00:00Z".into(),
+        reason: "can be ground".into(),
+        conflicts_with: vec!["r-1".into()],
+        decision: "person".into(),
+        conflicts: 1,
+    };
+    insta::assert_snapshot!(server(server_message::Body::Review(change.clone())));
+    for kind in [review_subject::Kind::Part(true), review_subject::Kind::Finding("f-1".into())] {
+        server(server_message::Body::Review(ReviewChange {
+            subject: Some(ReviewSubject { kind: Some(kind) }),
+            ..change.clone()
+        }));
+    }
+}

@@ -75,10 +75,11 @@ impl VerifyArgs {
             tracing::error!("{}: {}", self.data.join(&fault.file).display(), fault.reason);
         }
         tracing::info!(
-            "{} inspections, {} files, {} captured views and {} blobs read; {} faults",
+            "{} inspections, {} files, {} captured views, {} reviews and {} blobs read; {} faults",
             verified.inspections,
             verified.files,
             verified.views,
+            verified.reviews,
             verified.blobs,
             verified.faults.len()
         );

@@ -8,6 +8,9 @@ use super::{Failure, numbers, source};
 use clap::Args;
 use semascan_inspection::spec::InspectionSpec;
 use semascan_server::EmbeddedFiles;
+use semascan_store::data::DataFolder;
+use std::path::PathBuf;
+use std::sync::Arc;
 
 /// What the demo shows.
 const DEMO_SOURCE: &str = "virtual:starter-motor?seed=7&views=12";
@@ -31,6 +34,9 @@ pub(crate) struct DemoArgs {
     /// Voxel edge in millimetres
     #[arg(long, value_name = "MM", value_parser = numbers::length::<f64>, allow_negative_numbers = true)]
     voxel: Option<f64>,
+    /// Data folder to keep the inspection in: with it the demo can be reviewed, and streamed again with `?inspection=ID`
+    #[arg(long, value_name = "DIR")]
+    data: Option<PathBuf>,
     #[command(flatten)]
     reach: ReachArgs,
 }
@@ -42,7 +48,11 @@ impl DemoArgs {
         spec.source.uri = Some(self.source);
         spec.source.voxel_mm = self.voxel;
         spec.source.pace_s = self.pace;
-        let job = Job::Inspect { spec: Box::new(spec), target: None };
+        let spec = Box::new(spec);
+        let job = match &self.data {
+            Some(data) => Job::Keep { data: Arc::new(DataFolder::open(data)?), spec: Some(spec) },
+            None => Job::Inspect { spec, target: None },
+        };
         serve(&self.reach, &CellConfig::default(), viewer, !self.no_open, Some(job), signals)
     }
 }

@@ -7,7 +7,7 @@ use super::source::open;
 use anyhow::{Context, anyhow};
 use semascan_inspection::Inspection;
 use semascan_inspection::journal::{Journal, Trouble};
-use semascan_inspection::ports::{InspectionRow, InspectionState};
+use semascan_inspection::ports::{InspectionRow, InspectionState, ResultRow};
 use semascan_inspection::recording::{Continued, Recording};
 use semascan_inspection::source::Source;
 use semascan_inspection::spec::InspectionSpec;
@@ -74,6 +74,7 @@ fn begin(
             reason: None,
             held: false,
             views: 0,
+            result: ResultRow::default(),
         },
     };
     let (source, kept): (Box<dyn Source>, _) = match interrupted {

@@ -1,6 +1,7 @@
 //! Commands, their arguments and exit codes.
 
 mod accounts;
+mod audit;
 mod calibrate;
 mod completions;
 mod config;
@@ -24,6 +25,7 @@ mod man;
 mod models;
 mod numbers;
 mod password;
+mod past;
 #[cfg(feature = "demo")]
 mod photometric;
 #[cfg(feature = "demo")]
@@ -101,6 +103,8 @@ enum Command {
     User(accounts::UserArgs),
     /// Make, list and revoke tokens, with which machines use an agent
     Token(accounts::TokenArgs),
+    /// Check the log of reviews in a data folder
+    Audit(audit::AuditArgs),
     /// Say whether everything that inspections need is there
     Doctor(doctor::DoctorArgs),
     /// Print a commented sample of cell.toml, or check one
@@ -239,6 +243,7 @@ impl Cli {
             Command::User(args) => args.run(),
             Command::Token(args) => args.run(),
             Command::Man(args) => args.run(),
+            Command::Audit(args) => args.run(),
             Command::Doctor(args) => args.run(viewer),
             #[cfg(feature = "demo")]
             Command::Tables(args) => args.run(quiet),

@@ -187,7 +187,7 @@ impl Output {
 
     /// Closes the inspection where it is kept.
     fn close(&self, record: &InspectionRecord) -> Result<(), Failure> {
-        self.kept.as_ref().map_or(Ok(()), |kept| kept.close(record))
+        self.kept.as_ref().map_or(Ok(()), |kept| kept.close(record, self.criteria.as_ref()))
     }
 
     fn give_up(&self, inspected: &Inspected, error: &StoreError) -> Failure {

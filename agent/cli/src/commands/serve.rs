@@ -5,7 +5,7 @@ use super::reach::ReachArgs;
 use super::run::{self, Running, Target};
 use super::signals::{Signals, Work};
 use super::spec_args::SpecArgs;
-use super::{Failure, keep, source};
+use super::{Failure, keep, past, source};
 use anyhow::{Context, anyhow};
 use clap::Args;
 use semascan_inspection::StopSwitch;
@@ -35,7 +35,8 @@ pub(crate) struct ServeArgs {
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Data folder to keep inspections in while they run: their views as captures, their history and their models. Those
-    /// that were cut off there are continued first
+    /// that were cut off there are continued first, and all of them are there for the API (`/api/v1`) and for
+    /// `?inspection=ID`
     #[arg(long, value_name = "DIR", conflicts_with_all = ["saved", "out", "overwrite"])]
     data: Option<PathBuf>,
     /// Replace the earlier inspection that the folder holds, when the new one is whole: until then, and where the new one
@@ -103,7 +104,11 @@ pub(crate) fn serve(
     live.set_unready(STARTS);
     let runtime = tokio::runtime::Runtime::new().context("cannot start the network runtime")?;
     runtime.block_on(async {
-        let server = Server::bind(&settings, Arc::clone(&live)).map_err(|error| match error {
+        let past = match &job {
+            Some(Job::Keep { data, .. }) => Some(Arc::new(past::past(data))),
+            _ => None,
+        };
+        let server = Server::bind_with_past(&settings, Arc::clone(&live), past).map_err(|error| match error {
             ServeError::Bind { .. } | ServeError::Accounts(_) | ServeError::Open(OpenError::Port(_)) => {
                 Failure::Work(error.into())
             }

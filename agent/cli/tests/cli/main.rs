@@ -12,6 +12,7 @@ mod kept;
 mod kills;
 mod log;
 mod outcome;
+mod past;
 mod signals;
 mod stdout;
 mod synth;

@@ -3,6 +3,9 @@
 use super::{BusMessage, PortError};
 use jiff::Timestamp;
 use semascan_model::InspectionId;
+use semascan_model::finding::Finding;
+use semascan_model::record::InspectionRecord;
+use semascan_model::verdict::Decision;
 use std::fmt;
 use std::str::FromStr;
 
@@ -74,6 +77,72 @@ pub struct InspectionRow {
     pub held: bool,
     /// Views that are committed, those that were left out included.
     pub views: u32,
+    /// What was found and decided.
+    pub result: ResultRow,
+}
+
+/// What was found in an inspection and decided about it, in short.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ResultRow {
+    /// What counts now, decisions of people included; `None` where nobody judged.
+    pub decision: Option<Decision>,
+    /// What follows from criteria alone; `None` where it was not judged by any.
+    pub automatic: Option<Decision>,
+    /// Subjects with decisions that contradict each other.
+    pub conflicts: u32,
+    /// Findings, those of people included; `None` where nobody looked, which is no sign that there is nothing.
+    pub findings: Option<u32>,
+}
+
+/// A finding of an inspection, as far as lists are filtered by it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FindingRow {
+    /// Its name.
+    pub id: String,
+    /// Its kind, as [`semascan_model::finding::FindingKind::name`] says it.
+    pub kind: &'static str,
+    /// Name of the component that it is on.
+    pub component: String,
+    /// Name of the defect, where it is of one.
+    pub defect: Option<String>,
+    /// Its area in square metres, where it is known.
+    pub area: Option<f64>,
+}
+
+impl FindingRow {
+    /// The row of a finding.
+    pub fn of(finding: &Finding) -> Self {
+        Self {
+            id: finding.id.to_string(),
+            kind: finding.kind.name(),
+            component: finding.component.name.clone(),
+            defect: finding.kind.defect().map(|defect| defect.name.clone()),
+            area: finding.area().map(|area| area.value),
+        }
+    }
+}
+
+/// What is listed of an inspection that is over.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ResultRows {
+    /// In short.
+    pub row: ResultRow,
+    /// Its findings.
+    pub findings: Vec<FindingRow>,
+}
+
+impl ResultRows {
+    /// What is listed of an inspection with this record.
+    pub fn of(record: &InspectionRecord) -> Self {
+        let findings = record.findings.as_ref().map(|findings| findings.list.as_slice());
+        let row = ResultRow {
+            decision: record.verdict.as_ref().map(|verdict| verdict.decision()),
+            automatic: record.verdict.as_ref().map(|verdict| verdict.automatic),
+            conflicts: 0,
+            findings: findings.map(|list| list.len() as u32),
+        };
+        Self { row, findings: findings.unwrap_or_default().iter().map(FindingRow::of).collect() }
+    }
 }
 
 /// A view that is through all stages.
@@ -116,6 +185,18 @@ pub struct InspectionFilter {
     pub state: Option<InspectionState>,
     /// Those of this part alone.
     pub part: Option<String>,
+    /// Those alone about which this counts now.
+    pub decision: Option<Decision>,
+    /// Whether those alone whose decisions contradict each other.
+    pub in_conflict: bool,
+    /// Those alone with a finding on this component; together with `defect`, with one of that defect on it.
+    pub component: Option<String>,
+    /// Those alone with a finding of this defect.
+    pub defect: Option<String>,
+    /// Those alone that began then or later, to a millisecond.
+    pub from: Option<Timestamp>,
+    /// Those alone that began before then, to a millisecond.
+    pub until: Option<Timestamp>,
     /// Those that began before this one, for the next page.
     pub before: Option<InspectionId>,
     /// Most that are listed.
@@ -124,7 +205,18 @@ pub struct InspectionFilter {
 
 impl Default for InspectionFilter {
     fn default() -> Self {
-        Self { state: None, part: None, before: None, limit: u32::MAX }
+        Self {
+            state: None,
+            part: None,
+            decision: None,
+            in_conflict: false,
+            component: None,
+            defect: None,
+            from: None,
+            until: None,
+            before: None,
+            limit: u32::MAX,
+        }
     }
 }
 
@@ -152,6 +244,12 @@ pub trait Catalogue: Send + Sync {
 
     /// Inspections, the latest first.
     fn inspections(&self, filter: &InspectionFilter) -> Result<Vec<InspectionRow>, PortError>;
+
+    /// Notes what was found in an inspection and decided about it, in place of what was noted before.
+    fn set_result(&self, id: InspectionId, result: &ResultRows) -> Result<(), PortError>;
+
+    /// Inspections that are over and whose result was never noted, the earliest first.
+    fn without_result(&self) -> Result<Vec<InspectionId>, PortError>;
 
     /// The views of an inspection in capture order.
     fn views(&self, id: InspectionId) -> Result<Vec<ViewRow>, PortError>;

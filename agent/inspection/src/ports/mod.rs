@@ -1,19 +1,26 @@
 //! The ports through which an inspection is kept: rows ([`Catalogue`]), large immutable things ([`Blobs`]), messages to
-//! others ([`Bus`]) and captured views ([`Captures`]); and those who may use an agent ([`Accounts`]). They are narrow, so that
-//! a fleet can have other databases, object stores and message buses than one machine; `agent/store` implements them for one
-//! data folder.
+//! others ([`Bus`]), captured views ([`Captures`]), what people decide ([`ReviewLog`]), and all of it read back ([`Archive`],
+//! [`Remake`]); and those who may use an agent ([`Accounts`]). They are narrow, so that a fleet can have other databases, object
+//! stores and message buses than one machine; `agent/store` implements them for one data folder.
 
 mod accounts;
+mod archive;
 mod blobs;
 mod bus;
 mod captures;
 mod catalogue;
+mod reviews;
 
 pub use accounts::{Accounts, SecretDigest, SessionRow, TokenRow, UserRow};
+pub use archive::{Archive, ArchivedFile, ArchivedView, PixelLabels, Remake};
 pub use blobs::{BlobDigest, Blobs, InvalidDigest};
 pub use bus::{Bus, BusMessage};
 pub use captures::Captures;
-pub use catalogue::{Catalogue, Commit, EventRow, InspectionFilter, InspectionRow, InspectionState, ViewRow};
+pub use catalogue::{
+    Catalogue, Commit, EventRow, FindingRow, InspectionFilter, InspectionRow, InspectionState, ResultRow, ResultRows,
+    ViewRow,
+};
+pub use reviews::ReviewLog;
 
 /// Why something cannot be kept or found: the file, table or object, and the reason.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]

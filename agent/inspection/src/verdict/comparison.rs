@@ -79,7 +79,7 @@ pub(super) fn follows(conformity: Conformity, then: Decision) -> Decision {
 }
 
 /// A line that a person decides.
-pub(super) fn undecided(figure: JudgedFigure, reason: &str) -> VerdictLine {
+pub(crate) fn undecided(figure: JudgedFigure, reason: &str) -> VerdictLine {
     VerdictLine {
         figure,
         component: None::<NamedClass>,

@@ -11,7 +11,8 @@ mod wording;
 
 use crate::criteria::CheckedCriteria;
 use crate::findings::expected_findings;
-use comparison::{Compared, undecided};
+use comparison::Compared;
+pub(crate) use comparison::undecided;
 use components::component_lines;
 use defects::defect_lines;
 use jiff::Timestamp;
@@ -201,4 +202,4 @@ fn unlisted_line(finding: &Finding, rules: &[DefectRule], then: Decision) -> Opt
 }
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;

@@ -5,7 +5,7 @@ use semascan_model::finding::{
 };
 use semascan_model::record::{LabelSource, RegionRecord, RunRecord};
 
-const HEAD: &str = "version = 1\nname = \"motor\"\nrevision = \"3\"\n";
+pub(crate) const HEAD: &str = "version = 1\nname = \"motor\"\nrevision = \"3\"\n";
 
 fn named(class: u16, name: &str) -> NamedClass {
     NamedClass { class, name: name.into() }
@@ -16,7 +16,7 @@ fn quantity(value: f64, expanded: f64) -> Quantity {
 }
 
 /// A defect of an area and length, each uncertain by a tenth.
-fn defect(number: u8, component: (u16, &str), defect: (u16, &str), mm2: f64, mm: f64) -> Finding {
+pub(crate) fn defect(number: u8, component: (u16, &str), defect: (u16, &str), mm2: f64, mm: f64) -> Finding {
     let spread = Spread { mean: 0.9, least: 0.6, greatest: 1.0 };
     let tenth = |value: f64| quantity(value, 0.1 * value);
     Finding {
@@ -42,13 +42,13 @@ fn defect(number: u8, component: (u16, &str), defect: (u16, &str), mm2: f64, mm:
     }
 }
 
-const GEAR: (u16, &str) = (1, "gear");
+pub(crate) const GEAR: (u16, &str) = (1, "gear");
 const CAP: (u16, &str) = (2, "cap");
-const WEAR: (u16, &str) = (1, "wear");
-const CRACK: (u16, &str) = (2, "crack");
+pub(crate) const WEAR: (u16, &str) = (1, "wear");
+pub(crate) const CRACK: (u16, &str) = (2, "crack");
 
 /// A gear of 1000 mm2 and a cap of 500 mm2, with these findings, in a finished inspection.
-fn record(list: Vec<Finding>) -> InspectionRecord {
+pub(crate) fn record(list: Vec<Finding>) -> InspectionRecord {
     let spread = Spread { mean: 0.95, least: 0.5, greatest: 1.0 };
     let component = |(class, name): (u16, &str), mm2: f64| ComponentFigures {
         component: named(class, name),
@@ -108,7 +108,7 @@ fn decision(record: InspectionRecord, rules: &str) -> (Decision, String) {
     (verdict.automatic, reasons.join("; "))
 }
 
-fn rule(defect: &str, limit: &str) -> String {
+pub(crate) fn rule(defect: &str, limit: &str) -> String {
     format!("[[defect]]\ndefect = \"{defect}\"\n{limit}\nthen = \"reject\"\n")
 }
 

@@ -45,6 +45,22 @@ const ROUTES: &[Route] = &[
     route("POST", "/api/v1/login", Least::Public),
     route("POST", "/api/v1/logout", Least::Role(Role::Viewer)),
     route("GET", "/api/v1/me", Least::Role(Role::Viewer)),
+    route("GET", "/api/v1/openapi.json", Least::Role(Role::Viewer)),
+    route("GET", "/api/v1/inspections", Least::Role(Role::Viewer)),
+    route("GET", "/api/v1/inspections/{inspection}", Least::Role(Role::Viewer)),
+    route("GET", "/api/v1/inspections/{inspection}/views", Least::Role(Role::Viewer)),
+    route("GET", "/api/v1/inspections/{inspection}/views/{view}/color.png", Least::Role(Role::Viewer)),
+    route("GET", "/api/v1/inspections/{inspection}/views/{view}/depth.png", Least::Role(Role::Viewer)),
+    route("GET", "/api/v1/inspections/{inspection}/views/{view}/labels.png", Least::Role(Role::Viewer)),
+    route("GET", "/api/v1/inspections/{inspection}/views/{view}/sigma.png", Least::Role(Role::Viewer)),
+    route("GET", "/api/v1/inspections/{inspection}/findings", Least::Role(Role::Viewer)),
+    route("GET", "/api/v1/inspections/{inspection}/criteria", Least::Role(Role::Viewer)),
+    route("GET", "/api/v1/inspections/{inspection}/verdict", Least::Role(Role::Viewer)),
+    route("GET", "/api/v1/inspections/{inspection}/reviews", Least::Role(Role::Viewer)),
+    route("POST", "/api/v1/inspections/{inspection}/reviews", Least::Role(Role::Reviewer)),
+    route("GET", "/api/v1/inspections/{inspection}/exports/{file}", Least::Role(Role::Viewer)),
+    // What is no route of the API says so.
+    route("GET", "/api/{*path}", Least::Public),
 ];
 
 /// Every route of the server.

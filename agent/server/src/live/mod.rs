@@ -8,16 +8,20 @@
 //! A rebuilt map comes as a whole ([`LiveModel::renew`]): the client is sent the announcement of a successor, then its chunks,
 //! then that these were all, so that it can go on showing the old model until then.
 
+mod review_log;
 mod stage_log;
 mod state;
 mod view_log;
 
 use crate::metrics::Metrics;
 use axum::body::Bytes;
+use review_log::ReviewLog;
 use semascan_protocol as wire;
 use semascan_protocol::chunk::model_hash;
 use semascan_protocol::server_message::Body;
-use semascan_protocol::{Clear, HeldChunk, Inspection, Progress, StageEvent, ViewReport, ViewRequest};
+use semascan_protocol::{
+    Clear, Hello, Inspection, Progress, ReviewChange, StageEvent, TAKES_REVIEWS, ViewReport, ViewRequest,
+};
 use stage_log::StageLog;
 pub use state::StreamTotals;
 pub(super) use state::{Cursor, Published, pack};
@@ -51,6 +55,7 @@ impl LiveModel {
             by_change: BTreeMap::new(),
             stages: StageLog::default(),
             views: ViewLog::default(),
+            reviews: ReviewLog::default(),
             progressed: Instant::now(),
             totals: StreamTotals::default(),
             whole_at: None,
@@ -166,6 +171,12 @@ impl LiveModel {
         self.changed.send_replace(());
     }
 
+    /// Tells what somebody decided; of whichever inspection, it is for everybody who takes reviews.
+    pub(super) fn review(&self, change: ReviewChange) {
+        self.lock().reviews.put(change);
+        self.changed.send_replace(());
+    }
+
     /// The inspection did something.
     pub(super) fn progressed(&self) {
         self.lock().progressed = Instant::now();
@@ -224,11 +235,12 @@ impl LiveModel {
         self.lock().progress.clone()
     }
 
-    /// A client arrives with what it holds: its cursor and the Welcome it is due.
-    pub(super) fn welcome(&self, inspection_id: &str, epoch: u32, held: &[HeldChunk]) -> (Cursor, Bytes) {
+    /// A client arrives with what it holds and what it takes: its cursor and the Welcome it is due.
+    pub(super) fn welcome(&self, hello: &Hello) -> (Cursor, Bytes) {
         let state = self.lock();
+        let Hello { inspection_id, epoch, held, capabilities, .. } = hello;
         let resumed =
-            !inspection_id.is_empty() && inspection_id == state.inspection.id && epoch == state.inspection.epoch;
+            !inspection_id.is_empty() && *inspection_id == state.inspection.id && *epoch == state.inspection.epoch;
         let held = if resumed {
             // Only what is still the newest: a list of anything else would be the client's to make as long as it likes.
             let newest = |id, revision| state.chunks.get(&id).is_some_and(|c: &LiveChunk| c.revision == revision);
@@ -243,7 +255,8 @@ impl LiveModel {
             inspection: Some(state.inspection.clone()),
             resumed,
         };
-        let cursor = Cursor { held, ..Cursor::at_the_beginning(&state) };
+        let takes_reviews = capabilities.iter().any(|capability| capability == TAKES_REVIEWS);
+        let cursor = Cursor { held, takes_reviews, review: state.reviews.latest(), ..Cursor::at_the_beginning(&state) };
         (cursor, pack(Body::Welcome(welcome)))
     }
 
@@ -253,6 +266,7 @@ impl LiveModel {
         if cursor.generation != state.generation {
             let successor = cursor.inspection == state.inspection.id;
             let old = std::mem::replace(cursor, Cursor::at_the_beginning(&state));
+            (cursor.review, cursor.takes_reviews) = (old.review, old.takes_reviews);
             if successor {
                 *cursor = old.at_the_next_epoch(&state);
             }
@@ -264,6 +278,12 @@ impl LiveModel {
         if let Some((place, event)) = state.stages.after(cursor.stage) {
             cursor.stage = place;
             return Some(event);
+        }
+        if cursor.takes_reviews
+            && let Some((place, change)) = state.reviews.after(cursor.review)
+        {
+            cursor.review = place;
+            return Some(change);
         }
         if state.views.is_far_behind(cursor.view) {
             let (page, reports) = state.views.page(&ViewRequest::default());

@@ -1,5 +1,6 @@
 //! What is published, in the order of its last change, and how far along it each client is.
 
+use super::review_log::ReviewLog;
 use super::stage_log::StageLog;
 use super::view_log::ViewLog;
 use axum::body::Bytes;
@@ -45,6 +46,8 @@ pub(super) struct State {
     pub(super) by_change: BTreeMap<u64, [i32; 3]>,
     pub(super) stages: StageLog,
     pub(super) views: ViewLog,
+    /// What people decided, whatever is shown.
+    pub(super) reviews: ReviewLog,
     /// When the inspection last did something.
     pub(super) progressed: Instant,
     pub(super) totals: StreamTotals,
@@ -65,6 +68,10 @@ pub(crate) struct Cursor {
     pub(super) stage: u64,
     /// Last view report it was sent.
     pub(super) view: u64,
+    /// Last change of a review it was sent.
+    pub(super) review: u64,
+    /// Whether it is sent those.
+    pub(super) takes_reviews: bool,
     /// Reports that it is sent next, oldest first.
     pub(super) page: VecDeque<Bytes>,
     pub(super) progress: Option<Progress>,
@@ -82,6 +89,8 @@ impl Cursor {
             arrived: state.changes,
             stage: 0,
             view: 0,
+            review: 0,
+            takes_reviews: false,
             page: VecDeque::new(),
             progress: None,
             held: HashMap::new(),
@@ -90,7 +99,8 @@ impl Cursor {
 
     /// Before the first chunk of a model that was made anew: what was said of the inspection's views still holds.
     pub(super) fn at_the_next_epoch(self, state: &State) -> Self {
-        Self { stage: self.stage, view: self.view, page: self.page, ..Self::at_the_beginning(state) }
+        let Self { stage, view, review, takes_reviews, page, .. } = self;
+        Self { stage, view, review, takes_reviews, page, ..Self::at_the_beginning(state) }
     }
 }
 

@@ -2,8 +2,8 @@
 
 use super::*;
 use semascan_model::{PointFlags, SemanticPoint};
-use semascan_protocol::ChunkId;
 use semascan_protocol::chunk::{VoxelChunk, encode};
+use semascan_protocol::{ChunkId, HeldChunk};
 
 fn published(id: [i32; 3], revision: u32) -> Published {
     let voxel = 0.001_f32;
@@ -24,6 +24,10 @@ fn published(id: [i32; 3], revision: u32) -> Published {
     };
     let chunk = VoxelChunk { id, voxel, voxels: vec![([0; 3], point)] };
     Published { id, encoded: Some(encode(&chunk, 1, revision).expect("encodes")) }
+}
+
+fn hello(inspection_id: &str, epoch: u32, held: &[HeldChunk]) -> Hello {
+    Hello { inspection_id: inspection_id.into(), epoch, held: held.to_vec(), ..Hello::default() }
 }
 
 fn running() -> LiveModel {
@@ -49,14 +53,14 @@ fn drain(live: &LiveModel, cursor: &mut Cursor) -> (Vec<([i32; 3], u32)>, Vec<wi
 #[test]
 fn a_slow_client_gets_the_newest_revision_only() {
     let live = running();
-    let (mut cursor, _) = live.welcome("", 0, &[]);
+    let (mut cursor, _) = live.welcome(&hello("", 0, &[]));
     live.publish(vec![published([0; 3], 1), published([1, 0, 0], 1)]);
     live.publish(vec![published([0; 3], 2)]);
     assert_eq!(drain(&live, &mut cursor).0, [([1, 0, 0], 1), ([0; 3], 2)]);
     assert_eq!(drain(&live, &mut cursor).0, []);
     assert_eq!(live.metrics().superseded_so_far(), 1, "the first revision of one chunk");
     // What was replaced before a client came was not meant for it.
-    let (mut late, _) = live.welcome("", 0, &[]);
+    let (mut late, _) = live.welcome(&hello("", 0, &[]));
     assert_eq!(drain(&live, &mut late).0.len(), 2);
     assert_eq!(live.metrics().superseded_so_far(), 1);
 }
@@ -67,9 +71,9 @@ fn a_returning_client_gets_the_difference() {
     live.publish(vec![published([0; 3], 1), published([1, 0, 0], 1), published([2, 0, 0], 1)]);
     live.publish(vec![published([2, 0, 0], 2)]);
     let held = |x, revision| HeldChunk { id: Some(ChunkId { x, y: 0, z: 0 }), revision };
-    let (mut cursor, _) = live.welcome("a", 1, &[held(0, 1), held(2, 1)]);
+    let (mut cursor, _) = live.welcome(&hello("a", 1, &[held(0, 1), held(2, 1)]));
     assert_eq!(drain(&live, &mut cursor).0, [([1, 0, 0], 1), ([2, 0, 0], 2)]);
-    let (mut stranger, _) = live.welcome("b", 1, &[held(0, 1)]);
+    let (mut stranger, _) = live.welcome(&hello("b", 1, &[held(0, 1)]));
     assert_eq!(drain(&live, &mut stranger).0.len(), 3);
 }
 
@@ -80,7 +84,7 @@ fn an_emptied_chunk_leaves_a_tombstone_and_no_hash() {
     live.publish(vec![published([0; 3], 1)]);
     assert_ne!(live.hash(), empty);
     live.publish(vec![Published { id: [0; 3], encoded: None }]);
-    let (mut cursor, _) = live.welcome("", 0, &[]);
+    let (mut cursor, _) = live.welcome(&hello("", 0, &[]));
     assert_eq!(drain(&live, &mut cursor).0, [([0; 3], 2)]);
     assert_eq!(live.hash(), empty);
 }
@@ -88,7 +92,7 @@ fn an_emptied_chunk_leaves_a_tombstone_and_no_hash() {
 #[test]
 fn the_end_is_told_after_the_last_chunk_and_a_new_inspection_clears() {
     let live = running();
-    let (mut cursor, _) = live.welcome("", 0, &[]);
+    let (mut cursor, _) = live.welcome(&hello("", 0, &[]));
     live.publish(vec![published([0; 3], 1)]);
     live.update_progress(|p| p.phase = wire::Phase::Finished.into());
     let mut last_was_chunk = false;
@@ -121,20 +125,20 @@ fn story(live: &LiveModel, cursor: &mut Cursor) -> Vec<String> {
 fn a_rebuilt_model_is_announced_sent_and_then_called_whole() {
     let live = running();
     live.publish(vec![published([0; 3], 1), published([1, 0, 0], 1)]);
-    let (mut follower, _) = live.welcome("", 0, &[]);
+    let (mut follower, _) = live.welcome(&hello("", 0, &[]));
     assert_eq!(story(&live, &mut follower), ["complete 0", "chunk 0", "chunk 1"]);
     live.renew(2, vec![published([1, 0, 0], 1), published([2, 0, 0], 1)]);
     let rebuilt = ["clear 2 successor true", "complete 0", "chunk 1", "chunk 2", "complete 2"];
     assert_eq!(story(&live, &mut follower), rebuilt);
     // One that comes later gets the new model alone; one that held the old one cannot resume it.
-    let (mut stranger, welcome) = live.welcome("a", 1, &[]);
+    let (mut stranger, welcome) = live.welcome(&hello("a", 1, &[]));
     let Some(Body::Welcome(welcome)) = wire::decode_server(&welcome).expect("valid").body else {
         panic!("a Welcome was due")
     };
     assert!(!welcome.resumed);
     assert_eq!(story(&live, &mut stranger), rebuilt[1..]);
     // A chunk that changes before a slow client got it does not keep the model from being called whole.
-    let (mut slow, _) = live.welcome("", 0, &[]);
+    let (mut slow, _) = live.welcome(&hello("", 0, &[]));
     live.publish(vec![published([2, 0, 0], 2)]);
     assert_eq!(story(&live, &mut slow), ["complete 0", "chunk 1", "complete 2", "chunk 2"]);
 }
@@ -143,7 +147,7 @@ fn a_rebuilt_model_is_announced_sent_and_then_called_whole() {
 fn another_inspection_is_no_successor_and_an_empty_rebuild_is_whole() {
     let live = running();
     live.publish(vec![published([0; 3], 1)]);
-    let (mut cursor, _) = live.welcome("", 0, &[]);
+    let (mut cursor, _) = live.welcome(&hello("", 0, &[]));
     story(&live, &mut cursor);
     live.renew(2, Vec::new());
     assert_eq!(story(&live, &mut cursor), ["clear 2 successor true", "complete 2"]);
@@ -171,7 +175,7 @@ fn report(index: u32) -> ViewReport {
 #[test]
 fn reports_and_stages_are_sent_once_and_not_again_with_a_new_epoch() {
     let live = running();
-    let (mut cursor, _) = live.welcome("", 0, &[]);
+    let (mut cursor, _) = live.welcome(&hello("", 0, &[]));
     live.stage(StageEvent { view: 2, ..StageEvent::default() });
     (0..2).for_each(|index| live.view(report(index)));
     assert_eq!(views(&live, &mut cursor).0, [0, 1]);
@@ -196,14 +200,14 @@ fn reports_and_stages_are_sent_once_and_not_again_with_a_new_epoch() {
 #[test]
 fn a_late_client_gets_the_latest_reports_and_learns_of_the_others() {
     let live = running();
-    let (mut follower, _) = live.welcome("", 0, &[]);
+    let (mut follower, _) = live.welcome(&hello("", 0, &[]));
     let mut followed = Vec::new();
     for index in 0..3000 {
         live.view(report(index));
         followed.extend(views(&live, &mut follower).0);
     }
     assert_eq!(followed, (0..3000).collect::<Vec<_>>());
-    let (mut late, _) = live.welcome("", 0, &[]);
+    let (mut late, _) = live.welcome(&hello("", 0, &[]));
     let (numbers, pages) = views(&live, &mut late);
     assert_eq!(numbers, (2936..3000).collect::<Vec<_>>());
     assert_eq!(pages, [wire::ViewPage { count: 64, kept: 3000, forgotten: 0, first: 2936, earlier: true }]);
@@ -216,8 +220,8 @@ fn of_a_hello_only_what_is_still_the_newest_is_kept() {
     let live = running();
     live.publish(vec![published([0; 3], 1), published([1, 0, 0], 1)]);
     let held = |x| HeldChunk { id: Some(ChunkId { x, y: 0, z: 0 }), revision: 1 };
-    let hello: Vec<HeldChunk> = (0..10_000).map(held).collect();
-    let (cursor, _) = live.welcome("a", 1, &hello);
+    let listed: Vec<HeldChunk> = (0..10_000).map(held).collect();
+    let (cursor, _) = live.welcome(&hello("a", 1, &listed));
     assert_eq!(cursor.held.len(), 2);
 }
 
@@ -231,7 +235,7 @@ fn a_stage_that_failed_is_told_to_those_who_come_later_and_the_log_is_bounded() 
     }
     (2000..4000).for_each(|view| live.stage(StageEvent { view, ..StageEvent::default() }));
     let told = |live: &LiveModel| {
-        let (mut cursor, _) = live.welcome("", 0, &[]);
+        let (mut cursor, _) = live.welcome(&hello("", 0, &[]));
         let mut told = Vec::new();
         while let Some(bytes) = live.next(&mut cursor) {
             if let Some(Body::Stage(event)) = wire::decode_server(&bytes).expect("valid").body {
@@ -247,4 +251,33 @@ fn a_stage_that_failed_is_told_to_those_who_come_later_and_the_log_is_bounded() 
     live.view(report(0));
     live.view(report(1));
     assert_eq!(told(&live), [0]);
+}
+
+#[test]
+fn reviews_go_to_those_who_take_them_from_their_coming_on_and_outlive_the_model() {
+    let live = running();
+    let change = |sequence| ReviewChange { sequence, inspection: "elsewhere".into(), ..ReviewChange::default() };
+    live.review(change(1));
+    let takes = Hello { capabilities: vec!["x".into(), TAKES_REVIEWS.into()], ..Hello::default() };
+    let (mut cursor, _) = live.welcome(&takes);
+    // A viewer of an earlier version would not know what to do with them.
+    let (mut earlier, _) = live.welcome(&hello("", 0, &[]));
+    let seen = |cursor: &mut Cursor| {
+        let mut seen = Vec::new();
+        while let Some(bytes) = live.next(cursor) {
+            if let Some(Body::Review(change)) = wire::decode_server(&bytes).expect("valid").body {
+                seen.push(change.sequence);
+            }
+        }
+        seen
+    };
+    assert!(seen(&mut cursor).is_empty(), "what was decided before it came is read through REST");
+    live.review(change(2));
+    live.begin(Inspection { id: "b".into(), epoch: 1, ..Inspection::default() });
+    live.review(change(3));
+    live.renew(2, vec![published([0; 3], 1)]);
+    assert_eq!(seen(&mut cursor), [2, 3]);
+    live.review(change(4));
+    assert_eq!(seen(&mut cursor), [4]);
+    assert!(seen(&mut earlier).is_empty());
 }

@@ -38,7 +38,7 @@ impl Captures for CaptureFile {
     }
 }
 
-fn named(error: CaptureError) -> PortError {
+pub(super) fn named(error: CaptureError) -> PortError {
     match error {
         CaptureError::Io { path, source } => PortError::new(path.display(), source),
         CaptureError::Mcap { path, source } => PortError::new(path.display(), source),

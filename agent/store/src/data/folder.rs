@@ -2,12 +2,17 @@
 
 use super::catalogue::FileRow;
 use super::{CaptureFile, LocalBlobs, SqliteCatalogue};
+use crate::contents::RECORD;
 use crate::lock::FolderLock;
 use crate::{ResultFolder, StoreError};
 use jiff::Timestamp;
 use semascan_captures::{CaptureInfo, CaptureReader, CaptureWriter};
+use semascan_formats::regular_file;
+use semascan_inspection::criteria::CheckedCriteria;
 use semascan_inspection::journal::SharedCaptures;
-use semascan_inspection::ports::{Catalogue, InspectionFilter, InspectionRow, InspectionState, PortError};
+use semascan_inspection::ports::{
+    Blobs, Catalogue, InspectionFilter, InspectionRow, InspectionState, PortError, ResultRows,
+};
 use semascan_inspection::source::Source;
 use semascan_model::InspectionId;
 use semascan_model::record::{InspectionRecord, Outcome};
@@ -61,7 +66,48 @@ impl DataFolder {
         let catalogue = Arc::new(SqliteCatalogue::open(&folder.join(DATABASE))?);
         crate::write::sync_folder(folder)?;
         let blobs = LocalBlobs::open(&folder.join("blobs"))?;
-        Ok(Self { folder: folder.to_owned(), catalogue, blobs, _lock: Some(lock) })
+        let data = Self { folder: folder.to_owned(), catalogue, blobs, _lock: Some(lock) };
+        data.note_results()?;
+        Ok(data)
+    }
+
+    /// Notes the results of inspections that an earlier version closed without them. Those whose record cannot be read stay
+    /// without one, and it is said how many.
+    fn note_results(&self) -> Result<(), StoreError> {
+        let mut unknown = 0;
+        for id in self.catalogue.without_result()? {
+            match self.record(id) {
+                Ok(Some(record)) => self.catalogue.set_result(id, &ResultRows::of(&record))?,
+                // Cut off before there was one: nobody looked for anything.
+                Ok(None) => self.catalogue.set_result(id, &ResultRows::default())?,
+                Err(error) => {
+                    unknown += 1;
+                    tracing::warn!("{error}");
+                }
+            }
+        }
+        if unknown > 0 {
+            tracing::warn!(
+                "{unknown} inspections have no record that can be read: no filter by findings or verdict finds them"
+            );
+        }
+        Ok(())
+    }
+
+    /// The record of an inspection as it was measured and judged; `None` where there is none.
+    ///
+    /// # Errors
+    /// [`StoreError`] naming the file that cannot be read or is no record.
+    pub fn record(&self, id: InspectionId) -> Result<Option<InspectionRecord>, StoreError> {
+        let path = self.result_path(id).join(RECORD);
+        match regular_file::read_to_string(&path) {
+            Ok(text) => match InspectionRecord::from_json(&text) {
+                Ok(record) => Ok(Some(record)),
+                Err(error) => Err(PortError::new(path.display(), error).into()),
+            },
+            Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
+            Err(error) => Err(StoreError::io(&path)(error)),
+        }
     }
 
     /// Opens the data folder `folder` to look at it, also while another process writes into it.
@@ -152,6 +198,15 @@ impl DataFolder {
         Ok(rows.into_iter().map(with_captures).collect())
     }
 
+    /// Keeps the text of criteria that an inspection was judged by; keeping it twice is harmless.
+    ///
+    /// # Errors
+    /// [`StoreError`] naming the blob.
+    pub fn keep_criteria(&self, criteria: &CheckedCriteria) -> Result<(), StoreError> {
+        self.blobs.put(criteria.text.as_bytes())?;
+        Ok(())
+    }
+
     /// Closes an inspection whose record is in its folder, with the digests of all that is kept of it.
     ///
     /// # Errors
@@ -164,6 +219,7 @@ impl DataFolder {
             Outcome::Running => return Ok(()),
         };
         self.note_files(record.id)?;
+        self.catalogue.set_result(record.id, &ResultRows::of(record))?;
         let ended = record.ended.unwrap_or_else(Timestamp::now);
         Ok(self.catalogue.close(record.id, ended, state, reason)?)
     }
@@ -183,6 +239,8 @@ impl DataFolder {
             ResultFolder::open(&folder, true)?.publish_record(&record)?;
         }
         self.note_files(row.id)?;
+        let result = self.record(row.id)?.as_ref().map(ResultRows::of);
+        self.catalogue.set_result(row.id, &result.unwrap_or_default())?;
         let state = InspectionState::Interrupted;
         Ok(self.catalogue.close(row.id, Timestamp::now(), state, Some(reason))?)
     }

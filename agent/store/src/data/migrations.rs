@@ -3,8 +3,11 @@
 use rusqlite::{Connection, TransactionBehavior};
 
 /// The files in order; a released one never changes.
-const MIGRATIONS: &[&str] =
-    &[include_str!("../../migrations/0001_inspections.sql"), include_str!("../../migrations/0003_access.sql")];
+const MIGRATIONS: &[&str] = &[
+    include_str!("../../migrations/0001_inspections.sql"),
+    include_str!("../../migrations/0002_reviews.sql"),
+    include_str!("../../migrations/0003_access.sql"),
+];
 
 /// Why the schema cannot be brought up to date.
 #[derive(Debug, thiserror::Error)]

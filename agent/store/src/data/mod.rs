@@ -1,13 +1,15 @@
 //! The data folder: everything that an agent keeps of its inspections.
 //!
 //! ```text
-//! DIR/semascan.db                SQLite: parts, inspections, views, events, digests, messages that wait, users
+//! DIR/semascan.db                SQLite: parts, inspections, views, events, findings, reviews, digests,
+//!                                messages that wait, users
 //! DIR/captures/<id>.mcap         the views as they came
 //! DIR/inspections/<id>/          the record and the model
 //! DIR/blobs/<aa>/<sha256>        large immutable things by their digest
 //! ```
 
 mod accounts;
+mod archive;
 mod backup;
 mod blobs;
 mod captures;
@@ -16,6 +18,7 @@ mod connection;
 mod folder;
 mod migrations;
 mod retention;
+mod reviews;
 mod verify;
 
 pub use accounts::SqliteAccounts;
@@ -25,4 +28,5 @@ pub use captures::CaptureFile;
 pub use catalogue::SqliteCatalogue;
 pub use folder::{DataFolder, Interrupted, KeptInspection};
 pub use retention::{Removed, Retention};
+pub use reviews::{Audited, BadEntry};
 pub use verify::{Fault, Verified};

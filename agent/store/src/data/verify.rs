@@ -1,5 +1,5 @@
 //! Whether a data folder is whole: every file that the catalogue knows is there with its digest, every committed view is
-//! captured, every blob has its content, and the database is sound.
+//! captured, every blob has its content, the log of reviews is what was written, and the database is sound.
 
 use super::DataFolder;
 use super::folder::digest;
@@ -25,6 +25,8 @@ pub struct Verified {
     pub files: u64,
     /// Captured views that were read.
     pub views: u64,
+    /// Entries of the log of reviews that were compared with their hashes.
+    pub reviews: u64,
     /// Blobs whose content was compared with their digest.
     pub blobs: u64,
     /// What is missing or damaged.
@@ -41,6 +43,12 @@ impl DataFolder {
         let mut faults = Vec::new();
         let database = super::folder::DATABASE;
         faults.extend(self.catalogue().faults()?.into_iter().map(|reason| Fault { file: database.into(), reason }));
+        let audited = self.catalogue().audit(None)?;
+        verified.reviews = audited.entries;
+        faults.extend(audited.fault.map(|bad| Fault {
+            file: database.into(),
+            reason: format!("entry {} of the log of reviews {}", bad.sequence, bad.reason),
+        }));
         for row in self.catalogue().inspections(&InspectionFilter::default())? {
             verified.inspections += 1;
             for known in self.catalogue().files(row.id)? {

@@ -1,0 +1,483 @@
+//! `serve --data`: past inspections are listed, shown, reviewed and streamed again.
+
+use crate::{MOTOR, semascan, stderr};
+use image::{DynamicImage, ImageFormat};
+use semascan_captures::CaptureReader;
+use semascan_inspection::ports::{Catalogue, InspectionFilter, ReviewLog};
+use semascan_model::InspectionId;
+use semascan_model::record::InspectionRecord;
+use semascan_protocol::TAKES_REVIEWS;
+use semascan_protocol::server_message::Body;
+use semascan_store::data::DataFolder;
+use semascan_store::read_inspection;
+use semascan_tests::client::{Client, Holdings};
+use serde_json::{Value, json};
+use std::collections::BTreeMap;
+use std::fs;
+use std::io::{BufRead, BufReader, Read, Write};
+use std::net::{SocketAddr, TcpStream};
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::time::Duration;
+
+const CRITERIA: &str = "version = 1\nname = \"motor\"\nrevision = \"3\"\n\
+    [[defect]]\ndefect = \"corrosion\"\nlargest_area_mm2 = 1\nthen = \"rework\"\n\
+    [[defect]]\ndefect = \"wear\"\nlargest_area_mm2 = 1\nthen = \"rework\"\n";
+
+/// A server, ended when it is dropped.
+struct Serving {
+    child: Child,
+    address: SocketAddr,
+}
+
+impl Drop for Serving {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+fn serve(data: &Path) -> Serving {
+    let mut child = Command::new(env!("CARGO_BIN_EXE_semascan"))
+        .args(["serve", "--port", "0", "--data", data.to_str().expect("UTF-8")])
+        .stderr(Stdio::piped())
+        .stdout(Stdio::null())
+        .spawn()
+        .expect("starts");
+    let mut lines = BufReader::new(child.stderr.take().expect("a pipe")).lines();
+    let address = lines.by_ref().map_while(Result::ok).find_map(|line| {
+        let (_, address) = line.split_once("listening on http://")?;
+        address.trim().parse().ok()
+    });
+    // What follows is read, so that the server does not wait for a reader.
+    std::thread::spawn(move || lines.map_while(Result::ok).for_each(drop));
+    Serving { child, address: address.expect("it says where it listens") }
+}
+
+#[derive(Debug)]
+struct Answer {
+    status: u16,
+    headers: BTreeMap<String, String>,
+    body: Vec<u8>,
+}
+
+impl Answer {
+    fn json(&self) -> Value {
+        serde_json::from_slice(&self.body).unwrap_or_else(|_| panic!("{}", String::from_utf8_lossy(&self.body)))
+    }
+
+    /// The field that a problem names.
+    fn field(&self) -> String {
+        assert_eq!(self.headers["content-type"], "application/problem+json", "{self:?}");
+        assert_eq!(self.json()["status"], self.status);
+        self.json()["field"].as_str().unwrap_or_default().to_owned()
+    }
+}
+
+impl Serving {
+    fn ask(&self, method: &str, path: &str, headers: &[(&str, &str)], body: &[u8]) -> Answer {
+        ask(self.address, method, path, headers, body).expect("an answer")
+    }
+
+    fn get(&self, path: &str) -> Answer {
+        self.ask("GET", path, &[], &[])
+    }
+
+    fn review(&self, id: InspectionId, review: &Value) -> Answer {
+        let path = format!("/api/v1/inspections/{id}/reviews");
+        self.ask("POST", &path, &[("Content-Type", "application/json")], review.to_string().as_bytes())
+    }
+}
+
+/// The answer to a request; an error where the server is gone or ends in the middle of it.
+fn ask(
+    address: SocketAddr,
+    method: &str,
+    path: &str,
+    headers: &[(&str, &str)],
+    body: &[u8],
+) -> std::io::Result<Answer> {
+    let mut stream = TcpStream::connect(address)?;
+    let mut head = format!("{method} {path} HTTP/1.1\r\nHost: {address}\r\nConnection: close\r\n");
+    headers.iter().for_each(|(name, value)| head.push_str(&format!("{name}: {value}\r\n")));
+    if method == "POST" {
+        head.push_str(&format!("Content-Length: {}\r\n", body.len()));
+    }
+    stream.write_all(format!("{head}\r\n").as_bytes())?;
+    // A server that refuses what it has not read closes early.
+    let _ = stream.write_all(body);
+    let mut bytes = Vec::new();
+    stream.read_to_end(&mut bytes)?;
+    let broken = || std::io::Error::from(std::io::ErrorKind::UnexpectedEof);
+    let end = bytes.windows(4).position(|w| w == b"\r\n\r\n").ok_or_else(broken)?;
+    let head = String::from_utf8_lossy(&bytes[..end]).into_owned();
+    let mut lines = head.lines();
+    let status = lines.next().and_then(|line| line.split(' ').nth(1)).and_then(|s| s.parse().ok());
+    let headers = lines.filter_map(|line| line.split_once(": "));
+    Ok(Answer {
+        status: status.ok_or_else(broken)?,
+        headers: headers.map(|(name, value)| (name.to_lowercase(), value.to_owned())).collect(),
+        body: bytes[end + 4..].to_vec(),
+    })
+}
+
+fn review(number: u64, subject: Value, seen: u64, action: Value) -> Value {
+    json!({
+        "id": format!("00000000-0000-4000-8000-{number:012x}"), "subject": subject, "seen": seen, "action": action,
+        "person": "A. Reviewer", "reason": "can be ground"
+    })
+}
+
+/// A motor that was inspected and judged in `data`.
+fn inspected(data: &Path) -> InspectionId {
+    let criteria = data.with_extension("toml");
+    fs::write(&criteria, CRITERIA).expect("writes");
+    let arguments =
+        ["inspect", MOTOR, "--data", data.to_str().expect("UTF-8"), "--criteria", criteria.to_str().expect("UTF-8")];
+    let output = semascan(&arguments);
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    let folder = DataFolder::open_beside(data).expect("a data folder");
+    folder.catalogue().inspections(&InspectionFilter::default()).expect("reads")[0].id
+}
+
+fn record(data: &Path, id: InspectionId) -> InspectionRecord {
+    DataFolder::open_beside(data).expect("a data folder").record(id).expect("reads").expect("a record")
+}
+
+#[test]
+fn past_inspections_are_listed_and_everything_of_them_can_be_had() {
+    let root = tempfile::tempdir().expect("temporary folder");
+    let data = root.path().join("cell");
+    let id = inspected(&data);
+    let record = record(&data, id);
+    let verdict = record.verdict.clone().expect("judged");
+    let agent = serve(&data);
+    let own = format!("/api/v1/inspections/{id}");
+
+    // The list, its filters and its tag.
+    let all = agent.get("/api/v1/inspections");
+    assert_eq!((all.status, all.headers["content-type"].as_str()), (200, "application/json"));
+    let item = all.json()["items"][0].clone();
+    assert_eq!((item["id"].as_str(), item["state"].as_str()), (Some(id.to_string().as_str()), Some("finished")));
+    assert_eq!(item["decision"], verdict.decision().name());
+    let found = record.findings.as_ref().expect("looked").list.len();
+    assert!(found > 0 && item["findings"] == found, "{item}");
+    let defect = record.findings.as_ref().and_then(|f| f.list[0].kind.defect()).expect("a defect").name.clone();
+    for (query, count) in [
+        (format!("defect={defect}&state=finished&decision={}", verdict.decision().name()), 1),
+        ("defect=dent".into(), 0),
+        ("state=failed".into(), 0),
+        ("conflict=true".into(), 0),
+        ("until=2020-01-01T00:00:00Z".into(), 0),
+        (format!("cursor={id}"), 0),
+    ] {
+        let listed = agent.get(&format!("/api/v1/inspections?{query}"));
+        assert_eq!(listed.json()["items"].as_array().map(Vec::len), Some(count), "{query}: {listed:?}");
+    }
+    let known = agent.ask("GET", "/api/v1/inspections", &[("If-None-Match", &all.headers["etag"])], &[]);
+    assert_eq!((known.status, known.body.len()), (304, 0));
+    for (query, field) in [
+        ("state=done", "state"),
+        ("decision=ok", "decision"),
+        ("limit=0", "limit"),
+        ("limit=201", "limit"),
+        ("cursor=x", "cursor"),
+        ("from=yesterday", "from"),
+        ("conflict=maybe", "conflict"),
+    ] {
+        let refused = agent.get(&format!("/api/v1/inspections?{query}"));
+        assert_eq!((refused.status, refused.field().as_str()), (400, field));
+    }
+    let slip = agent.get("/api/v1/inspections?stat=failed");
+    assert!(slip.status == 400 && slip.json()["detail"].as_str().is_some_and(|d| d.contains("stat")), "{slip:?}");
+
+    // One inspection, its views and their pictures.
+    let one = agent.get(&own).json();
+    assert_eq!(one["record"]["generation"], record.files.as_ref().expect("files").generation.as_str());
+    let views = agent.get(&format!("{own}/views?limit=2")).json();
+    assert_eq!((views["items"].as_array().map(Vec::len), &views["next"]), (Some(2), &json!(2)));
+    assert_eq!(views["items"][1]["pose"], serde_json::to_value(record.views[1].pose).expect("plain data"));
+    assert_eq!(agent.get(&format!("{own}/views?cursor=2")).json()["items"][0]["index"], 2);
+    let folder = DataFolder::open_beside(&data).expect("a data folder");
+    let mut captured = CaptureReader::open(&folder.capture_path(id)).expect("a capture");
+    let view =
+        std::iter::from_fn(|| captured.next_view()).nth(1).expect("two views").expect("whole").view.expect("a view");
+    let picture = |name: &str| {
+        let answer = agent.get(&format!("{own}/views/1/{name}"));
+        assert_eq!(answer.status, 200, "{name}: {}", String::from_utf8_lossy(&answer.body));
+        let picture = image::load_from_memory_with_format(&answer.body, ImageFormat::Png).expect("a PNG");
+        (picture, answer.headers)
+    };
+    assert_eq!(picture("color.png").0.to_rgb8(), *view.rgb);
+    let (depth, headers) = picture("depth.png");
+    let unit: f32 = headers["depth-unit-metres"].parse().expect("a number");
+    let DynamicImage::ImageLuma16(depth) = depth else { panic!("16 bits") };
+    for (step, metres) in depth.iter().zip(&view.depth.metres) {
+        assert!((f32::from(*step) * unit - metres).abs() <= 0.51 * unit && (*step == 0) == (*metres == 0.0));
+    }
+    let labels = view.labels.as_ref().expect("labels");
+    for (of, expected) in [("components", &labels.components), ("defects", &labels.defects)] {
+        let DynamicImage::ImageLuma16(found) = picture(&format!("labels.png?of={of}")).0 else { panic!("16 bits") };
+        let same = found.iter().zip(expected).filter(|(a, b)| a == b).count();
+        // What lies outside of the region of interest has lost its labels.
+        assert!(same * 10 > expected.len() * 9, "{of}: {same} of {}", expected.len());
+        assert!(found.iter().any(|class| *class > 0) == expected.iter().any(|class| *class > 0), "{of}");
+    }
+    let certain = agent.get(&format!("{own}/views/1/sigma.png"));
+    assert!(certain.status == 404 && certain.json()["detail"].as_str().is_some_and(|d| d.contains("uncertainty")));
+    for (path, status, field) in [
+        ("/views/99/color.png", 404, ""),
+        ("/views/x/color.png", 400, "view"),
+        ("/views/1/labels.png?of=pixels", 400, "of"),
+        ("/exports/secret", 400, "file"),
+        ("/exports/..%2F..%2Fsemascan.db", 400, "file"),
+        ("/nothing", 404, ""),
+    ] {
+        let refused = agent.get(&format!("{own}{path}"));
+        assert_eq!((refused.status, refused.field().as_str()), (status, field), "{path}");
+    }
+    assert_eq!(agent.get("/api/v1/inspections/x").field(), "inspection");
+    assert_eq!(agent.get(&format!("/api/v1/inspections/{}", InspectionId::new(1, &[1; 10]))).status, 404);
+
+    // Findings, criteria, verdict and files.
+    let findings = agent.get(&format!("{own}/findings")).json();
+    assert_eq!(findings["measured"], serde_json::to_value(&record.findings).expect("plain data"));
+    assert_eq!(findings["now"], findings["measured"]["list"]);
+    let criteria = agent.get(&format!("{own}/criteria")).json();
+    assert_eq!(criteria["record"]["sha256"], verdict.criteria.sha256.as_str());
+    assert_eq!(criteria["criteria"]["defect"][0]["largest_area_mm2"], 1.0);
+    assert_eq!(
+        agent.get(&format!("{own}/verdict")).json()["measured"],
+        serde_json::to_value(&verdict).expect("plain data")
+    );
+    for name in ["cloud.ply", "mesh.ply", "scene.glb", "inspection.json", "truth.ply"] {
+        let file = agent.get(&format!("{own}/exports/{name}"));
+        assert!(file.body == fs::read(folder.result_path(id).join(name)).expect("reads"), "{name}");
+        let known =
+            agent.ask("GET", &format!("{own}/exports/{name}"), &[("If-None-Match", &file.headers["etag"])], &[]);
+        assert_eq!(known.status, 304, "{name}");
+    }
+    let described = agent.get("/api/v1/openapi.json").json();
+    assert!(described["openapi"].as_str().is_some_and(|version| version.starts_with("3.1.")));
+    let head = agent.ask("HEAD", &own, &[], &[]);
+    assert_eq!((head.status, head.body.len()), (200, 0));
+}
+
+#[test]
+fn reviews_are_taken_in_once_told_to_viewers_and_audited() {
+    let root = tempfile::tempdir().expect("temporary folder");
+    let data = root.path().join("cell");
+    let id = inspected(&data);
+    let record = record(&data, id);
+    let finding = record.findings.as_ref().expect("looked").list[0].clone();
+    let agent = serve(&data);
+    let runtime = tokio::runtime::Runtime::new().expect("a runtime");
+    let mut holdings = Holdings::default();
+    let viewer = Client::connect_to(agent.address, "/ws", &[TAKES_REVIEWS], &mut holdings);
+    let mut viewer = runtime.block_on(viewer).expect("follows");
+
+    let part = json!({"kind": "part"});
+    let first = review(1, part.clone(), 0, json!({"type": "accept"}));
+    let taken = agent.review(id, &first);
+    assert_eq!(taken.status, 201, "{}", String::from_utf8_lossy(&taken.body));
+    assert_eq!(
+        (taken.json()["entry"]["sequence"].as_u64(), taken.json()["decision"].as_str()),
+        (Some(1), Some("accept"))
+    );
+    let again = agent.review(id, &first);
+    assert_eq!((again.status, again.json()["entry"].clone()), (200, taken.json()["entry"].clone()));
+    let other = agent.review(id, &review(1, part.clone(), 0, json!({"type": "reject"})));
+    assert_eq!((other.status, other.field().as_str()), (409, "id"));
+    // Two people decide about the same version of a finding.
+    let subject = json!({"kind": "finding", "finding": finding.id});
+    assert_eq!(agent.review(id, &review(2, subject.clone(), 0, json!({"type": "accept"}))).status, 201);
+    let conflict = agent.review(id, &review(3, subject.clone(), 0, json!({"type": "reject"})));
+    assert_eq!((conflict.status, conflict.json()["conflicts"].as_u64()), (201, Some(1)));
+    let listed = agent.get("/api/v1/inspections?conflict=true").json();
+    assert_eq!(listed["items"][0]["conflicts"], 1);
+    let mut settling = review(4, subject, 3, json!({"type": "reject"}));
+    settling["resolves"] = json!([conflict.json()["entry"]["review"]["id"], first["id"]]);
+    assert_eq!(agent.review(id, &settling).field(), "resolves[1]");
+    settling["resolves"][1] = review(2, part.clone(), 0, Value::Null)["id"].clone();
+    assert_eq!(agent.review(id, &settling).json()["conflicts"], 0);
+    let outline = json!([[0.0, 0.0, 0.05], [0.01, 0.0, 0.05], [0.0, 0.01, 0.05]]);
+    let action = json!({"type": "new_finding", "outline": outline, "component": finding.component.name});
+    assert_eq!(agent.review(id, &review(5, part.clone(), 0, action)).status, 201);
+    let now = agent.get(&format!("/api/v1/inspections/{id}/findings")).json();
+    assert_eq!(now["now"].as_array().map(Vec::len), Some(record.findings.as_ref().map_or(0, |f| f.list.len()) + 1));
+    let page = agent.get(&format!("/api/v1/inspections/{id}/reviews?after=1&limit=2")).json();
+    assert_eq!((page["items"][0]["sequence"].as_u64(), page["next"].as_u64()), (Some(2), Some(3)));
+
+    // What was told to the viewer, in order.
+    let told = runtime.block_on(async {
+        let mut told = Vec::new();
+        while told.len() < 5 {
+            if let Body::Review(change) = viewer.step(&mut holdings).await.expect("follows") {
+                told.push((change.sequence, change.action, change.conflicts));
+            }
+        }
+        told
+    });
+    let expected = [(1, "accept", 0), (2, "accept", 0), (3, "reject", 1), (4, "reject", 0), (5, "new_finding", 0)];
+    assert_eq!(told, expected.map(|(sequence, action, conflicts)| (sequence, action.to_owned(), conflicts)));
+
+    // What is not taken in.
+    let path = format!("/api/v1/inspections/{id}/reviews");
+    let body = review(9, part.clone(), 0, json!({"type": "accept"})).to_string();
+    let json_type = ("Content-Type", "application/json");
+    let ask = |headers: &[(&str, &str)], body: &str| agent.ask("POST", &path, headers, body.as_bytes());
+    assert_eq!(ask(&[], &body).status, 415);
+    assert_eq!(ask(&[("Content-Type", "text/plain")], &body).status, 415);
+    assert_eq!(ask(&[json_type, ("Origin", "http://evil.example")], &body).status, 403);
+    assert_eq!(ask(&[json_type, ("Sec-Fetch-Site", "cross-site")], &body).status, 403);
+    assert_eq!(ask(&[json_type], &" ".repeat((1 << 20) + 1)).status, 413);
+    assert_eq!(ask(&[json_type], "{").status, 400);
+    assert_eq!(ask(&[json_type], &body.replace("\"seen\":0", "\"seen\":7")).field(), "seen");
+    assert_eq!(ask(&[json_type], &body.replace("\"person\"", "\"nobody\"")).status, 400);
+    assert_eq!(agent.ask("POST", "/api/v1/inspections", &[json_type], body.as_bytes()).status, 405);
+    assert_eq!(agent.ask("DELETE", &path, &[], &[]).headers["allow"], "GET, HEAD, POST");
+    let unknown = InspectionId::new(1, &[1; 10]);
+    assert_eq!(agent.review(unknown, &review(9, part, 0, json!({"type": "accept"}))).status, 404);
+    drop(agent);
+
+    // The log is good, and says so after a restart; then somebody edits the file.
+    let folder = data.to_str().expect("UTF-8");
+    let audit = |more: &[&str]| semascan(&[&["audit", "verify", "--data", folder, "--json"], more].concat());
+    let good = audit(&[]);
+    assert_eq!(good.status.code(), Some(0), "{}", stderr(&good));
+    let report: Value = serde_json::from_slice(&good.stdout).expect("JSON");
+    assert_eq!(report["entries"], 5);
+    assert_eq!(audit(&["--head", report["head"].as_str().expect("a hash")]).status.code(), Some(0));
+    let lost = audit(&["--head", &"ab".repeat(32)]);
+    assert_eq!(lost.status.code(), Some(1));
+    assert_eq!(audit(&["--head", "xyz"]).status.code(), Some(2));
+    let database = rusqlite::Connection::open(data.join("semascan.db")).expect("opens");
+    database
+        .execute_batch(
+            "DROP TRIGGER reviews_are_not_changed; \
+             UPDATE reviews SET entry = replace(entry, 'accept', 'reject') WHERE sequence = 2",
+        )
+        .expect("edited");
+    drop(database);
+    let bad = audit(&[]);
+    assert_eq!(bad.status.code(), Some(1));
+    assert!(stderr(&bad).contains("entry 2 (review 00000000-0000-4000-8000-000000000002)"), "{}", stderr(&bad));
+    assert_eq!(semascan(&["verify", folder]).status.code(), Some(1));
+    // Nor is it taken for what was decided.
+    let agent = serve(&data);
+    let refused = agent.get(&format!("/api/v1/inspections/{id}/verdict"));
+    assert_eq!(refused.status, 503, "{refused:?}");
+}
+
+/// Servers that are killed while reviews are sent, where the variable does not say it.
+const KILLS: u32 = 5;
+
+#[test]
+fn a_review_that_was_answered_survives_a_kill() {
+    let kills = std::env::var("SEMASCAN_TEST_KILLS").map_or(KILLS, |count| count.parse().expect("a number of kills"));
+    let root = tempfile::tempdir().expect("temporary folder");
+    let data = root.path().join("cell");
+    let id = inspected(&data);
+    let mut answered = Vec::new();
+    for kill in 0..kills {
+        let mut agent = serve(&data);
+        let address = agent.address;
+        let sender = std::thread::spawn(move || {
+            let path = format!("/api/v1/inspections/{id}/reviews");
+            let mut answered = Vec::new();
+            for number in 1.. {
+                let remark =
+                    review(u64::from(kill) << 20 | number, json!({"kind": "part"}), 0, json!({"type": "comment"}));
+                let json_type = [("Content-Type", "application/json")];
+                match ask(address, "POST", &path, &json_type, remark.to_string().as_bytes()) {
+                    Ok(answer) if answer.status == 201 => answered.push(remark),
+                    // Whoever got no answer sends it again; here it is dropped.
+                    Ok(answer) => panic!("{answer:?}"),
+                    Err(_) => break,
+                }
+            }
+            answered
+        });
+        let moment = (f64::from(kill + 1) * 0.618_033_988_749_895).fract();
+        std::thread::sleep(Duration::from_secs_f64(0.6 * moment));
+        agent.child.kill().expect("killed");
+        answered.extend(sender.join().expect("no other answer"));
+    }
+    assert!(answered.len() > kills as usize, "{} reviews were answered", answered.len());
+    let audited = semascan(&["audit", "verify", "--data", data.to_str().expect("UTF-8")]);
+    assert_eq!(audited.status.code(), Some(0), "{}", stderr(&audited));
+    let log = DataFolder::open_beside(&data).expect("a data folder");
+    let kept = log.catalogue().entries(id).expect("reads");
+    let kept: BTreeMap<String, Value> = kept
+        .into_iter()
+        .map(|entry| (entry.review.id.to_string(), serde_json::to_value(&entry.review).expect("plain data")))
+        .collect();
+    for remark in &answered {
+        assert_eq!(kept.get(remark["id"].as_str().expect("an id")), Some(remark));
+    }
+    eprintln!("{kills} servers were killed, {} reviews answered, {} kept: none is lost", answered.len(), kept.len());
+}
+
+#[test]
+fn a_past_inspection_is_streamed_as_it_was() {
+    let root = tempfile::tempdir().expect("temporary folder");
+    let data = root.path().join("cell");
+    let id = inspected(&data);
+    let saved =
+        read_inspection(&DataFolder::open_beside(&data).expect("a data folder").result_path(id)).expect("reads");
+    let agent = serve(&data);
+    let runtime = tokio::runtime::Runtime::new().expect("a runtime");
+    let follow = |query: &str| {
+        runtime.block_on(async {
+            let mut holdings = Holdings::default();
+            let path = format!("/ws?inspection={id}{query}");
+            let mut client = Client::connect_to(agent.address, &path, &[], &mut holdings).await.expect("follows");
+            client.finish(&mut holdings).await.expect("to the end");
+            (client, holdings)
+        })
+    };
+    let (client, holdings) = follow("&speed=2");
+    assert_eq!((holdings.inspection.id.as_str(), client.progress.message.as_str()), (id.to_string().as_str(), ""));
+    assert_eq!((holdings.points(), client.progress.model_hash), (saved.cloud.len(), holdings.hash()));
+    assert_eq!(client.progress.views_done as usize, saved.record.views.len());
+    assert!(client.views.iter().all(|view| !view.thumbnail_jpeg.is_empty() && view.intrinsics.is_some()));
+    // The model grew, as it did then: it was sent in more than one piece, and made anew at the end.
+    let (clears, chunks) = (client.clears, client.chunk_messages as usize);
+    assert!(clears >= 2 && chunks > holdings.chunks.len(), "{clears}, {chunks} for {}", holdings.chunks.len());
+    // Every label and colour is that of the saved model, wherever it lies.
+    let labels = |labels: &mut dyn Iterator<Item = (u16, u16, [u8; 3])>| {
+        let mut count = BTreeMap::new();
+        labels.for_each(|key| *count.entry(key).or_insert(0_u32) += 1);
+        count
+    };
+    let streamed =
+        labels(&mut holdings.chunks.values().flat_map(|c| c.cloud.iter()).map(|p| (p.label, p.defect, p.color)));
+    let kept = labels(&mut saved.cloud.iter().map(|p| (p.label, p.defect, p.color)));
+    assert_eq!(streamed, kept);
+    // From the last event on, and faster than it was: the same end.
+    let (late, again) = follow("&from=1000000");
+    assert_eq!((again.hash(), late.progress.phase()), (holdings.hash(), client.progress.phase()));
+
+    // Without the capture the final model is shown, and why it is no more than that.
+    fs::remove_file(DataFolder::open_beside(&data).expect("a data folder").capture_path(id)).expect("removed");
+    drop(agent);
+    let agent = serve(&data);
+    let (client, alone) = runtime.block_on(async {
+        let mut holdings = Holdings::default();
+        let path = format!("/ws?inspection={id}");
+        let mut client = Client::connect_to(agent.address, &path, &[], &mut holdings).await.expect("follows");
+        client.finish(&mut holdings).await.expect("to the end");
+        while !client.progress.message.contains("only the final model") {
+            client.step(&mut holdings).await.expect("says why");
+        }
+        (client, holdings)
+    });
+    assert_eq!(alone.points(), saved.cloud.len(), "{}", client.progress.message);
+    for (query, status) in [("inspection=x", 400), ("inspection=00000000-0000-7000-8000-000000000000", 404)] {
+        let refused =
+            runtime.block_on(Client::connect_to(agent.address, &format!("/ws?{query}"), &[], &mut Holdings::default()));
+        assert!(format!("{:?}", refused.err()).contains(&status.to_string()), "{query}");
+    }
+    let slow = format!("/ws?inspection={id}&speed=0");
+    assert!(runtime.block_on(Client::connect_to(agent.address, &slow, &[], &mut Holdings::default())).is_err());
+}

@@ -1,0 +1,178 @@
+//! What people decide about an inspection: reviews are taken in, kept in an append-only log, and what follows from them is
+//! computed from that log alone.
+//!
+//! | file | what |
+//! |---|---|
+//! | `rules.rs` | which reviews can be taken in |
+//! | `standing.rs` | which decisions stand, and which contradict each other |
+//! | `state.rs` | findings and verdict with everything that people decided |
+//! | `chain.rs` | entries as bytes, and the hashes that chain them |
+//! | `mod.rs` | [`ReviewDesk`], which takes reviews in |
+
+pub mod chain;
+mod rules;
+mod standing;
+mod state;
+
+pub use rules::FieldError;
+pub use state::reviewed_state;
+
+use crate::criteria::CheckedCriteria;
+use crate::ports::{BusMessage, FindingRow, PortError, ResultRow, ResultRows, ReviewLog};
+use jiff::Timestamp;
+use semascan_model::InspectionId;
+use semascan_model::record::{InspectionRecord, Outcome, SoftwareRecord};
+use semascan_model::review::{NetworkVersion, Review, ReviewEntry, ReviewedState, ReviewedVersions};
+use standing::Standings;
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// Why a review is not taken in.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum ReviewError {
+    /// A field cannot be used.
+    #[error(transparent)]
+    Field(#[from] FieldError),
+    /// There is another review of this name.
+    #[error("id: there is another review with this id, which says something else")]
+    Other(Box<ReviewEntry>),
+    /// The inspection runs.
+    #[error("inspection {0} has not ended: its findings are not known yet")]
+    Running(InspectionId),
+    /// The model is not the one that the person saw.
+    #[error("model: the inspection has another model by now ({now})")]
+    Model {
+        /// Its generation.
+        now: String,
+    },
+    /// The log cannot be used.
+    #[error(transparent)]
+    Port(#[from] PortError),
+}
+
+/// A review that is in the log.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Taken {
+    /// Its entry.
+    pub entry: ReviewEntry,
+    /// Whether it was in the log before: it was sent again.
+    pub is_known: bool,
+    /// What the inspection comes to.
+    pub state: ReviewedState,
+}
+
+/// Takes reviews in, one after the other: the only one who appends to the log.
+pub struct ReviewDesk {
+    log: Arc<dyn ReviewLog>,
+    taking: Mutex<()>,
+}
+
+impl ReviewDesk {
+    /// The desk of `log`.
+    pub fn new(log: Arc<dyn ReviewLog>) -> Self {
+        Self { log, taking: Mutex::new(()) }
+    }
+
+    /// The log.
+    pub fn log(&self) -> &dyn ReviewLog {
+        self.log.as_ref()
+    }
+
+    /// The inspection with this record as it stands after all reviews. `criteria` are those that it was judged by, where they
+    /// are at hand.
+    ///
+    /// # Errors
+    /// [`PortError`] if the log cannot be read.
+    pub fn state(
+        &self,
+        record: &InspectionRecord,
+        criteria: Option<&CheckedCriteria>,
+    ) -> Result<ReviewedState, PortError> {
+        Ok(reviewed_state(record, &self.log.entries(record.id)?, criteria))
+    }
+
+    /// Takes `review` of the inspection with `record` in. One that was sent before is answered as it was then.
+    ///
+    /// # Errors
+    /// [`ReviewError`] naming the field; nothing was taken in.
+    pub fn take(
+        &self,
+        record: &InspectionRecord,
+        criteria: Option<&CheckedCriteria>,
+        review: Review,
+        at: Timestamp,
+    ) -> Result<Taken, ReviewError> {
+        let _one_at_a_time = self.taking.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(entry) = self.log.entry(review.id)? {
+            if entry.review != review || entry.inspection != record.id {
+                return Err(ReviewError::Other(Box::new(entry)));
+            }
+            let state = self.state(record, criteria)?;
+            return Ok(Taken { entry, is_known: true, state });
+        }
+        if record.outcome == Outcome::Running {
+            return Err(ReviewError::Running(record.id));
+        }
+        let versions = versions(record);
+        if let (Some(seen), Some(now)) = (&review.model, &versions.model)
+            && seen != now
+        {
+            return Err(ReviewError::Model { now: now.clone() });
+        }
+        let mut entries = self.log.entries(record.id)?;
+        let last = self.log.last()?;
+        let standings = Standings::of(&entries);
+        let findings = state::amended(record, &entries, &standings);
+        // A finding that was found in error can be called one again.
+        let measured = record.findings.iter().flat_map(|findings| &findings.list);
+        let mut known = findings.findings.unwrap_or_default();
+        known.extend(measured.filter(|finding| findings.found_in_error.contains(&finding.id)).cloned());
+        rules::check(&review, record, &known, &standings, last)?;
+        let conflicts_with =
+            standings.of_subject(&review.subject).map_or_else(Vec::new, |standing| standing.contradicted_by(&review));
+        drop(standings);
+        let entry = ReviewEntry { sequence: last + 1, inspection: record.id, at, versions, conflicts_with, review };
+        entries.push(entry.clone());
+        let state = reviewed_state(record, &entries, criteria);
+        let message = BusMessage {
+            id: format!("review:{}", entry.review.id),
+            subject: format!("inspection.{}.reviewed", record.id),
+            // What is plain data always serialises.
+            payload: chain::canonical(&entry).unwrap_or_default(),
+        };
+        self.log.append(&entry, &rows(record, &state), &message)?;
+        Ok(Taken { entry, is_known: false, state })
+    }
+}
+
+/// What is listed of an inspection in this state.
+fn rows(record: &InspectionRecord, state: &ReviewedState) -> ResultRows {
+    let row = ResultRow {
+        decision: state.decision,
+        automatic: record.verdict.as_ref().map(|verdict| verdict.automatic),
+        conflicts: state.conflicts,
+        findings: state.findings.as_ref().map(|list| list.len() as u32),
+    };
+    ResultRows { row, findings: state.findings.iter().flatten().map(FindingRow::of).collect() }
+}
+
+fn versions(record: &InspectionRecord) -> ReviewedVersions {
+    let networks = record.networks.as_ref().map_or_else(Vec::new, |networks| {
+        let models = networks.network.models.iter();
+        models
+            .map(|model| NetworkVersion {
+                name: format!("{} {}", model.name, model.version),
+                sha256: model.networks.iter().map(|file| file.sha256.clone()).collect(),
+            })
+            .collect()
+    });
+    ReviewedVersions {
+        software: SoftwareRecord { name: "semascan".into(), version: env!("CARGO_PKG_VERSION").into() },
+        inspected_with: record.software.clone(),
+        model: record.files.as_ref().map(|files| files.generation.clone()),
+        networks,
+        criteria: record.verdict.as_ref().map(|verdict| verdict.criteria.clone()),
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,262 @@
+//! `/inspections/{inspection}/reviews`: what people decided, and the one command of the API.
+//!
+//! A review carries an identifier that its client made: sent again it is answered as before (200), another one with that
+//! identifier is refused (409). It is on the disk before it is answered, and then told to all viewers.
+
+use super::super::access::{Credential, Identity};
+use super::super::server::Shared;
+use super::answer;
+use super::openapi::{long_limits, numbers};
+use super::problem::Problem;
+use super::request::{blocking, command, inspection_id, limit, parsed};
+use axum::Extension;
+use axum::body::{Body, to_bytes};
+use axum::extract::rejection::QueryRejection;
+use axum::extract::{Path, Query, State};
+use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
+use axum::response::{IntoResponse, Response};
+use jiff::Timestamp;
+use schemars::JsonSchema;
+use semascan_inspection::review::{ReviewError, Taken};
+use semascan_model::review::{Review, ReviewEntry, Subject, SubjectState};
+use semascan_model::verdict::Decision;
+use semascan_protocol::{ReviewChange, ReviewSubject, review_subject};
+use serde::{Deserialize, Serialize};
+use tokio::time::timeout;
+use utoipa::IntoParams;
+
+/// Entries of a page where the client does not say it, and most.
+const PAGE: (u32, u32) = (100, 500);
+/// Bytes that a review may have: an outline of 20 000 points with all digits is larger, one that a person draws is not.
+pub(crate) const LARGEST: usize = 1 << 20;
+/// Letters of a reason that viewers are told.
+const TOLD: usize = 500;
+
+/// A page of reviews.
+#[derive(Debug, Deserialize, IntoParams)]
+#[serde(deny_unknown_fields)]
+#[into_params(parameter_in = Query)]
+pub(super) struct ReviewsQuery {
+    /// Those behind this place of the log.
+    #[param(schema_with = numbers)]
+    after: Option<String>,
+    /// Most of a page, 1 to 500.
+    #[param(schema_with = long_limits)]
+    limit: Option<String>,
+}
+
+/// Reviews of an inspection, in the order in which they were taken in.
+#[derive(Debug, Serialize, JsonSchema)]
+pub(crate) struct ReviewList {
+    /// The entries of the log.
+    items: Vec<ReviewEntry>,
+    /// `after` of the next page; absent on the last.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    next: Option<u64>,
+    /// How the part stands, and every component and finding that was reviewed: a review says the `version` in `seen`.
+    subjects: Vec<SubjectState>,
+    /// The model's generation, which a review may name as `model`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    model: Option<String>,
+}
+
+/// A review that was taken in.
+#[derive(Debug, Serialize, JsonSchema)]
+pub(crate) struct ReviewTaken {
+    /// Its entry in the log. `conflicts_with` names the reviews that it contradicts.
+    entry: ReviewEntry,
+    /// What counts for the part now; absent where nobody judged.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    decision: Option<Decision>,
+    /// Subjects of the inspection with reviews that contradict each other.
+    conflicts: u32,
+    /// How its subjects stand now.
+    subjects: Vec<SubjectState>,
+}
+
+/// The reviews of an inspection.
+#[utoipa::path(
+    get,
+    path = "/api/v1/inspections/{inspection}/reviews",
+    tag = "reviews",
+    params(("inspection" = String, Path, description = "The inspection"), ReviewsQuery),
+    responses((status = 200, description = "A page", body = ref("#/components/schemas/ReviewList")))
+)]
+pub(super) async fn list(
+    State(shared): State<Shared>,
+    Path(id): Path<String>,
+    headers: HeaderMap,
+    query: Result<Query<ReviewsQuery>, QueryRejection>,
+) -> Result<Response, Problem> {
+    let id = inspection_id(&id)?;
+    let Query(query) = query.map_err(|rejection| Problem::of_query(&rejection))?;
+    let after: u64 = parsed("after", query.after.as_deref())?.unwrap_or(0);
+    let page = limit(query.limit.as_deref(), PAGE.0, PAGE.1)? as usize;
+    blocking(&shared, move |past| {
+        let (record, state) = past.reviewed(id)?;
+        let mut items = past.desk.log().entries(id)?;
+        items.retain(|entry| entry.sequence > after);
+        let is_more = items.len() > page;
+        items.truncate(page);
+        let next = items.last().map(|entry| entry.sequence).filter(|_| is_more);
+        let model = record.files.map(|files| files.generation);
+        answer::json(&headers, &ReviewList { items, next, subjects: state.subjects, model })
+    })
+    .await
+}
+
+/// Takes a review in.
+#[utoipa::path(
+    post,
+    path = "/api/v1/inspections/{inspection}/reviews",
+    tag = "reviews",
+    params(("inspection" = String, Path, description = "The inspection")),
+    request_body(content = ref("#/components/schemas/Review"), content_type = "application/json"),
+    responses(
+        (status = 201, description = "It was taken in", body = ref("#/components/schemas/ReviewTaken")),
+        (status = 200, description = "It had been taken in before", body = ref("#/components/schemas/ReviewTaken"))
+    )
+)]
+pub(super) async fn take(
+    State(shared): State<Shared>,
+    Path(id): Path<String>,
+    Extension(identity): Extension<Identity>,
+    headers: HeaderMap,
+    body: Body,
+) -> Result<Response, Problem> {
+    let id = inspection_id(&id)?;
+    let body = read(&shared, &headers, body).await?;
+    let review = parse(&body)?;
+    // Where nobody logs in, people say who they are.
+    if identity.credential != Credential::Reach && review.person != identity.name {
+        let reason = format!("is {}, and {} is who sends it", review.person, identity.name);
+        return Err(Problem::new(StatusCode::FORBIDDEN, format!("person {reason}")).about("person"));
+    }
+    let answered = command(&shared, move |past| {
+        let record = past.record(id)?;
+        let criteria = past.criteria_of(&record)?;
+        past.desk.take(&record, criteria.as_ref(), review, Timestamp::now()).map_err(Problem::from)
+    })
+    .await?;
+    let Taken { entry, is_known, state } = answered;
+    if !is_known {
+        shared.tell_review(&change(&entry, state.decision, state.conflicts));
+    }
+    let status = if is_known { StatusCode::OK } else { StatusCode::CREATED };
+    let taken = ReviewTaken { entry, decision: state.decision, conflicts: state.conflicts, subjects: state.subjects };
+    let no_store = [(header::CACHE_CONTROL, HeaderValue::from_static("no-store"))];
+    Ok((status, no_store, axum::Json(taken)).into_response())
+}
+
+/// The content of a request, within its size and time.
+async fn read(shared: &Shared, headers: &HeaderMap, body: Body) -> Result<Vec<u8>, Problem> {
+    let media_type = headers.get(header::CONTENT_TYPE).and_then(|value| value.to_str().ok()).unwrap_or_default();
+    let media_type = media_type.split(';').next().unwrap_or_default().trim();
+    // What a form of another page can send is none: a browser asks before it sends JSON elsewhere.
+    if !media_type.eq_ignore_ascii_case("application/json") {
+        let reason = "a review is sent with Content-Type: application/json";
+        return Err(Problem::new(StatusCode::UNSUPPORTED_MEDIA_TYPE, reason));
+    }
+    let time = super::super::limits::seconds(shared.limits.request_s);
+    match timeout(time, to_bytes(body, LARGEST)).await {
+        Ok(Ok(bytes)) => Ok(bytes.into()),
+        Ok(Err(error)) if is_too_large(&error) => {
+            Err(Problem::new(StatusCode::PAYLOAD_TOO_LARGE, format!("a review has at most {LARGEST} bytes")))
+        }
+        Ok(Err(_)) => Err(Problem::new(StatusCode::BAD_REQUEST, "the content broke off")),
+        Err(_) => {
+            let reason = format!("the content did not come within {} s", shared.limits.request_s);
+            Err(Problem::new(StatusCode::REQUEST_TIMEOUT, reason))
+        }
+    }
+}
+
+fn is_too_large(error: &axum::Error) -> bool {
+    let mut cause: Option<&(dyn std::error::Error + 'static)> = Some(error);
+    while let Some(error) = cause {
+        if error.is::<http_body_util::LengthLimitError>() {
+            return true;
+        }
+        cause = error.source();
+    }
+    false
+}
+
+/// The review that `body` is; the problem names the field that is wrong.
+fn parse(body: &[u8]) -> Result<Review, Problem> {
+    let mut json = serde_json::Deserializer::from_slice(body);
+    let review: Review = serde_path_to_error::deserialize(&mut json).map_err(|error| {
+        let path = error.path().to_string();
+        let reason = error.into_inner().to_string();
+        // A body that is no JSON at all is about no field.
+        if path == "." {
+            Problem::new(StatusCode::BAD_REQUEST, reason)
+        } else {
+            Problem::new(StatusCode::BAD_REQUEST, format!("{path}: {reason}")).about(path)
+        }
+    })?;
+    json.end().map_err(|error| Problem::new(StatusCode::BAD_REQUEST, error.to_string()))?;
+    Ok(review)
+}
+
+impl From<ReviewError> for Problem {
+    fn from(error: ReviewError) -> Self {
+        match error {
+            ReviewError::Field(field) => {
+                Self::new(StatusCode::UNPROCESSABLE_ENTITY, field.to_string()).about(field.field)
+            }
+            ReviewError::Other(_) => Self::new(StatusCode::CONFLICT, error.to_string()).about("id"),
+            ReviewError::Running(_) => Self::new(StatusCode::CONFLICT, error.to_string()),
+            ReviewError::Model { .. } => Self::new(StatusCode::CONFLICT, error.to_string()).about("model"),
+            ReviewError::Port(error) => Self::unavailable(&error),
+        }
+    }
+}
+
+/// What viewers are told of an entry.
+fn change(entry: &ReviewEntry, decision: Option<Decision>, conflicts: u32) -> ReviewChange {
+    let review = &entry.review;
+    let kind = match &review.subject {
+        Subject::Part => review_subject::Kind::Part(true),
+        Subject::Component { component } => review_subject::Kind::Component(component.clone()),
+        Subject::Finding { finding } => review_subject::Kind::Finding(finding.to_string()),
+    };
+    ReviewChange {
+        inspection: entry.inspection.to_string(),
+        sequence: entry.sequence,
+        review: review.id.to_string(),
+        subject: Some(ReviewSubject { kind: Some(kind) }),
+        action: review.action.name().into(),
+        person: review.person.clone(),
+        at: entry.at.to_string(),
+        reason: review.reason.chars().take(TOLD).collect(),
+        conflicts_with: entry.conflicts_with.iter().map(ToString::to_string).collect(),
+        decision: decision.map(|decision| decision.name().to_owned()).unwrap_or_default(),
+        conflicts,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_no_review_is_refused_by_its_field() {
+        let right = r#"{"id":"018f3f6e-0000-7000-8000-000000000001","subject":{"kind":"part"},"seen":0,
+            "action":{"type":"accept"},"person":"A","reason":"fine"}"#;
+        assert!(parse(right.as_bytes()).is_ok());
+        for (from, to, word) in [
+            ("\"seen\":0", "\"seen\":-1", "seen"),
+            ("\"accept\"", "\"refuse\"", "action"),
+            ("\"person\":\"A\"", "\"person\":5", "person"),
+            ("\"seen\"", "\"sene\"", "sene"),
+            ("018f3f6e-", "", "id"),
+            ("\"fine\"}", "\"fine\"} x", "trailing"),
+            ("{\"id\"", "x{\"id\"", "expected value"),
+        ] {
+            let problem = parse(right.replace(from, to).as_bytes()).expect_err(to);
+            let said = serde_json::to_string(&problem).expect("plain data");
+            assert!(said.contains(word) && said.contains("\"status\":400"), "{to}: {said}");
+        }
+    }
+}

@@ -1,0 +1,93 @@
+//! What a data folder keeps of inspections, read back.
+
+use super::DataFolder;
+use crate::contents::RECORD;
+use crate::{SavedError, StoreError, read_inspection};
+use semascan_captures::{CaptureReader, Wanted};
+use semascan_formats::regular_file;
+use semascan_inspection::criteria::CheckedCriteria;
+use semascan_inspection::ports::{Archive, ArchivedFile, ArchivedView, BlobDigest, Blobs, Catalogue, PortError};
+use semascan_inspection::spec::InspectionSpec;
+use semascan_model::record::{InspectionRecord, ViewRecord};
+use semascan_model::{InspectionId, SemanticCloud, Taxonomy};
+use std::io;
+
+impl Archive for DataFolder {
+    fn record(&self, id: InspectionId) -> Result<Option<InspectionRecord>, PortError> {
+        DataFolder::record(self, id).map_err(|error| match error {
+            StoreError::Port(error) => error,
+            error => PortError::new(self.result_path(id).display(), error),
+        })
+    }
+
+    fn file(&self, id: InspectionId, name: &str) -> Result<Option<ArchivedFile>, PortError> {
+        // A name that the record does not know may lead anywhere.
+        let is_known = name == RECORD
+            || Archive::record(self, id)?
+                .and_then(|r| r.files)
+                .is_some_and(|files| files.names.iter().any(|n| n == name));
+        if !is_known {
+            return Ok(None);
+        }
+        let folder = self.result_path(id);
+        let path = match regular_file::inside(&folder, name) {
+            Ok(path) => path,
+            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
+            Err(error) => return Err(PortError::new(folder.join(name).display(), error)),
+        };
+        let failed = |error: io::Error| PortError::new(path.display(), error);
+        let content = match regular_file::open(&path) {
+            Ok(content) => content,
+            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
+            Err(error) => return Err(failed(error)),
+        };
+        let bytes = content.metadata().map_err(failed)?.len();
+        let noted = format!("inspections/{id}/{name}");
+        let files = self.catalogue().files(id)?.into_iter();
+        let sha256 = files.filter(|file| file.name == noted && file.bytes == bytes).map(|file| file.sha256).next();
+        Ok(Some(ArchivedFile { content: Box::new(content), bytes, sha256 }))
+    }
+
+    fn model(&self, id: InspectionId) -> Result<Option<(Taxonomy, SemanticCloud)>, PortError> {
+        let folder = self.result_path(id);
+        match read_inspection(&folder) {
+            Ok(saved) => Ok(Some((saved.taxonomy, saved.cloud)).filter(|(_, cloud)| !cloud.is_empty())),
+            Err(SavedError::NoRecord { .. }) => Ok(None),
+            Err(SavedError::Io { source, .. }) if source.kind() == io::ErrorKind::NotFound => Ok(None),
+            Err(error) => Err(PortError::new(folder.display(), error)),
+        }
+    }
+
+    fn view(&self, id: InspectionId, index: u32) -> Result<Option<ArchivedView>, PortError> {
+        let Some(row) = self.catalogue().inspection(id)? else { return Ok(None) };
+        let path = self.capture_path(id);
+        if !path.exists() {
+            return Ok(None);
+        }
+        let spec: InspectionSpec = serde_json::from_str(&row.spec)
+            .map_err(|error| PortError::new(format!("the settings of inspection {id}"), error))?;
+        let wanted = if spec.source.keyframes {
+            // Views that showed nothing new were captured and not inspected: they are counted in one order, not in the other.
+            let views = self.catalogue().views(id)?;
+            let Some(view) = views.into_iter().find(|view| view.index == index) else { return Ok(None) };
+            let record: ViewRecord = serde_json::from_str(&view.record)
+                .map_err(|error| PortError::new(format!("the record of view {index} of inspection {id}"), error))?;
+            let Some(stamp) = record.stamp else {
+                let reason = "keyframes of a source without capture times: which captured view it is cannot be told";
+                return Err(PortError::new(format!("view {index} of inspection {id}"), reason));
+            };
+            Wanted::Stamp(stamp)
+        } else {
+            Wanted::Index(index)
+        };
+        CaptureReader::find(&path, wanted, index).map_err(super::captures::named)
+    }
+
+    fn criteria(&self, sha256: &str) -> Result<Option<CheckedCriteria>, PortError> {
+        let Ok(digest) = sha256.parse::<BlobDigest>() else { return Ok(None) };
+        let Some(text) = self.blobs().get(&digest)? else { return Ok(None) };
+        let failed = |error: &dyn std::fmt::Display| PortError::new(format!("the criteria {sha256}"), error);
+        let text = String::from_utf8(text).map_err(|error| failed(&error))?;
+        CheckedCriteria::parse(&text).map(Some).map_err(|error| failed(&error))
+    }
+}
