@@ -102,6 +102,8 @@ pub(crate) fn serve(
 
     let live = Arc::new(LiveModel::new());
     live.set_unready(STARTS);
+    // Whoever keeps inspections says it for each of them.
+    let keeps = matches!(job, Some(Job::Keep { .. }));
     let runtime = tokio::runtime::Runtime::new().context("cannot start the network runtime")?;
     runtime.block_on(async {
         let past = match &job {
@@ -155,7 +157,9 @@ pub(crate) fn serve(
                 None
             }
         };
-        live.set_unready("");
+        if !keeps {
+            live.set_unready("");
+        }
         answering.await.context("the server ended unexpectedly")?;
         // What the inspection has by now is written first.
         let Some(follower) = running else { return Ok(()) };
@@ -218,6 +222,7 @@ fn keep_all(
     let mut result = Ok(());
     let interrupted = data.interrupted()?.into_iter().map(Some);
     let asked = spec.as_ref().map(|_| None);
+    live.set_unready("");
     for interrupted in interrupted.chain(asked) {
         if signals.exit_code().is_some() {
             return result;
@@ -244,7 +249,9 @@ fn keep_all(
                 live.set_unready(text);
             }
         };
+        live.set_unready(STARTS);
         let prepared = keep::prepare(settings, data, interrupted.as_ref(), Box::new(told));
+        live.set_unready("");
         live.say("");
         result = match prepared.and_then(|(inspection, target)| run::start(inspection, Some(target), signals)) {
             Ok(running) => follow(running, live, signals),

@@ -36,6 +36,7 @@ use crate::limits::{Limits, seconds};
 use attempts::Attempts;
 use axum::http::{HeaderMap, HeaderName, header};
 use jiff::Timestamp;
+use password::Verifier;
 use secret::Signer;
 use semascan_inspection::ports::{Accounts, PortError, SecretDigest, SessionRow, TokenRow, UserRow};
 use semascan_model::Role;
@@ -90,6 +91,7 @@ pub(crate) struct Access {
     entry: Entry,
     signer: Option<Signer>,
     attempts: Attempts,
+    passwords: Arc<Verifier>,
     hashing: Arc<Semaphore>,
     waiting: Semaphore,
     idle: Duration,
@@ -117,6 +119,7 @@ impl Access {
             entry,
             signer,
             attempts: Attempts::default(),
+            passwords: Arc::default(),
             hashing: Arc::new(Semaphore::new(HASHED_AT_ONCE)),
             waiting: Semaphore::new(WAITING),
             idle: seconds(limits.session_idle_s),
@@ -193,12 +196,12 @@ impl Access {
         let cookie = self.set_cookie(&signer.signed(&secret), self.longest);
         let digest = secret.digest();
         let (accounts, user) = (Arc::clone(accounts), name.clone());
-        let (idle, longest) = (self.idle, self.longest);
+        let (idle, longest, passwords) = (self.idle, self.longest, Arc::clone(&self.passwords));
         let work = move || {
             let _permit = permit;
             let now = Timestamp::now();
             let row = accounts.user(&user)?.filter(|row| row.removed.is_none());
-            if !password::is_right(row.as_ref().map(|row| row.password.as_str()), &password) {
+            if !passwords.is_right(row.as_ref().map(|row| row.password.as_str()), &password) {
                 return Ok(None);
             }
             let Some(row) = row else { return Ok(None) };

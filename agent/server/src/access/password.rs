@@ -1,9 +1,10 @@
 //! Passwords: Argon2id with the parameters that OWASP recommends (19 MiB, two passes), and the same work for a user whom
 //! nobody knows, so that the time of a refusal does not say which names there are.
 
-use argon2::Argon2;
-use argon2::password_hash::phc::PasswordHash;
-use argon2::password_hash::{PasswordHasher, PasswordVerifier};
+use argon2::password_hash::PasswordHasher;
+use argon2::password_hash::phc::{Output, PasswordHash};
+use argon2::{Algorithm, Argon2, Block, Params, Version};
+use std::sync::{Mutex, PoisonError};
 
 /// Fewest characters of a password.
 const SHORTEST: usize = 8;
@@ -49,24 +50,69 @@ pub fn hash_password(name: &str, password: &str) -> Result<String, PasswordError
     hash.map(|hash| hash.to_string()).map_err(|error| PasswordError::Hash(error.to_string()))
 }
 
-/// Whether `password` is the one of `hash`; where there is no hash it is not, after the same work.
-pub(super) fn is_right(hash: Option<&str>, password: &str) -> bool {
-    if password.len() > LONGEST {
-        return false;
+/// Compares passwords with their hashes. The memory that this takes is kept for the next time: an allocator that gets and gives
+/// back 19 MiB on every thread keeps as much for each of them.
+#[derive(Debug, Default)]
+pub(super) struct Verifier {
+    memory: Mutex<Vec<Vec<Block>>>,
+}
+
+impl Verifier {
+    /// Whether `password` is the one of `hash`; where there is no hash it is not, after the same work.
+    pub(super) fn is_right(&self, hash: Option<&str>, password: &str) -> bool {
+        if password.len() > LONGEST {
+            return false;
+        }
+        let known =
+            hash.and_then(|hash| PasswordHash::new(hash).ok()).filter(|hash| hash.algorithm.as_str() == "argon2id");
+        let is_known = known.is_some();
+        let Some(compared) = known.or_else(|| PasswordHash::new(OF_NOBODY).ok()) else { return false };
+        let Some(computed) = self.compute(&compared, password) else { return false };
+        // Two outputs are compared in constant time.
+        let is_right = compared.hash.is_some_and(|expected| expected == computed);
+        is_right && is_known
     }
-    let known = hash.and_then(|hash| PasswordHash::new(hash).ok());
-    let is_known = known.is_some();
-    let Some(compared) = known.or_else(|| PasswordHash::new(OF_NOBODY).ok()) else { return false };
-    // Compares in constant time.
-    let is_right = Argon2::default().verify_password(password.as_bytes(), &compared).is_ok();
-    is_right && is_known
+
+    /// The hash of `password` with the salt and parameters of `like`.
+    fn compute(&self, like: &PasswordHash, password: &str) -> Option<Output> {
+        let parameters = Params::try_from(like).ok()?;
+        let (salt, length) = (like.salt?, like.hash?.len());
+        let blocks = parameters.block_count();
+        let kept = self.memory.lock().unwrap_or_else(PoisonError::into_inner).pop();
+        let mut memory = kept.unwrap_or_default();
+        memory.resize(blocks, Block::new());
+        let mut computed = vec![0; length];
+        let argon2 = Argon2::new(Algorithm::Argon2id, Version::V0x13, parameters);
+        let done = argon2.hash_password_into_with_memory(password.as_bytes(), &salt, &mut computed, &mut memory[..]);
+        self.memory.lock().unwrap_or_else(PoisonError::into_inner).push(memory);
+        done.ok()?;
+        Output::new(&computed).ok()
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use argon2::Params;
     use std::time::{Duration, Instant};
+
+    fn is_right(hash: Option<&str>, password: &str) -> bool {
+        Verifier::default().is_right(hash, password)
+    }
+
+    #[test]
+    fn memory_is_kept_and_what_the_library_says_is_said() {
+        use argon2::password_hash::PasswordVerifier;
+        let verifier = Verifier::default();
+        let hash = hash_password("anna", "correct horse").expect("hashed");
+        let parsed = PasswordHash::new(&hash).expect("can be read");
+        for password in ["correct horse", "wrong horse", "correct horse"] {
+            let expected = Argon2::default().verify_password(password.as_bytes(), &parsed).is_ok();
+            assert_eq!(verifier.is_right(Some(&hash), password), expected);
+            assert!(!verifier.is_right(None, password));
+        }
+        let kept = verifier.memory.lock().expect("whole");
+        assert_eq!(kept.iter().map(Vec::len).collect::<Vec<_>>(), [19 * 1024]);
+    }
 
     #[test]
     fn a_password_is_told_from_others_and_hashed_with_a_salt() {
@@ -78,7 +124,8 @@ mod tests {
             assert!(!is_right(Some(&hash), wrong), "{wrong}");
         }
         // A user who was removed has an empty hash.
-        for hash in [None, Some(""), Some("correct horse")] {
+        let other = hash.replacen("argon2id", "argon2i", 1);
+        for hash in [None, Some(""), Some("correct horse"), Some(&other)] {
             assert!(!is_right(hash, "correct horse"));
         }
         assert!(!is_right(Some(&hash), &"x".repeat(LONGEST + 1)));
@@ -101,10 +148,11 @@ mod tests {
         assert_eq!(parameters(&of_nobody), parameters(&Params::default()));
         assert!(nobody.salt.is_some_and(|salt| salt.len() == 16) && nobody.hash.is_some_and(|hash| hash.len() == 32));
         let hash = hash_password("anna", "correct horse").expect("hashed");
+        let verifier = Verifier::default();
         let quickest = |hash: Option<&str>| {
             let once = |_| {
                 let begun = Instant::now();
-                assert!(!is_right(hash, "wrong"));
+                assert!(!verifier.is_right(hash, "wrong"));
                 begun.elapsed()
             };
             (0..5).map(once).min().unwrap_or(Duration::ZERO)
