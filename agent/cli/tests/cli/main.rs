@@ -11,6 +11,7 @@ mod kept;
 mod kills;
 mod log;
 mod outcome;
+mod report;
 mod signals;
 mod stdout;
 mod synth;
