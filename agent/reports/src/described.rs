@@ -35,8 +35,8 @@ pub(crate) fn decision(decision: Decision) -> &'static str {
 /// How a figure stands to its limit.
 pub(crate) fn conformity(conformity: Conformity) -> &'static str {
     match conformity {
-        Conformity::Holds => "holds",
-        Conformity::Broken => "does not hold",
+        Conformity::Holds => "kept",
+        Conformity::Broken => "not kept",
         Conformity::Undecided => "undecided",
     }
 }

@@ -4,6 +4,7 @@
 //! |---|---|
 //! | `rasterizer/` | pictures of the mesh without a GPU |
 //! | `pictures.rs` | the model from fixed views, each finding from its best direction |
+//! | `sight.rs` | which directions a place can be seen from |
 //! | `photograph.rs` | the part of a view's picture that shows a finding, with its outline |
 //! | `figure.rs` | figures with their uncertainty, as they are printed |
 //! | `described.rs` | findings, lines of verdicts and stages in words |
@@ -28,6 +29,7 @@ mod photograph;
 mod pictures;
 mod qif;
 pub mod rasterizer;
+mod sight;
 mod tables;
 
 pub use carried::carried_photographs;
@@ -47,6 +49,8 @@ use std::collections::BTreeMap;
 pub const MOST_PICTURED: usize = 60;
 /// Photographs of a finding.
 pub const PHOTOGRAPHS: usize = 2;
+/// Least share of its area that a further view of a finding saw, weighted by the cosine of incidence, as a part of the best one's.
+const LEAST_WORTH: f64 = 0.2;
 /// JPEG quality of photographs.
 const PHOTOGRAPH_QUALITY: u8 = 88;
 
@@ -104,10 +108,13 @@ pub fn pictured(record: &InspectionRecord) -> Vec<FindingId> {
     placed.into_iter().take(MOST_PICTURED).map(|finding| finding.id).collect()
 }
 
-/// The views that photographs of a finding are taken from, the best first.
+/// The views that photographs of a finding are taken from, the best first: those that saw much less of it show nothing.
 pub fn photographed_views(finding: &Finding) -> &[FindingView] {
     let views = finding.region.as_ref().map_or(&[][..], |region| &region.views);
-    &views[..views.len().min(PHOTOGRAPHS)]
+    let worth = |view: &FindingView| view.share * view.cosine;
+    let least = views.first().map_or(0.0, worth) * LEAST_WORTH;
+    let good = views.iter().take(PHOTOGRAPHS).take_while(|view| worth(view) >= least).count();
+    &views[..good]
 }
 
 /// Takes the photographs of the findings that get pictures, view by view: `pictures` gives those of a view by its place in

@@ -1,6 +1,7 @@
 //! Pictures of the model from fixed views, and one of each finding from its best direction, drawn by the rasterizer.
 
-use crate::rasterizer::{Camera, DepthBuffer, Direction, Framing, Outline, Rendering, Scene, depths, render};
+use crate::rasterizer::{Camera, Direction, Framing, Outline, Rendering, Scene, render};
+use crate::sight::Occupancy;
 use image::RgbImage;
 use image::codecs::jpeg::JpegEncoder;
 use nalgebra::{Point3, Unit, UnitQuaternion, Vector3};
@@ -21,11 +22,9 @@ pub const FIXED_VIEWS: [Direction; 7] = [
 ];
 
 /// Size of the first fixed view, of the others, and of the picture of a finding, pixels.
-const FIRST_SIZE: (u32, u32) = (920, 600);
-const FIXED_SIZE: (u32, u32) = (520, 390);
-const FINDING_SIZE: (u32, u32) = (480, 360);
-/// Size of the pictures that directions are tried in.
-const TRIAL_SIZE: (u32, u32) = (96, 72);
+const FIRST_SIZE: (u32, u32) = (800, 560);
+const FIXED_SIZE: (u32, u32) = (440, 330);
+const FINDING_SIZE: (u32, u32) = (400, 300);
 
 /// JPEG quality of drawn pictures.
 const QUALITY: u8 = 90;
@@ -36,14 +35,18 @@ const LEAST_HALF_EXTENT: f64 = 5e-3;
 
 /// How far directions that are tried lean from the normal of a finding, radians, and how many there are around it.
 const LEANS: [f64; 2] = [0.5, 1.0];
-const AROUND: usize = 6;
+const AROUND: usize = 12;
+/// Points of an outline that directions are tried with.
+const TRIED_POINTS: usize = 40;
 /// Share of an outline that must be seen from its normal for no other direction to be tried.
 const ENOUGH: f64 = 0.97;
 
-/// Colour and width of outlines, pixels.
+/// Colour and width of outlines, pixels: in fixed views, of the finding that is shown, and of others beside it.
 const OUTLINE_COLOR: [u8; 3] = [0x14, 0x18, 0x20];
+const OTHER_COLOR: [u8; 3] = [0x60, 0x68, 0x72];
 const FIXED_WIDTH: f64 = 1.4;
-const FINDING_WIDTH: f64 = 2.0;
+const FINDING_WIDTH: f64 = 2.4;
+const OTHER_WIDTH: f64 = 1.0;
 
 /// A picture of the whole model.
 #[derive(Clone, Debug)]
@@ -96,23 +99,23 @@ impl Pictures {
         if scene.is_empty() {
             return Self::default();
         }
-        let points = scene.corner_positions();
         let tolerance = 2.0 * voxel;
-        let outlines = |width| -> Vec<Outline<'_>> {
+        let outlines = |width, color| -> Vec<Outline<'_>> {
             let regions = findings.iter().filter_map(|f| f.region.as_ref());
-            regions.flat_map(|region| outlines_of(region, width, tolerance)).collect()
+            regions.flat_map(|region| outlines_of(region, width, color, tolerance)).collect()
         };
-        let fixed = outlines(FIXED_WIDTH);
+        let fixed = outlines(FIXED_WIDTH, OUTLINE_COLOR);
         let model = FIXED_VIEWS.par_iter().enumerate().filter_map(|(i, direction)| {
             let size = if i == 0 { FIRST_SIZE } else { FIXED_SIZE };
-            let camera = Camera::of_all(&points, direction.axes(), size)?;
+            let camera = Camera::of_all(scene.positions(), direction.axes(), size)?;
             fixed_view(&scene, &camera, *direction, &fixed, findings, tolerance)
         });
-        let all = outlines(FINDING_WIDTH);
         let model: Vec<ModelPicture> = model.collect();
+        let others = outlines(OTHER_WIDTH, OTHER_COLOR);
+        let occupancy = Occupancy::of(scene.positions(), voxel);
         let of_findings = findings.par_iter().filter(|f| pictured.contains(&f.id)).filter_map(|finding| {
             let region = finding.region.as_ref()?;
-            Some((finding.id, finding_picture(&scene, &points, region, &all, tolerance)?))
+            Some((finding.id, finding_picture(&scene, occupancy.as_ref()?, region, &others, tolerance)?))
         });
         Self { model, findings: of_findings.collect::<Vec<_>>().into_iter().collect() }
     }
@@ -125,8 +128,13 @@ pub(crate) fn jpeg(image: &RgbImage, quality: u8) -> Option<Vec<u8>> {
     Some(bytes)
 }
 
-fn outlines_of(region: &RegionFigures, width: f64, tolerance: f64) -> impl Iterator<Item = Outline<'_>> {
-    region.outlines.iter().map(move |curve| Outline { curve, color: OUTLINE_COLOR, width, tolerance })
+fn outlines_of(
+    region: &RegionFigures,
+    width: f64,
+    color: [u8; 3],
+    tolerance: f64,
+) -> impl Iterator<Item = Outline<'_>> {
+    region.outlines.iter().map(move |curve| Outline { curve, color, width, tolerance })
 }
 
 fn fixed_view(
@@ -166,7 +174,7 @@ fn fixed_view(
 fn middle_distance(scene: &Scene<'_>, camera: &Camera, ahead: &Vector3<f64>) -> f64 {
     let eye = camera.table_from_camera.translation.vector;
     let (mut least, mut most) = (f64::INFINITY, f64::NEG_INFINITY);
-    for p in scene.corner_positions() {
+    for p in scene.positions() {
         let z = (Vector3::from(p.map(f64::from)) - eye).dot(ahead);
         (least, most) = (least.min(z), most.max(z));
     }
@@ -175,71 +183,64 @@ fn middle_distance(scene: &Scene<'_>, camera: &Camera, ahead: &Vector3<f64>) -> 
 
 fn finding_picture(
     scene: &Scene<'_>,
-    points: &[[f32; 3]],
+    occupancy: &Occupancy,
     region: &RegionFigures,
-    outlines: &[Outline<'_>],
+    others: &[Outline<'_>],
     tolerance: f64,
 ) -> Option<FindingPicture> {
+    let points = scene.positions();
     let curve: Vec<[f64; 3]> = region.outlines.iter().flatten().copied().collect();
     let centre = middle(&curve).unwrap_or(Point3::from(region.position));
     let radius = curve.iter().map(|p| (Point3::from(*p) - centre).norm()).fold(0.0, f64::max);
     let half_extent = (SURROUNDINGS * radius).max(LEAST_HALF_EXTENT);
     // Outside of the part, so that nothing lies behind the camera.
-    let part = points.iter().map(|p| (Point3::from(p.map(f64::from)) - centre).norm()).fold(0.0, f64::max);
-    let framing = Framing { centre, half_extent, distance: 1.5 * part + 5.0 * half_extent };
+    let framing = Framing { centre, half_extent, distance: 1.5 * scene.diagonal() + 5.0 * half_extent };
     let normal = Vector3::from(region.normal);
     // A region that goes around has no normal: it is looked at from where it lies on the part.
     let outward = Unit::try_new(normal, 1e-9)
         .or_else(|| Unit::try_new(Point3::from(region.position) - part_centre(points), 1e-9))
         .unwrap_or(Vector3::z_axis());
-    let (toward, seen) = best_direction(scene, &framing, outward, &curve, tolerance);
+    let toward = best_direction(occupancy, outward, &curve);
     let camera = Camera::at(&framing, (toward, up_for(&toward)), FINDING_SIZE);
-    let Rendering { image, .. } = render(scene, &camera, outlines);
+    // Its own outline lies over those of others.
+    let own = outlines_of(region, FINDING_WIDTH, OUTLINE_COLOR, tolerance);
+    let outlines: Vec<Outline<'_>> = others.iter().copied().chain(own).collect();
+    let Rendering { image, depth } = render(scene, &camera, &outlines);
+    let shown = curve.iter().filter(|point| depth.shows(point, tolerance)).count();
+    let seen = shown as f64 / curve.len().max(1) as f64;
     let pixel = camera.intrinsics.footprint(framing.distance);
     Some(FindingPicture { jpeg: jpeg(&image, QUALITY)?, size: FINDING_SIZE, pixel, seen })
 }
 
-/// The direction from which most of an outline is seen, and that share; the normal, where that is enough.
-fn best_direction(
-    scene: &Scene<'_>,
-    framing: &Framing,
-    outward: Unit<Vector3<f64>>,
-    curve: &[[f64; 3]],
-    tolerance: f64,
-) -> (Vector3<f64>, f64) {
+/// The direction from which most of an outline is seen; the normal, where that is enough.
+fn best_direction(occupancy: &Occupancy, outward: Unit<Vector3<f64>>, curve: &[[f64; 3]]) -> Vector3<f64> {
+    let normal: [f64; 3] = outward.into_inner().into();
+    let every = curve.len().div_ceil(TRIED_POINTS).max(1);
+    let tried: Vec<[f64; 3]> = curve.iter().step_by(every).copied().collect();
     let share = |toward: &Vector3<f64>| {
-        let camera = Camera::at(framing, (*toward, up_for(toward)), TRIAL_SIZE);
-        let buffer: DepthBuffer = depths(scene, &camera);
-        // One sample a pixel: a slanted surface changes by more than the tolerance from one to the next.
-        let slack = tolerance + camera.intrinsics.footprint(framing.distance);
-        let seen = curve.iter().filter(|p| buffer.shows(p, slack)).count();
-        seen as f64 / curve.len().max(1) as f64
+        let toward: [f64; 3] = (*toward).into();
+        let seen = tried.iter().filter(|point| !occupancy.is_hidden(**point, normal, toward)).count();
+        seen as f64 / tried.len().max(1) as f64
     };
     let straight = share(&outward);
     if straight >= ENOUGH || curve.is_empty() {
-        return (outward.into_inner(), straight);
+        return outward.into_inner();
     }
     let across = Unit::new_normalize(outward.cross(&up_for(&outward)));
-    let leaning: Vec<Vector3<f64>> = LEANS
-        .iter()
-        .flat_map(|lean| {
-            let leaned = UnitQuaternion::from_axis_angle(&across, *lean) * outward.into_inner();
-            (0..AROUND).map(move |i| {
-                let turn = i as f64 / AROUND as f64 * std::f64::consts::TAU;
-                UnitQuaternion::from_axis_angle(&outward, turn) * leaned
-            })
-        })
-        .collect();
-    let shares: Vec<f64> = leaning.par_iter().map(share).collect();
     // What is seen counts by how directly it is looked at; of equals the first.
-    let worth = |toward: &Vector3<f64>, share: f64| share * toward.dot(&outward).max(0.0).sqrt();
     let mut best = (outward.into_inner(), straight);
-    for (toward, share) in leaning.into_iter().zip(shares) {
-        if worth(&toward, share) > worth(&best.0, best.1) + 1e-9 {
-            best = (toward, share);
+    for lean in LEANS {
+        let leaned = UnitQuaternion::from_axis_angle(&across, lean) * outward.into_inner();
+        for i in 0..AROUND {
+            let turn = i as f64 / AROUND as f64 * std::f64::consts::TAU;
+            let toward = UnitQuaternion::from_axis_angle(&outward, turn) * leaned;
+            let worth = share(&toward) * toward.dot(&outward).max(0.0).sqrt();
+            if worth > best.1 + 1e-9 {
+                best = (toward, worth);
+            }
         }
     }
-    best
+    best.0
 }
 
 /// What is up in a picture from `toward`: the table's up, or +y where that is looked at from above.
@@ -280,19 +281,19 @@ mod tests {
         let top = pictures.model.iter().find(|p| p.direction == Direction::Top).expect("drawn");
         assert_eq!(top.findings.len(), 1);
         let [u, v] = top.findings[0].1;
-        assert!((u - 260.0).abs() < 2.0 && (v - 195.0).abs() < 2.0, "{u} {v}");
+        assert!((u - 220.0).abs() < 2.0 && (v - 165.0).abs() < 2.0, "{u} {v}");
         let bottom = pictures.model.iter().find(|p| p.direction == Direction::Bottom).expect("drawn");
         assert!(bottom.pixel > 1e-4 && bottom.pixel < 1e-3, "{}", bottom.pixel);
         assert!(bottom.findings.is_empty(), "the inside shows no finding");
-        let [r, g, b] = decoded(&bottom.jpeg).get_pixel(260, 195).0;
+        let [r, g, b] = decoded(&bottom.jpeg).get_pixel(220, 165).0;
         assert!(r.abs_diff(g) < 12 && g.abs_diff(b) < 12 && r > 60, "the inside is grey: {r} {g} {b}");
         let finding = pictures.findings.values().next().expect("drawn");
         assert_eq!(finding.seen, 1.0);
         let image = decoded(&finding.jpeg);
-        // 20 mm of 2 * 1.8 * 14.14 mm along the shorter edge: the outline's corner is 70.7 pixels from the middle.
+        // 20 mm of 2 * 1.8 * 14.14 mm along the shorter edge: the outline's side is 58.9 pixels from the middle.
         let edge = 0.01 / finding.pixel;
-        assert!((edge - 70.7).abs() < 1.0, "{edge}");
-        let at = |x: f64, y: f64| image.get_pixel((239.5 + x) as u32, (179.5 + y) as u32).0;
+        assert!((edge - 58.9).abs() < 1.0, "{edge}");
+        let at = |x: f64, y: f64| image.get_pixel((199.5 + x) as u32, (149.5 + y) as u32).0;
         let dark = |p: [u8; 3]| p.iter().all(|c| *c < 110);
         assert!(dark(at(edge, 0.0)) && !dark(at(edge - 8.0, 0.0)) && !dark(at(edge + 8.0, 0.0)));
         let (inside, outside) = (at(0.0, 0.0), at(edge + 20.0, 0.0));

@@ -103,7 +103,10 @@ fn lines_of<'a>(report: &'a Report<'_>, finding: &Finding) -> Vec<&'a VerdictLin
 fn one(report: &Report<'_>, number: usize, finding: &Finding) -> Markup {
     html! {
         article.finding id=(format!("finding-{number}")) {
-            h3 { span.number { (number) } " " (described::finding(finding)) " " (follows(report, finding)) }
+            h3 {
+                span.number { (number) } " " (described::finding(finding)) " " (follows(report, finding))
+                code.id { (finding.id) }
+            }
             @if let Some(region) = &finding.region { (pictures(report, finding, region)) }
             div.columns {
                 div { (figures(finding)) }
@@ -120,7 +123,6 @@ fn one(report: &Report<'_>, number: usize, finding: &Finding) -> Markup {
                     }
                 }
             }
-            p.id { "Finding " code { (finding.id) } }
         }
     }
 }
@@ -175,7 +177,7 @@ fn shot(finding: &Finding, region: &RegionFigures, photograph: &Photograph) -> M
                 @if let Some(seen) = seen {
                     ": " (plain(100.0 * seen.share, 0)) " % seen at " (plain(seen.cosine.clamp(-1.0, 1.0).acos().to_degrees(), 0)) "°"
                 }
-                @if !outline.unmeasured.is_empty() { "; dashed: no depth there" }
+                @if !outline.unmeasured.is_empty() { "; dashed: no depth" }
                 @if outline.contradicted { "; no outline: the view's depth does not agree with it" }
             }
         }

@@ -9,8 +9,10 @@ use semascan_model::finding::{ComponentFigures, Quantity};
 use semascan_model::record::{ClassSummary, InspectionRecord, LabelSource};
 use semascan_model::{ClassDef, Taxonomy};
 
-/// Edge of the box of a number, pixels.
-const BOX: [f64; 2] = [26.0, 20.0];
+/// Edges of the box of a number, in pixels of the page.
+const BOX: [f64; 2] = [22.0, 17.0];
+/// Width that pictures have on the page, large and small ones.
+const SHOWN: [f64; 2] = [800.0, 330.0];
 /// Numbers that a picture shows; more would hide it.
 const MOST_NUMBERS: usize = 40;
 
@@ -62,17 +64,24 @@ fn figure(report: &Report<'_>, picture: &ModelPicture, class: &str) -> Markup {
     }
 }
 
+/// Pixels of a picture for one of the page: what lies over it is as large in every picture.
+fn magnified(width: u32) -> f64 {
+    let shown = if f64::from(width) > 600.0 { SHOWN[0] } else { SHOWN[1] };
+    f64::from(width) / shown
+}
+
 /// A bar of a round length, for the middle of the part.
 pub(super) fn scale_bar(pixel: f64, (width, height): (u32, u32)) -> Markup {
+    let m = magnified(width);
     let longest = 0.25 * f64::from(width) * pixel * 1e3;
     let power = 10_f64.powf(longest.log10().floor());
     let millimetres = [5.0, 2.0, 1.0].into_iter().map(|n| n * power).find(|mm| *mm <= longest).unwrap_or(power);
     let length = millimetres * 1e-3 / pixel;
-    let (x, y) = (12.0, f64::from(height) - 14.0);
+    let (x, y) = (9.0 * m, f64::from(height) - 9.0 * m);
     html! {
         @if length.is_finite() && length > 1.0 {
-            path.scale d=(format!("M{x:.1} {:.1}V{y:.1}H{:.1}V{:.1}", y - 5.0, x + length, y - 5.0)) {}
-            text.scale x=(format!("{:.1}", x + length / 2.0)) y=(format!("{:.1}", y - 7.0)) {
+            path.scale d=(format!("M{x:.1} {:.1}V{y:.1}H{:.1}V{:.1}", y - 4.0 * m, x + length, y - 4.0 * m)) {}
+            text.scale x=(format!("{:.1}", x + length / 2.0)) y=(format!("{:.1}", y - 5.0 * m)) font-size=(format!("{:.1}", 11.5 * m)) {
                 (if millimetres >= 1.0 { format!("{millimetres:.0}") } else { format!("{millimetres}") }) " mm"
             }
         }
@@ -81,45 +90,48 @@ pub(super) fn scale_bar(pixel: f64, (width, height): (u32, u32)) -> Markup {
 
 /// Numbers of findings beside their places, none over another.
 fn finding_numbers(picture: &ModelPicture) -> Markup {
+    let m = magnified(picture.size.0);
+    let [width, height] = BOX.map(|edge| edge * m);
     html! {
-        @for (number, at, place) in placed(&picture.findings, picture.size) {
+        @for (number, at, place) in placed(&picture.findings, picture.size, m) {
             path.leader d=(format!("M{:.1} {:.1}L{:.1} {:.1}", at[0], at[1], place[0], place[1])) {}
-            circle.dot cx=(format!("{:.1}", at[0])) cy=(format!("{:.1}", at[1])) r="2.4" {}
-            rect.tag x=(format!("{:.1}", place[0] - BOX[0] / 2.0)) y=(format!("{:.1}", place[1] - BOX[1] / 2.0))
-                width=(BOX[0]) height=(BOX[1]) rx="4" {}
-            text.tag x=(format!("{:.1}", place[0])) y=(format!("{:.1}", place[1] + 4.8)) { (number + 1) }
+            circle.dot cx=(format!("{:.1}", at[0])) cy=(format!("{:.1}", at[1])) r=(format!("{:.1}", 2.0 * m)) {}
+            rect.tag x=(format!("{:.1}", place[0] - width / 2.0)) y=(format!("{:.1}", place[1] - height / 2.0))
+                width=(format!("{width:.1}")) height=(format!("{height:.1}")) rx=(format!("{:.1}", 3.0 * m)) {}
+            text.tag x=(format!("{:.1}", place[0])) y=(format!("{:.1}", place[1] + 4.2 * m))
+                font-size=(format!("{:.1}", 12.0 * m)) { (number + 1) }
         }
     }
 }
 
-/// A place for each number near its point: the nearest that is free, on rings around it.
-fn placed(points: &[(usize, [f64; 2])], (width, height): (u32, u32)) -> Vec<(usize, [f64; 2], [f64; 2])> {
+/// A place for each number near its point: the nearest that is free, on rings around it. `m` pixels of the picture are one of
+/// the page.
+fn placed(points: &[(usize, [f64; 2])], (width, height): (u32, u32), m: f64) -> Vec<(usize, [f64; 2], [f64; 2])> {
+    let size = BOX.map(|edge| edge * m);
     let mut taken: Vec<[f64; 2]> = Vec::new();
     let mut list = Vec::new();
     for (number, at) in points.iter().take(MOST_NUMBERS) {
-        let candidates = (1..=6).flat_map(|ring| {
-            (0..12).map(move |i| {
-                let angle = f64::from(i) / 12.0 * std::f64::consts::TAU - std::f64::consts::FRAC_PI_4;
-                let radius = 16.0 + 14.0 * f64::from(ring);
-                [at[0] + radius * angle.cos(), at[1] + radius * angle.sin()]
+        let candidates: Vec<[f64; 2]> = (1..=7)
+            .flat_map(|ring| {
+                (0..16).map(move |i| {
+                    let angle = f64::from(i) / 16.0 * std::f64::consts::TAU - std::f64::consts::FRAC_PI_4;
+                    let radius = (10.0 + 11.0 * f64::from(ring)) * m;
+                    [at[0] + radius * angle.cos(), at[1] + radius * angle.sin()]
+                })
             })
-        });
-        let inside = |p: &[f64; 2]| {
+            .collect();
+        let inside = |p: &&[f64; 2]| {
             let fits = |c: f64, size: f64, whole: u32| c - size / 2.0 > 2.0 && c + size / 2.0 < f64::from(whole) - 2.0;
-            fits(p[0], BOX[0], width) && fits(p[1], BOX[1], height)
+            fits(p[0], size[0], width) && fits(p[1], size[1], height)
         };
-        let free = |p: &[f64; 2]| {
-            let apart = |q: &[f64; 2], gap: f64| {
-                (p[0] - q[0]).abs() > BOX[0] / 2.0 + gap || (p[1] - q[1]).abs() > BOX[1] / 2.0 + gap
-            };
-            taken.iter().all(|q| (p[0] - q[0]).abs() > BOX[0] + 3.0 || (p[1] - q[1]).abs() > BOX[1] + 3.0)
-                && points.iter().all(|(_, other)| apart(other, 3.0))
+        let apart =
+            |p: &[f64; 2], q: &[f64; 2], share: f64| (0..2).any(|k| (p[k] - q[k]).abs() > share * size[k] + 3.0 * m);
+        let free = |p: &&[f64; 2]| {
+            taken.iter().all(|q| apart(p, q, 1.0)) && points.iter().all(|(_, other)| apart(p, other, 0.5))
         };
-        if let Some(place) =
-            candidates.clone().find(|p| inside(p) && free(p)).or_else(|| candidates.clone().find(inside))
-        {
-            taken.push(place);
-            list.push((*number, *at, place));
+        if let Some(place) = candidates.iter().find(|p| inside(p) && free(p)).or(candidates.iter().find(inside)) {
+            taken.push(*place);
+            list.push((*number, *at, *place));
         }
     }
     list
@@ -283,10 +295,10 @@ mod tests {
     #[test]
     fn numbers_lie_beside_their_points_and_apart() {
         let points: Vec<(usize, [f64; 2])> = (0..8).map(|i| (i, [100.0 + i as f64, 80.0])).collect();
-        let list = placed(&points, (300, 200));
+        let list = placed(&points, (300, 200), 1.0);
         assert_eq!(list.len(), 8);
         for (i, (_, at, place)) in list.iter().enumerate() {
-            assert!((place[0] - at[0]).hypot(place[1] - at[1]) < 105.0);
+            assert!((place[0] - at[0]).hypot(place[1] - at[1]) < 90.0);
             for (_, _, other) in &list[..i] {
                 assert!(
                     (place[0] - other[0]).abs() > BOX[0] || (place[1] - other[1]).abs() > BOX[1],
@@ -300,7 +312,7 @@ mod tests {
     fn a_scale_bar_has_a_round_length() {
         // 0.1 mm a pixel, 400 pixels: up to 10 mm.
         let bar = scale_bar(1e-4, (400, 300)).into_string();
-        assert!(bar.contains("10 mm") && bar.contains("H112.0"), "{bar}");
+        assert!(bar.contains("10 mm") && bar.contains(&format!("H{:.1}", 9.0 * 400.0 / 330.0 + 100.0)), "{bar}");
         assert!(scale_bar(1.7e-4, (400, 300)).into_string().contains("10 mm"));
         assert!(scale_bar(1e-6, (400, 300)).into_string().contains("0.1 mm"));
         assert_eq!(scale_bar(0.0, (400, 300)).into_string(), "");

@@ -5,7 +5,7 @@ use super::summary::{class, time};
 use crate::{Report, described, findings};
 use maud::{Markup, html};
 use semascan_model::finding::FindingId;
-use semascan_model::verdict::{Decision, Verdict, VerdictLine};
+use semascan_model::verdict::{Conformity, Decision, Verdict, VerdictLine};
 
 pub(super) fn verdict(report: &Report<'_>) -> Markup {
     html! {
@@ -23,27 +23,50 @@ fn judged(report: &Report<'_>, verdict: &Verdict) -> Markup {
     let order = [Decision::Reject, Decision::Person, Decision::Rework, Decision::Accept];
     let mut lines: Vec<&VerdictLine> = verdict.lines.iter().collect();
     lines.sort_by_key(|line| order.iter().position(|decision| *decision == line.decision));
+    let holds = |line: &&VerdictLine| line.decision == Decision::Accept && line.conformity == Conformity::Holds;
+    let (held, open): (Vec<&VerdictLine>, Vec<&VerdictLine>) = lines.into_iter().partition(holds);
     html! {
         p {
             "Judged " (time(verdict.at)) " by " (verdict.software.name) " " (verdict.software.version) " with the criteria “"
             (verdict.criteria.name) "”, revision " (verdict.criteria.revision) ". A limit within the interval of its figure is "
             "decided by a person (ISO 14253-1)."
         }
-        table.lines {
-            thead { tr {
-                th { "Criterion" } th.number { "Figure" } th.number { "Limit" } th { "Limit" br; "holds" } th { "Follows" }
-                th { "Reason" }
-            } }
-            tbody {
-                @for line in lines {
-                    @let (value, limit) = described::value_and_limit(line);
-                    tr {
-                        td { (criterion(line)) (numbers(report, &line.findings)) }
-                        td.number { (or_dash(value)) }
-                        td.number { (or_dash(limit)) }
-                        td { (described::conformity(line.conformity)) }
-                        td { span.badge.(class(line.decision)) { (described::decision(line.decision)) } }
-                        td.reason { (line.reason) }
+        @if !open.is_empty() {
+            table.lines {
+                thead { tr {
+                    th { "Criterion" } th.number { "Figure" } th.number { "Limit" } th { "Limit is" } th { "Follows" }
+                    th { "Reason" }
+                } }
+                tbody {
+                    @for line in open {
+                        @let (value, limit) = described::value_and_limit(line);
+                        tr {
+                            td { (criterion(line)) (numbers(report, &line.findings)) }
+                            td.number { (or_dash(value)) }
+                            td.number { (or_dash(limit)) }
+                            td.state { (described::conformity(line.conformity)) }
+                            td { span.badge.(class(line.decision)) { (described::decision(line.decision)) } }
+                            td.reason { (line.reason) }
+                        }
+                    }
+                }
+            }
+        }
+        @if !held.is_empty() {
+            h3 { "Criteria that hold (" (held.len()) ")" }
+            table.lines.held {
+                thead { tr { th { "Criterion" } th.number { "Figure" } th.number { "Limit" } th { "Remark" } } }
+                tbody {
+                    @for line in held {
+                        @let (value, limit) = described::value_and_limit(line);
+                        @let is_known = value.is_some();
+                        tr {
+                            td { (criterion(line)) (numbers(report, &line.findings)) }
+                            td.number { (or_dash(value)) }
+                            td.number { (or_dash(limit)) }
+                            // Where there is no figure the reason says why.
+                            td.reason { @if !is_known { (line.reason) } }
+                        }
                     }
                 }
             }

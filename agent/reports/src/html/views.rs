@@ -127,8 +127,8 @@ fn agreement(record: &InspectionRecord) -> Markup {
                 (None, Some(why)) => { "Not known: " (why) ". " },
                 (None, None) => "Not known. ",
             }
-            (photometric.convention)
         }
+        p.note { "How: " (photometric.convention) "." }
     }
 }
 

@@ -87,12 +87,13 @@ impl Camera {
     ) -> Option<Self> {
         let turn = rotation(&toward, &up);
         let (mut low, mut high) = (Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY));
-        let turned = |p: &[f32; 3]| turn.inverse_transform_vector(&Vector3::from(p.map(f64::from)));
+        let camera_from_table = turn.inverse().to_rotation_matrix().into_inner();
+        let turned = |p: &[f32; 3]| camera_from_table * Vector3::from(p.map(f64::from));
         for p in points.iter().filter(|p| p.iter().all(|c| c.is_finite())) {
             let q = turned(p);
             (low, high) = (low.inf(&q), high.sup(&q));
         }
-        if !(low.x <= high.x) {
+        if low.x > high.x {
             return None;
         }
         let centre = (low + high) / 2.0;

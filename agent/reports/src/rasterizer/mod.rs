@@ -48,11 +48,6 @@ pub fn render(scene: &Scene<'_>, camera: &Camera, outlines: &[Outline<'_>]) -> R
     Rendering { image, depth: samples.depth }
 }
 
-/// Depths of `scene` as `camera` sees it, one sample a pixel.
-pub fn depths(scene: &Scene<'_>, camera: &Camera) -> DepthBuffer {
-    Samples::of(scene, camera).depth
-}
-
 /// The camera with the samples in place of pixels.
 fn finer(k: &Intrinsics) -> Intrinsics {
     k.scaled(f64::from(SUPERSAMPLING))

@@ -16,21 +16,24 @@ pub struct Scene<'a> {
     pub(super) triangles: Vec<[u32; 3]>,
     /// Colour of each vertex, linear light, 0 to 1.
     pub(super) colors: Vec<[f32; 3]>,
+    /// Positions of the vertices of faces.
+    positions: Vec<[f32; 3]>,
     /// Diagonal of the box around the part, metres.
-    pub(super) diagonal: f64,
+    diagonal: f64,
 }
 
 impl<'a> Scene<'a> {
     /// The mesh in the colours of its classes: components pale, defects full.
     pub fn in_class_colors(mesh: &'a SemanticMesh, taxonomy: &Taxonomy) -> Self {
-        let color = |classes: &[ClassDef], class: u16| classes.get(usize::from(class)).map_or([140; 3], |c| c.color);
+        let light = |classes: &[ClassDef]| classes.iter().map(|class| class.color.map(linear)).collect::<Vec<_>>();
+        let (components, defects) = (light(&taxonomy.components), light(&taxonomy.defects));
+        let of_class = |list: &[[f32; 3]], class: u16| list.get(usize::from(class)).copied().unwrap_or([0.26; 3]);
         let mix = |share: f32, a: [f32; 3], b: [f32; 3]| [0, 1, 2].map(|k| share * a[k] + (1.0 - share) * b[k]);
         let of = |v: usize| {
-            let component = color(&taxonomy.components, mesh.vertices.labels[v]).map(linear);
-            let pale = mix(COMPONENT_SHARE, component, [1.0; 3]);
+            let pale = mix(COMPONENT_SHARE, of_class(&components, mesh.vertices.labels[v]), [1.0; 3]);
             match mesh.vertices.defects[v] {
                 0 => pale,
-                defect => mix(DEFECT_SHARE, color(&taxonomy.defects, defect).map(linear), pale),
+                defect => mix(DEFECT_SHARE, of_class(&defects, defect), pale),
             }
         };
         Self::new(mesh, (0..mesh.len()).map(of).collect())
@@ -40,14 +43,17 @@ impl<'a> Scene<'a> {
         let finite = |v: &u32| mesh.vertices.positions[*v as usize].iter().all(|c| c.is_finite());
         let whole = |t: &&[u32; 3]| mesh.corners(**t).is_some() && t.iter().all(finite);
         let triangles: Vec<[u32; 3]> = mesh.triangles.iter().filter(whole).copied().collect();
+        let mut is_used = vec![false; mesh.len()];
+        triangles.iter().flatten().for_each(|v| is_used[*v as usize] = true);
+        let used = mesh.vertices.positions.iter().zip(&is_used).filter(|(_, is_used)| **is_used);
+        let positions: Vec<[f32; 3]> = used.map(|(position, _)| *position).collect();
         let (mut low, mut high) = ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
-        for v in triangles.iter().flatten() {
-            let p = mesh.vertices.positions[*v as usize];
+        for p in &positions {
             low = [0, 1, 2].map(|k| low[k].min(p[k]));
             high = [0, 1, 2].map(|k| high[k].max(p[k]));
         }
         let diagonal = [0, 1, 2].map(|k| f64::from(high[k] - low[k]).powi(2)).iter().sum::<f64>().sqrt();
-        Self { mesh, triangles, colors, diagonal: if diagonal.is_finite() { diagonal } else { 0.0 } }
+        Self { mesh, triangles, colors, positions, diagonal: if diagonal.is_finite() { diagonal } else { 0.0 } }
     }
 
     /// Whether there is nothing to draw.
@@ -60,12 +66,9 @@ impl<'a> Scene<'a> {
         self.diagonal
     }
 
-    /// Positions of the vertices of faces, each as often as it occurs.
-    pub fn corner_positions(&self) -> Vec<[f32; 3]> {
-        let mut used: Vec<u32> = self.triangles.iter().flatten().copied().collect();
-        used.sort_unstable();
-        used.dedup();
-        used.into_iter().map(|v| self.mesh.vertices.positions[v as usize]).collect()
+    /// Positions of the vertices of faces, table frame, metres.
+    pub fn positions(&self) -> &[[f32; 3]] {
+        &self.positions
     }
 }
 

@@ -59,7 +59,7 @@ fn an_outline_is_drawn_where_nothing_hides_it() {
 fn the_picture_does_not_depend_on_the_number_of_threads() {
     let (mesh, taxonomy) = (scene_mesh(), taxonomy());
     let scene = Scene::in_class_colors(&mesh, &taxonomy);
-    let camera = Camera::of_all(&scene.corner_positions(), Direction::Isometric.axes(), (150, 101)).expect("points");
+    let camera = Camera::of_all(scene.positions(), Direction::Isometric.axes(), (150, 101)).expect("points");
     let of = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
         pool.install(|| render(&scene, &camera, &[]).image)
@@ -78,7 +78,7 @@ fn broken_triangles_are_left_out() {
     mesh.vertices.positions[0] = [f32::NAN, 0.0, 0.0];
     let scene = Scene::in_class_colors(&mesh, &taxonomy);
     assert!(!scene.is_empty() && scene.triangles.len() < mesh.triangles.len());
-    let camera = Camera::of_all(&scene.corner_positions(), Direction::Top.axes(), (20, 20)).expect("points");
+    let camera = Camera::of_all(scene.positions(), Direction::Top.axes(), (20, 20)).expect("points");
     assert_eq!(render(&scene, &camera, &[]).image.dimensions(), (20, 20));
     let nothing = SemanticMesh::default();
     assert!(Scene::in_class_colors(&nothing, &taxonomy).is_empty());

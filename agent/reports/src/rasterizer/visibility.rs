@@ -2,7 +2,7 @@
 
 use super::camera::Camera;
 use super::scene::Scene;
-use nalgebra::Point3;
+use nalgebra::Vector3;
 use rayon::prelude::*;
 
 /// Rows of a band, the unit of work.
@@ -60,10 +60,16 @@ impl Samples {
         let k = &camera.intrinsics;
         let (width, height) = (k.width as usize, k.height as usize);
         let camera_from_table = camera.table_from_camera.inverse();
+        let (turn, shift) =
+            (camera_from_table.rotation.to_rotation_matrix().into_inner(), camera_from_table.translation);
         let project = |p: &[f32; 3]| {
-            let q = camera_from_table * Point3::from(p.map(f64::from));
-            let (u, v) = k.project(&q).filter(|_| q.z > 1e-6)?;
-            Some(Corner { at: [u as f32, v as f32], inverse_depth: (1.0 / q.z) as f32 })
+            let q = turn * Vector3::from(p.map(f64::from)) + shift.vector;
+            if q.z <= 1e-6 {
+                return None;
+            }
+            let inverse_depth = 1.0 / q.z;
+            let at = [k.fx * q.x * inverse_depth + k.cx, k.fy * q.y * inverse_depth + k.cy];
+            Some(Corner { at: at.map(|c| c as f32), inverse_depth: inverse_depth as f32 })
         };
         let corners: Vec<Option<Corner>> = scene.mesh.vertices.positions.par_iter().map(project).collect();
         let bands = height.div_ceil(BAND);
@@ -108,7 +114,10 @@ impl Samples {
         let number = self.triangles[y * self.depth.width + x];
         let triangle = *scene.triangles.get(number as usize).filter(|_| number != NOTHING)?;
         let corners = whole(&self.corners, triangle)?;
-        let flat = Edges::of(corners)?.weights(x as f32, y as f32);
+        // The areas of the triangles that the sample makes with two corners each, as seen from the sample: small numbers.
+        let [a, b, c] = corners.map(|corner| [corner.at[0] - x as f32, corner.at[1] - y as f32]);
+        let area = |p: [f32; 2], q: [f32; 2]| p[0] * q[1] - p[1] * q[0];
+        let flat = [area(b, c), area(c, a), area(a, b)];
         // Weights in the picture become those on the surface by the depths (perspective correction).
         let weighted = [0, 1, 2].map(|k| flat[k] * corners[k].inverse_depth);
         let sum: f32 = weighted.iter().sum();
