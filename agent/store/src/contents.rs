@@ -14,12 +14,15 @@ use std::path::{Path, PathBuf};
 
 /// Name of the record. It comes last and goes first: without it the other files are of no inspection.
 pub(crate) const RECORD: &str = "inspection.json";
+/// The report for people.
+pub(crate) const REPORT: &str = "report.html";
 /// The other files of an inspection.
-pub(crate) const MODEL_FILES: [&str; 4] = ["cloud.ply", "mesh.ply", "scene.glb", "truth.ply"];
+pub(crate) const MODEL_FILES: [&str; 5] = ["cloud.ply", "mesh.ply", REPORT, "scene.glb", "truth.ply"];
 /// Folder of the clouds of single views.
 pub(crate) const VIEWS: &str = "views";
-/// What `export` adds, beside `mesh-COMPONENT.stl`.
-const EXPORTS: [&str; 3] = ["mesh.obj", "mesh.mtl", "mesh.glb"];
+/// What `export` adds, beside `mesh-COMPONENT.stl`, and what `report` adds.
+const EXPORTS: [&str; 7] =
+    ["mesh.obj", "mesh.mtl", "mesh.glb", "findings.csv", "components.csv", "report.dfq", "report.qif"];
 /// Bytes of a file in which it says what wrote it.
 const HEAD: u64 = 64 << 10;
 
@@ -149,8 +152,8 @@ fn says_semascan(path: &Path) -> bool {
     }
     let mut head = Vec::new();
     let read = regular_file::open(path).and_then(|file| file.take(HEAD).read_to_end(&mut head));
-    // Clouds of single views named no program in earlier versions.
-    let marks: [&[u8]; 2] = [b"semascan", b"comment frame table, metres"];
+    // Clouds of single views named no program in earlier versions; a table has a head and nothing besides.
+    let marks: [&[u8]; 3] = [b"semascan", b"comment frame table, metres", b"inspection,part,"];
     read.is_ok() && marks.iter().any(|mark| head.windows(mark.len()).any(|bytes| bytes == *mark))
 }
 

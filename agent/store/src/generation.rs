@@ -1,6 +1,6 @@
 //! Whether the files of a folder belong together: the record names them, and each carries the record's generation.
 
-use crate::contents::{MODEL_FILES, RECORD, VIEWS, is_view_cloud};
+use crate::contents::{MODEL_FILES, RECORD, REPORT, VIEWS, is_view_cloud};
 use semascan_formats::regular_file;
 use semascan_model::record::InspectionRecord;
 use serde_json::Value;
@@ -9,6 +9,9 @@ use std::path::{Path, PathBuf};
 
 /// Longest header of a PLY file that is searched, bytes.
 const LONGEST_HEADER: u64 = 1 << 20;
+
+/// Bytes of an HTML file in which its generation stands.
+const LONGEST_HEAD: u64 = 4 << 10;
 
 /// Why the files of a folder are no set.
 #[derive(Debug, thiserror::Error)]
@@ -69,7 +72,8 @@ pub fn check_set(folder: &Path, record: &InspectionRecord) -> Result<(), SetErro
         if !MODEL_FILES.contains(&name.as_str()) && !view.is_some_and(is_view_cloud) {
             return Err(SetError::Name { path: folder.join(RECORD), name: name.clone() });
         }
-        check_file(&folder.join(name), &expected, true)?;
+        // A report is made of the other files: whoever removed it loses nothing.
+        check_file(&folder.join(name), &expected, name != REPORT)?;
     }
     // A file that the record does not name is of an earlier inspection.
     for name in MODEL_FILES.iter().filter(|name| !names.iter().any(|listed| listed == *name)) {
@@ -78,6 +82,10 @@ pub fn check_set(folder: &Path, record: &InspectionRecord) -> Result<(), SetErro
             (None, _) => check_file(&path, &None, false)?,
             (Some(_), true) => {
                 let found = generation_of(&path).map_err(|source| SetError::Io { path: path.clone(), source })?;
+                // A report can be written later, from the files of the set.
+                if *name == REPORT && found == expected {
+                    continue;
+                }
                 return Err(SetError::Mixed { path, found, expected });
             }
             (Some(_), false) => {}
@@ -124,9 +132,16 @@ fn check_file(path: &Path, expected: &Option<String>, must_exist: bool) -> Resul
     }
 }
 
-/// The generation that a PLY or GLB file carries; `None` if it carries none.
+/// The generation that a PLY, GLB or HTML file carries; `None` if it carries none.
 fn generation_of(path: &Path) -> io::Result<Option<String>> {
     let mut file = BufReader::new(regular_file::open(path)?);
+    if path.extension().is_some_and(|extension| extension == "html") {
+        let mut head = Vec::new();
+        file.take(LONGEST_HEAD).read_to_end(&mut head)?;
+        let head = String::from_utf8_lossy(&head);
+        let meta = head.split_once("<meta name=\"generation\" content=\"").and_then(|(_, rest)| rest.split_once('"'));
+        return Ok(meta.map(|(generation, _)| generation.to_owned()));
+    }
     if path.extension().is_some_and(|extension| extension == "glb") {
         let asset = glb_asset(&mut file)?;
         return Ok(asset["extras"]["generation"].as_str().map(str::to_owned));

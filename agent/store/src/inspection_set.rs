@@ -1,19 +1,32 @@
-//! The files of an inspection: inspection.json, cloud.ply, mesh.ply, scene.glb, truth.ply where it is known, and the views'
-//! own clouds where they are asked for.
+//! The files of an inspection: inspection.json, cloud.ply, mesh.ply, scene.glb, truth.ply where it is known, the views' own
+//! clouds where they are asked for, and report.html, which somebody else writes.
 
 use crate::StoreError;
-use crate::contents::VIEWS;
+use crate::contents::{REPORT, VIEWS};
 use crate::write::{sync_folder, write_file, write_new};
 use semascan_formats::gltf::{self, GlbOptions};
 use semascan_formats::ply::{self, LabelledMesh};
 use semascan_formats::{ExportFilter, WriteError};
 use semascan_inspection::Inspected;
 use semascan_model::Taxonomy;
-use semascan_model::record::InspectionRecord;
+use semascan_model::record::{FilesRecord, InspectionRecord};
 use semascan_perception::fuse::KeptViews;
 use std::fs;
 use std::io::Write;
 use std::path::Path;
+
+/// Writes a report of the record that it is given, which names the files of the set and their generation: HTML, with the
+/// generation in its first kilobytes as `<meta name="generation" content="...">`.
+pub type ReportWriter<'a> = dyn Fn(&InspectionRecord) -> String + 'a;
+
+/// What stands beside the model.
+#[derive(Clone, Copy, Default)]
+pub struct Additions<'a> {
+    /// Whether each view is written as a cloud of its own.
+    pub view_clouds: bool,
+    /// What writes `report.html`; there is none without it.
+    pub report: Option<&'a ReportWriter<'a>>,
+}
 
 /// Writes everything but the record into `folder`, each file with its `generation`. Returns the names of the files. Errors
 /// speak of `target`, where the files will stand.
@@ -22,7 +35,7 @@ pub(crate) fn write(
     target: &Path,
     generation: &str,
     inspected: &Inspected,
-    view_clouds: bool,
+    additions: Additions<'_>,
 ) -> Result<Vec<String>, StoreError> {
     let Inspected { record, cloud, mesh, figures, source, model, .. } = inspected;
     let (taxonomy, truth) = (&source.info().taxonomy, source.truth());
@@ -63,8 +76,15 @@ pub(crate) fn write(
         })?;
         names.push("truth.ply".into());
     }
-    if view_clouds {
+    if additions.view_clouds {
         names.extend(write_view_clouds(folder, target, &comments, model.read().kept_views(), taxonomy)?);
+    }
+    if let Some(report) = additions.report {
+        names.push(REPORT.into());
+        let files = FilesRecord { generation: generation.to_owned(), names: names.clone() };
+        let html = report(&InspectionRecord { files: Some(files), ..record.clone() });
+        let (path, shown) = place(REPORT);
+        write_new(&path, &shown, |out| Ok(out.write_all(html.as_bytes())?))?;
     }
     Ok(names)
 }

@@ -12,7 +12,7 @@
 
 use crate::StoreError;
 use crate::contents::{Contents, RECORD, VIEWS, remove};
-use crate::inspection_set;
+use crate::inspection_set::{self, Additions};
 use crate::lock::{FolderLock, beside};
 use crate::write::{remove_temporary_files, sync_folder, temporaries, write_new};
 use semascan_formats::regular_file;
@@ -112,14 +112,13 @@ impl ResultFolder {
         Ok(Kept::Record)
     }
 
-    /// Puts the files of an inspection into the folder, with every view as a cloud of its own if `view_clouds` asks for
-    /// that. Returns the record as it was written.
+    /// Puts the files of an inspection into the folder, and what `additions` ask for. Returns the record as it was written.
     ///
     /// # Errors
     /// [`StoreError`] naming the file; what stood there before then stays.
-    pub fn publish(&self, inspected: &Inspected, view_clouds: bool) -> Result<InspectionRecord, StoreError> {
+    pub fn publish(&self, inspected: &Inspected, additions: Additions<'_>) -> Result<InspectionRecord, StoreError> {
         self.publish_files(&inspected.record, |folder, target, generation| {
-            inspection_set::write(folder, target, generation, inspected, view_clouds)
+            inspection_set::write(folder, target, generation, inspected, additions)
         })
     }
 

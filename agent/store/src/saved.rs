@@ -73,7 +73,11 @@ pub fn read_inspection(folder: &Path) -> Result<SavedInspection, SavedError> {
     read_once(folder)
 }
 
-fn read_once(folder: &Path) -> Result<SavedInspection, SavedError> {
+/// Reads the record of the inspection in `folder`, beside which the files stand that belong to it.
+///
+/// # Errors
+/// As [`read_inspection`].
+pub fn read_record(folder: &Path) -> Result<InspectionRecord, SavedError> {
     let path = folder.join("inspection.json");
     let text = match regular_file::read_to_string(&path) {
         Ok(text) => text,
@@ -84,6 +88,11 @@ fn read_once(folder: &Path) -> Result<SavedInspection, SavedError> {
     };
     let record = InspectionRecord::from_json(&text).map_err(|source| SavedError::Record { path, source })?;
     check_set(folder, &record)?;
+    Ok(record)
+}
+
+fn read_once(folder: &Path) -> Result<SavedInspection, SavedError> {
+    let record = read_record(folder)?;
     let path = folder.join("cloud.ply");
     let bytes = match regular_file::read(&path) {
         Ok(bytes) => bytes,

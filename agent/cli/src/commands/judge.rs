@@ -3,7 +3,7 @@
 //! The verdict goes into the folder's `inspection.json`, which is exchanged in one step; the decisions that people made of
 //! an earlier verdict stay. With `--print-only` the folder stays as it is.
 
-use super::{Failure, criteria_file, findings_report};
+use super::{Failure, criteria_file, findings_report, report_html};
 use crate::stderr::Stderr;
 use crate::stdout::print_json;
 use anyhow::{Context, anyhow};
@@ -72,6 +72,10 @@ impl JudgeArgs {
             Err(Stop::PrintOnly(record)) => *record,
             Err(Stop::Failed(failure)) => return Err(failure),
         };
+        if !self.print_only {
+            // The report shows the verdict that counts.
+            report_html::renew(&self.folder, &record)?;
+        }
         let verdict = record.verdict.as_ref().ok_or_else(|| anyhow!("no verdict was made"))?;
         findings_report::print_verdict(&mut Stderr::default(), verdict)?;
         if self.json {

@@ -32,6 +32,8 @@ mod photometric;
 mod pose_truth;
 mod reach;
 mod report;
+mod report_command;
+mod report_html;
 mod run;
 mod schema;
 mod serve;
@@ -87,6 +89,8 @@ enum Command {
     Evaluate(evaluate::EvaluateArgs),
     /// Judge an inspection by criteria: accept, rework, reject, or a person decides
     Judge(judge::JudgeArgs),
+    /// Write what was found as a report or a table: HTML, CSV, Q-DAS ASCII, QIF
+    Report(report_command::ReportArgs),
     /// Write the model of an inspection as a mesh or a cloud in other formats
     Export(export::ExportArgs),
     /// List the trained networks that are installed
@@ -234,6 +238,7 @@ impl Cli {
             #[cfg(feature = "demo")]
             Command::Evaluate(args) => args.run(),
             Command::Judge(args) => args.run(),
+            Command::Report(args) => args.run(),
             Command::Export(args) => args.run(),
             Command::Models(args) => args.run(),
             Command::Gc(args) => args.run(),

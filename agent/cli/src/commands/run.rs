@@ -4,6 +4,7 @@
 
 use super::Failure;
 use super::keeping::Keeping;
+use super::report_html;
 use super::signals::{Signals, Work};
 use super::source::open;
 use anyhow::anyhow;
@@ -17,7 +18,7 @@ use semascan_model::Taxonomy;
 use semascan_model::finding::Finding;
 use semascan_model::record::{InspectionRecord, Outcome, RunRecord};
 use semascan_perception::segment::network::select;
-use semascan_store::{Kept, ResultFolder, StoreError};
+use semascan_store::{Additions, Kept, ResultFolder, StoreError};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
@@ -165,7 +166,10 @@ impl Output {
     ) -> Result<(), Failure> {
         let mut pause = FIRST_PAUSE;
         for number in 1.. {
-            let error = match self.folder.publish(inspected, self.view_clouds) {
+            let report = |record: &InspectionRecord| report_html::of_inspected(inspected, record);
+            let additions = Additions { view_clouds: self.view_clouds, report: Some(&report) };
+            let published = self.folder.publish(inspected, additions);
+            let error = match published {
                 Ok(record) => {
                     inspected.record = record;
                     return self.close(&inspected.record);

@@ -9,7 +9,7 @@ fn inspect_writes_the_whole_folder() {
     let out = dir.path().join("motor");
     let output = semascan(&["inspect", MOTOR, "--out", out.to_str().expect("UTF-8"), "--json"]);
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
-    for file in ["inspection.json", "cloud.ply", "mesh.ply", "scene.glb", "truth.ply"] {
+    for file in ["inspection.json", "cloud.ply", "mesh.ply", "report.html", "scene.glb", "truth.ply"] {
         assert!(out.join(file).is_file(), "{file}");
     }
     // The scene is the mesh, by component.

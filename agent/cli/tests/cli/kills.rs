@@ -26,7 +26,7 @@ fn visible(folder: &Path) -> Vec<String> {
     names
 }
 
-const SET: [&str; 5] = ["cloud.ply", "inspection.json", "mesh.ply", "scene.glb", "truth.ply"];
+const SET: [&str; 6] = ["cloud.ply", "inspection.json", "mesh.ply", "report.html", "scene.glb", "truth.ply"];
 
 #[test]
 fn inspections_killed_at_random_moments_leave_whole_sets() {

@@ -13,6 +13,7 @@ mod kills;
 mod log;
 mod outcome;
 mod past;
+mod report;
 mod signals;
 mod stdout;
 mod synth;

@@ -147,7 +147,11 @@ fn a_folder_that_holds_something_is_refused_until_it_may_be_replaced() {
     let names = || std::fs::read_dir(dir.path()).expect("reads").map(|e| e.expect("readable").file_name());
     let mut names: Vec<_> = names().map(|name| name.to_string_lossy().into_owned()).collect();
     names.sort();
-    assert_eq!(names.join(" "), "cloud.ply inspection.json mesh.ply scene.glb truth.ply", "nothing else stays");
+    assert_eq!(
+        names.join(" "),
+        "cloud.ply inspection.json mesh.ply report.html scene.glb truth.ply",
+        "nothing else stays"
+    );
 }
 
 #[test]
@@ -162,16 +166,16 @@ fn files_of_two_inspections_are_never_taken_for_one() {
         serde_json::from_str(scene.document.as_json().asset.extras.as_ref().expect("extras").get()).expect("JSON");
     let files = record(&dir.path().join("one")).expect("a record").files.expect("listed");
     assert_eq!(extras["generation"].as_str(), Some(files.generation.as_str()));
-    for file in ["mesh.ply", "cloud.ply", "scene.glb", "truth.ply"] {
+    for file in ["mesh.ply", "cloud.ply", "report.html", "scene.glb", "truth.ply"] {
         let mixed = path(&format!("mixed-{file}"));
         std::fs::create_dir(&mixed).expect("made");
-        for name in ["inspection.json", "mesh.ply", "cloud.ply", "scene.glb", "truth.ply"] {
+        for name in ["inspection.json", "mesh.ply", "cloud.ply", "report.html", "scene.glb", "truth.ply"] {
             let from = if name == file { "two" } else { "one" };
             std::fs::copy(dir.path().join(from).join(name), Path::new(&mixed).join(name)).expect("copied");
         }
         let model = format!("{mixed}/{file}");
         let mut calls = vec![vec!["export", &mixed, "--format", "obj"], vec!["serve", &mixed, "--port", "0"]];
-        if file != "scene.glb" {
+        if file.ends_with(".ply") {
             calls.push(vec!["evaluate", &model, &model]);
         }
         for call in calls {

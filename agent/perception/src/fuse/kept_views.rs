@@ -54,6 +54,17 @@ pub struct KeptDepth<'a> {
     pub table_from_camera: Isometry3<f64>,
 }
 
+/// A kept view's pictures, without what is fitted to them.
+#[derive(Clone, Debug)]
+pub struct KeptPicture<'a> {
+    /// What it measured.
+    pub depth: KeptDepth<'a>,
+    /// Colour.
+    pub rgb: Arc<RgbImage>,
+    /// Whether the colour is whole; else pixels without depth are black.
+    pub is_whole: bool,
+}
+
 /// Every integrated view, in order.
 #[derive(Debug)]
 pub struct KeptViews {
@@ -197,6 +208,25 @@ impl KeptViews {
             Content::Spilled(packed, place) => self.read(*place).and_then(|bytes| packed.unpack_defects(&bytes)),
         };
         unpacked.map(Cow::Owned).map_err(|source| FuseError::Keep { view: kept.index, source })
+    }
+
+    /// The pictures of view `i`: cheaper than [`Self::restore`], which fits normals again.
+    ///
+    /// # Errors
+    /// [`FuseError::Keep`] if it cannot be read back.
+    pub fn picture(&self, i: usize) -> Result<KeptPicture<'_>, FuseError> {
+        let kept = self.views.get(i).ok_or(FuseError::PoseCount { poses: i + 1, views: self.views.len() })?;
+        let (index, table_from_camera) = (kept.index, kept.table_from_camera);
+        let unpacked = match &kept.content {
+            Content::Plain(plain) => {
+                return Ok(KeptPicture { depth: self.depth(i)?, rgb: plain.rgb.clone(), is_whole: true });
+            }
+            Content::Packed(packed) => packed.unpack_picture(&packed.bytes),
+            Content::Spilled(packed, place) => self.read(*place).and_then(|bytes| packed.unpack_picture(&bytes)),
+        };
+        let (intrinsics, metres, rgb) = unpacked.map_err(|source| FuseError::Keep { view: index, source })?;
+        let depth = KeptDepth { index, intrinsics, metres: Cow::Owned(metres), table_from_camera };
+        Ok(KeptPicture { depth, rgb: Arc::new(rgb), is_whole: false })
     }
 
     /// Notes the poses of a rebuild, one a view.

@@ -63,7 +63,7 @@ pub use association::{
 pub use associator::{AssociationTest, Associator};
 pub use error::FuseError;
 pub use filters::OutlierFilter;
-pub use kept_views::{KeptDepth, KeptViews};
+pub use kept_views::{KeptDepth, KeptPicture, KeptViews};
 pub use labelled_view::LabelledView;
 pub use map::{Integration, SemanticMap, TouchedChunk};
 pub use map_config::{MapConfig, SMALLEST_VOXEL, Uncertain, UncertaintyRule, voxel_at, voxel_for};

@@ -121,6 +121,17 @@ impl PackedView {
         self.fields[1].read(&self.plain_part(bytes, 5)?, &measured, pixels)
     }
 
+    /// Camera, depth and colour of the view from its bytes: pixels without depth are black.
+    pub(super) fn unpack_picture(&self, bytes: &[u8]) -> std::io::Result<(Intrinsics, Vec<f32>, RgbImage)> {
+        let Intrinsics { width, height, .. } = self.intrinsics;
+        let pixels = width as usize * height as usize;
+        let measured = measured_pixels(&self.plain_part(bytes, 0)?, pixels);
+        let metres = read_depth(&self.plain_part(bytes, 1)?, &measured, pixels, self.step)?;
+        let colors = read_color(&self.plain_part(bytes, 2)?, &measured, pixels)?;
+        let rgb = RgbImage::from_raw(width, height, colors).ok_or_else(truncated)?;
+        Ok((self.intrinsics, metres, rgb))
+    }
+
     /// One of the parts.
     fn plain_part(&self, bytes: &[u8], part: usize) -> std::io::Result<Vec<u8>> {
         let start: usize = self.lengths[..part].iter().map(|(packed, _)| packed).sum();

@@ -1,0 +1,185 @@
+//! `report.html` put together: the record, pictures drawn of the mesh, and photographs out of the views that the model was made
+//! of, of an earlier report of the same model, of a capture, or of the source.
+
+use super::{Failure, source};
+use anyhow::{Context, anyhow};
+use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
+use semascan_formats::{ply, regular_file};
+use semascan_inspection::Inspected;
+use semascan_inspection::source::Source;
+use semascan_inspection::spec::{InspectionSpec, LabelSource};
+use semascan_model::record::{InspectionRecord, PoseRecord, ViewRecord};
+use semascan_model::{SemanticMesh, Taxonomy};
+use semascan_perception::fuse::KeptPicture;
+use semascan_perception::view::View;
+use semascan_reports::{
+    Photographs, Pictures, Report, ViewPicture, carried_photographs, findings, html, photographed_views, pictured,
+    take_photographs,
+};
+use semascan_store::{FolderLock, write_file};
+use std::borrow::Cow;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// The report of an inspection that has just ended, whose `record` names the files of its set.
+pub(super) fn of_inspected(inspected: &Inspected, record: &InspectionRecord) -> String {
+    let map = inspected.model.read();
+    let views = map.kept_views();
+    let indices = views.indices();
+    let mut holes = false;
+    let mut photographs = take_photographs(record, |view| {
+        let place = indices.iter().position(|index| *index == view).ok_or("is not part of the model")?;
+        let KeptPicture { depth, rgb, is_whole } = views.picture(place).map_err(|error| error.to_string())?;
+        holes |= !is_whole;
+        Ok(ViewPicture {
+            rgb,
+            depth: depth.metres,
+            intrinsics: depth.intrinsics,
+            table_from_camera: depth.table_from_camera,
+        })
+    });
+    if holes && photographs.missing.is_none() {
+        photographs.missing = Some("pixels without depth are black, they were not kept".into());
+    }
+    written(record, &inspected.mesh, &inspected.source.info().taxonomy, &photographs)
+}
+
+/// The report of the inspection in `folder`.
+///
+/// # Errors
+/// [`Failure`] naming the file that cannot be read.
+pub(super) fn of_folder(folder: &Path, record: &InspectionRecord) -> Result<String, Failure> {
+    let (mesh, taxonomy) = if record.points > 0 {
+        mesh(folder)?
+    } else {
+        (SemanticMesh::default(), Taxonomy::from_names::<&str>(&[], &[]))
+    };
+    Ok(written(record, &mesh, &taxonomy, &photographs(folder, record)))
+}
+
+/// Writes the report in `folder` anew, if one stands there.
+///
+/// # Errors
+/// [`Failure`] naming the file.
+pub(super) fn renew(folder: &Path, record: &InspectionRecord) -> Result<(), Failure> {
+    let path = folder.join("report.html");
+    if !path.exists() {
+        return Ok(());
+    }
+    put(folder, &path, record).map_err(|failure| {
+        let reason =
+            format!("the record says what was decided, but {} does not yet: {}", path.display(), failure.reason());
+        Failure::Work(anyhow!(reason))
+    })
+}
+
+/// Writes the report of the inspection in `folder` to `path`.
+///
+/// # Errors
+/// [`Failure`] naming the file.
+pub(super) fn put(folder: &Path, path: &Path, record: &InspectionRecord) -> Result<(), Failure> {
+    let text = of_folder(folder, record)?;
+    let _lock = FolderLock::acquire(&folder.canonicalize().with_context(|| folder.display().to_string())?)?;
+    Ok(write_file(path, |out| Ok(out.write_all(text.as_bytes())?))?)
+}
+
+fn written(record: &InspectionRecord, mesh: &SemanticMesh, taxonomy: &Taxonomy, photographs: &Photographs) -> String {
+    let pictures = Pictures::draw(mesh, taxonomy, record.voxel.unwrap_or(0.0), findings(record), &pictured(record));
+    html(&Report { record, taxonomy, pictures: &pictures, photographs })
+}
+
+/// The mesh in an inspection's folder and its classes; empty where the inspection has none.
+fn mesh(folder: &Path) -> Result<(SemanticMesh, Taxonomy), Failure> {
+    let path = folder.join("mesh.ply");
+    let name = path.display().to_string();
+    let bytes = regular_file::read(&path).with_context(|| name.clone())?;
+    let model = ply::read(&name, &bytes)?;
+    Ok((model.mesh, model.taxonomy))
+}
+
+/// The photographs of an earlier report of the same model, if it has them all; else they are taken anew.
+fn photographs(folder: &Path, record: &InspectionRecord) -> Photographs {
+    let earlier = regular_file::read_to_string(&folder.join("report.html")).ok();
+    let carried = earlier.and_then(|text| carried_photographs(&text, record)).unwrap_or_default();
+    let wanted = pictured(record);
+    let is_whole = findings(record)
+        .iter()
+        .filter(|finding| wanted.contains(&finding.id))
+        .all(|finding| carried.of.get(&finding.id).map_or(0, Vec::len) == photographed_views(finding).len());
+    if is_whole {
+        return carried;
+    }
+    let uri = capture(folder, record).unwrap_or_else(|| record.source.clone());
+    let mut opened = match SourceViews::open(&uri, record) {
+        Ok(opened) => opened,
+        Err(reason) => return Photographs { missing: Some(reason), ..carried },
+    };
+    let taken = take_photographs(record, |view| opened.picture(view));
+    if taken.of.is_empty() { Photographs { missing: taken.missing, ..carried } } else { taken }
+}
+
+/// The capture of an inspection that is kept in a data folder, `DATA/inspections/ID`.
+fn capture(folder: &Path, record: &InspectionRecord) -> Option<String> {
+    let folder = folder.canonicalize().ok()?;
+    let inspections = folder.parent().filter(|parent| parent.ends_with("inspections"))?;
+    let path: PathBuf = inspections.parent()?.join("captures").join(format!("{}.mcap", record.id));
+    path.is_file().then(|| path.to_str().map(str::to_owned))?
+}
+
+/// The views of a source, asked for in their order.
+struct SourceViews<'a> {
+    source: Box<dyn Source>,
+    record: &'a InspectionRecord,
+    next: u32,
+}
+
+impl<'a> SourceViews<'a> {
+    fn open(uri: &str, record: &'a InspectionRecord) -> Result<Self, String> {
+        let spec = InspectionSpec { labels: LabelSource::None, ..InspectionSpec::default() };
+        let source = source::open(uri, &spec).map_err(|error| format!("the source cannot be opened again: {error}"))?;
+        Ok(Self { source, record, next: 0 })
+    }
+
+    /// The pictures of a view, at the pose that the record has for it.
+    fn picture(&mut self, index: u32) -> Result<ViewPicture<'static>, String> {
+        let recorded = self.record.views.iter().find(|view| view.index == index).ok_or("is not in the record")?;
+        let pose = recorded.pose.as_ref().ok_or("has no pose in the record")?;
+        let view = self.view(index)?;
+        check_same(&view, recorded)?;
+        view.check_sizes().map_err(|error| error.to_string())?;
+        Ok(ViewPicture {
+            rgb: Arc::clone(&view.rgb),
+            depth: Cow::Owned(view.depth.metres.clone()),
+            intrinsics: view.intrinsics,
+            table_from_camera: isometry(pose).ok_or("has no whole pose in the record")?,
+        })
+    }
+
+    fn view(&mut self, index: u32) -> Result<View, String> {
+        loop {
+            let view = self.source.next_view().ok_or("the source has no such view any more")?;
+            self.next += 1;
+            if self.next > index {
+                return view.map_err(|error| error.to_string());
+            }
+        }
+    }
+}
+
+/// Whether a source still gives the view that was inspected, as far as times can tell.
+fn check_same(view: &View, recorded: &ViewRecord) -> Result<(), String> {
+    match (view.stamp, recorded.stamp) {
+        (Some(a), Some(b)) if (a - b).abs() > 1e-6 => {
+            Err(format!("the source has another view in its place now, of time {a} s and not {b} s"))
+        }
+        _ => Ok(()),
+    }
+}
+
+fn isometry(pose: &PoseRecord) -> Option<Isometry3<f64>> {
+    let q = pose.rotation;
+    let rotation = UnitQuaternion::try_new(Quaternion::new(q.w, q.x, q.y, q.z), 1e-6)?;
+    let [x, y, z] = pose.translation;
+    [x, y, z].iter().all(|c| c.is_finite()).then(|| Isometry3::from_parts(Translation3::new(x, y, z), rotation))
+}
