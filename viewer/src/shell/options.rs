@@ -1,8 +1,9 @@
-//! What the page's address asks for: `?renderer=`, `?theme=`, `?ws=`.
+//! What the page's address asks for: `?renderer=`, `?theme=`, `?ws=`, and a past inspection: `?inspection=`, `?speed=`, `?from=`.
 
 use crate::display::Theme;
 use crate::link::refusal::host_of;
 use crate::render::BackendChoice;
+use semascan_model::InspectionId;
 
 /// Path of the live stream on the server that served the page.
 pub const STREAM_PATH: &str = "/ws";
@@ -54,14 +55,56 @@ impl Options {
             }
             None => own,
         };
+        let stream = match past_inspection(&parameter, &mut complaints) {
+            Some(query) => format!("{stream}{}{query}", if stream.contains('?') { '&' } else { '?' }),
+            None => stream,
+        };
         let foreign_host = host_of(&stream).filter(|h| !h.eq_ignore_ascii_case(host)).map(str::to_owned);
         Self { backend: backend.unwrap_or_default(), theme, stream, foreign_host, complaints }
     }
 }
 
+/// The query of the stream that asks for a past inspection, as the page's own address does; `None` where it asks for none.
+fn past_inspection(parameter: &impl Fn(&str) -> Option<String>, complaints: &mut Vec<String>) -> Option<String> {
+    let inspection = parameter("inspection")?;
+    let Ok(inspection) = inspection.parse::<InspectionId>() else {
+        complaints.push(format!("inspection={inspection} is no identifier of an inspection; the live one is shown."));
+        return None;
+    };
+    let mut query = format!("inspection={inspection}");
+    if let Some(speed) = parameter("speed") {
+        match speed.parse::<f64>() {
+            Ok(number) if number > 0.0 && number.is_finite() => query.push_str(&format!("&speed={number}")),
+            _ => complaints.push(format!("speed={speed} is no speed above 0; it is shown as fast as it was.")),
+        }
+    }
+    if let Some(from) = parameter("from") {
+        match from.parse::<u64>() {
+            Ok(number) => query.push_str(&format!("&from={number}")),
+            Err(_) => complaints.push(format!("from={from} is no number of an event; it is shown from its beginning.")),
+        }
+    }
+    Some(query)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_past_inspection_is_asked_for_as_the_address_says() {
+        let id = "018f3f6e-0000-7000-8000-000000000001";
+        let options = read(&[("inspection", id), ("speed", "10"), ("from", "12")]);
+        assert_eq!(options.stream, format!("ws://127.0.0.1:8787/ws?inspection={id}&speed=10&from=12"));
+        assert!(options.complaints.is_empty() && options.foreign_host.is_none());
+        let elsewhere = read(&[("inspection", id), ("ws", "ws://10.0.0.7:8787")]);
+        assert_eq!(elsewhere.stream, format!("ws://10.0.0.7:8787/ws?inspection={id}"));
+        assert_eq!(elsewhere.foreign_host.as_deref(), Some("10.0.0.7:8787"));
+        let wrong = read(&[("inspection", "x&y"), ("speed", "2")]);
+        assert_eq!((wrong.stream.as_str(), wrong.complaints.len()), ("ws://127.0.0.1:8787/ws", 1));
+        let half = read(&[("inspection", id), ("speed", "0"), ("from", "-1")]);
+        assert_eq!((half.stream, half.complaints.len()), (format!("ws://127.0.0.1:8787/ws?inspection={id}"), 2));
+    }
 
     fn read(query: &[(&str, &str)]) -> Options {
         Options::read(false, "127.0.0.1:8787", |name| {

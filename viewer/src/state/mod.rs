@@ -38,7 +38,7 @@ use notices::{Level, Notices, Topic};
 use progress::{RunProgress, Standing};
 use semascan_model::ModelFigures;
 use semascan_protocol::server_message::Body;
-use semascan_protocol::{Domain, Figures, Inspection, Phase, StageState};
+use semascan_protocol::{Domain, Figures, Inspection, Phase, ReviewChange, StageState, review_subject};
 use timings::Timings;
 use views::Views;
 
@@ -182,6 +182,7 @@ impl AppState {
                 }
             }
             Body::Page(page) => self.views.page(page),
+            Body::Review(change) => self.announce_review(change),
             // Each of these is an event of the link of its own.
             Body::Welcome(_) | Body::Refused(_) | Body::Clear(_) | Body::Chunk(_) | Body::Gone(_) => {}
         }
@@ -266,6 +267,29 @@ impl AppState {
     /// Whether `inspection` is the one that is shown, from a map that was made anew.
     fn is_rebuilt(&self, inspection: &Inspection) -> bool {
         !inspection.id.is_empty() && inspection.id == self.inspection.id && inspection.epoch != self.inspection.epoch
+    }
+
+    /// Says what somebody decided about the inspection that is shown.
+    fn announce_review(&mut self, change: &ReviewChange) {
+        if change.inspection != self.inspection.id {
+            return;
+        }
+        let subject = match change.subject.as_ref().and_then(|subject| subject.kind.as_ref()) {
+            Some(review_subject::Kind::Component(name)) => format!("component {name}"),
+            Some(review_subject::Kind::Finding(_)) => "a finding".to_owned(),
+            Some(review_subject::Kind::Part(_)) | None => "the part".to_owned(),
+        };
+        let action = change.action.replace('_', " ");
+        let mut text = format!("{}: {action}, {subject}", change.person);
+        if !change.reason.is_empty() {
+            text.push_str(&format!(" ({})", change.reason));
+        }
+        if change.conflicts_with.is_empty() {
+            self.notices.push(Level::Info, Topic::Review, text);
+        } else {
+            text.push_str(". It contradicts another decision: neither counts until one names both.");
+            self.notices.push(Level::Warning, Topic::Review, text);
+        }
     }
 
     fn announce_phase(&mut self, before: Phase) {

@@ -40,6 +40,8 @@ pub enum Topic {
     Domain,
     /// The end of the inspection.
     Outcome,
+    /// What people decide about the inspection.
+    Review,
     /// The mesh.
     Mesh,
     /// The file that the mesh is compared with.
@@ -54,7 +56,8 @@ pub enum Topic {
 
 impl Topic {
     /// Those that are of one inspection.
-    const OF_INSPECTION: [Self; 5] = [Self::Malformed, Self::Domain, Self::Outcome, Self::Mesh, Self::EarlierViews];
+    const OF_INSPECTION: [Self; 6] =
+        [Self::Malformed, Self::Domain, Self::Outcome, Self::Review, Self::Mesh, Self::EarlierViews];
 
     /// Whether its messages come in floods, so that the latest stands for all.
     fn is_flood(self) -> bool {

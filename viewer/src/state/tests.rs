@@ -17,7 +17,8 @@ use semascan_model::LengthUnit;
 use semascan_model::{FeatureFigures, ModelFigures, Taxonomy};
 use semascan_protocol::server_message::Body;
 use semascan_protocol::{
-    Domain, Inspection, Phase, Pose, Progress, Stage, StageEvent, StageState, StageTiming, ViewPage, ViewReport,
+    Domain, Inspection, Phase, Pose, Progress, ReviewChange, ReviewSubject, Stage, StageEvent, StageState, StageTiming,
+    ViewPage, ViewReport, review_subject,
 };
 
 fn inspection(id: &str, epoch: u32, components: &[&str]) -> Inspection {
@@ -69,6 +70,28 @@ fn state_after(events: impl IntoIterator<Item = Event>) -> AppState {
 
 fn view(index: u32) -> ViewReport {
     ViewReport { index, accepted: true, table_from_camera: Some(Pose::default()), ..ViewReport::default() }
+}
+
+#[test]
+fn a_review_of_the_shown_inspection_is_announced_and_a_contradiction_is_said() {
+    let mut state = state_after([connected(inspection("a", 0, &["gear"]), false)]);
+    let kind = Some(review_subject::Kind::Component("gear".into()));
+    let change = ReviewChange {
+        inspection: "a".into(),
+        subject: Some(ReviewSubject { kind }),
+        action: "rework".into(),
+        person: "A. Reviewer".into(),
+        reason: "can be ground".into(),
+        ..ReviewChange::default()
+    };
+    let review = |change: ReviewChange| Event::from(LinkEvent::Message(Body::Review(change)));
+    state.reduce(&review(ReviewChange { inspection: "b".into(), ..change.clone() }));
+    assert_eq!(state.notices.iter().len(), 0, "another inspection is shown");
+    state.reduce(&review(change.clone()));
+    state.reduce(&review(ReviewChange { conflicts_with: vec!["r".into()], ..change }));
+    let said: Vec<_> = state.notices.iter().map(|n| (n.level, n.text.clone())).collect();
+    assert_eq!(said[0], (Level::Info, "A. Reviewer: rework, component gear (can be ground)".to_owned()));
+    assert!(said[1].0 == Level::Warning && said[1].1.contains("contradicts"), "{said:?}");
 }
 
 #[test]
