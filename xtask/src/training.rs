@@ -17,9 +17,9 @@ pub(crate) const PYTHON: &str = "SEMASCAN_TRAINING_PYTHON";
 /// Names a Python with the readers of others that the corpus of generated files is read by: the light environment.
 pub(crate) const FOREIGN_PYTHON: &str = "SEMASCAN_FOREIGN_PYTHON";
 
-/// What is installed; the versions are those of `requirements.txt`. The last five read what `shared/formats/tests` writes:
-/// its corpus and, Open3D, our own point clouds and meshes.
-const LIGHT: [&str; 11] = [
+/// What is installed; the versions are those of `requirements.txt`. The last eight read what the tests of
+/// `shared/formats` and `agent/reports` write: a corpus, our own point clouds and meshes (Open3D), QIF (lxml) and DFQ.
+const LIGHT: [&str; 14] = [
     "numpy",
     "onnx",
     "onnxruntime",
@@ -31,6 +31,10 @@ const LIGHT: [&str; 11] = [
     "pypcd4",
     "trimesh",
     "open3d==0.20.0",
+    "lxml==6.1.3",
+    "aqdefreader==1.3.0",
+    // What aqdefreader guesses encodings with: later versions have another interface.
+    "chardet<6",
 ];
 
 /// The training code and the Python that its light tests run in.

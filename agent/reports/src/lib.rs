@@ -24,6 +24,8 @@ mod dfq;
 mod figure;
 #[cfg(test)]
 mod fixtures;
+#[cfg(test)]
+mod foreign;
 mod html;
 mod photograph;
 mod pictures;

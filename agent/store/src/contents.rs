@@ -169,6 +169,9 @@ mod tests {
             ("cloud.ply", "ply\ncomment generator semascan 1\nend_header\n"),
             ("mesh.ply", "ply\ncomment made by hand\nend_header\n"),
             ("mesh-gear.stl", "semascan: gear"),
+            ("findings.csv", "inspection,part,number\r\n"),
+            ("components.csv", "name,area\n"),
+            ("report.html", "<head><meta name=\"generator\" content=\"semascan 1\">"),
             ("mesh-mine.stl", "solid mine"),
             ("inspection.json", "{}"),
             ("truth.ply.part", ""),
@@ -185,13 +188,23 @@ mod tests {
             names.sort();
             names.join(" ")
         };
-        assert_eq!(sorted(&contents.ours), "cloud.ply mesh-gear.stl truth.ply.part views/000001.ply");
-        assert_eq!(sorted(&contents.foreign), "inspection.json mesh-mine.stl mesh.ply notes.txt views/notes.txt");
+        assert_eq!(
+            sorted(&contents.ours),
+            "cloud.ply findings.csv mesh-gear.stl report.html truth.ply.part views/000001.ply"
+        );
+        assert_eq!(
+            sorted(&contents.foreign),
+            "components.csv inspection.json mesh-mine.stl mesh.ply notes.txt views/notes.txt"
+        );
         assert_eq!(sorted(&contents.hidden), ".keep");
         let temporary = Contents::of_temporary(root.path()).expect("readable");
-        assert_eq!(sorted(&temporary.foreign), "mesh-mine.stl notes.txt views/notes.txt", "half files are ours there");
+        assert_eq!(
+            sorted(&temporary.foreign),
+            "components.csv mesh-mine.stl notes.txt views/notes.txt",
+            "half files are ours there"
+        );
         remove(root.path(), contents.ours).expect("removed");
         let left = Contents::of(root.path()).expect("readable");
-        assert!(left.ours.is_empty() && left.foreign.len() == 5 && left.hidden.len() == 1, "{left:?}");
+        assert!(left.ours.is_empty() && left.foreign.len() == 6 && left.hidden.len() == 1, "{left:?}");
     }
 }

@@ -61,9 +61,42 @@ fn publish(folder: &ResultFolder) {
         write("scene.glb", &|out| gltf::write_points(out, &cloud, &taxonomy, &options))?;
         let truth = LabelledMesh { vertices: &[[0.0; 3]], triangles: &[], labels: &[0], defects: &[0] };
         write("truth.ply", &|out| ply::write_mesh(out, &truth, &taxonomy, &comments))?;
-        Ok(["cloud.ply", "mesh.ply", "scene.glb", "truth.ply", "views/000000.ply"].map(str::to_owned).into())
+        let head = format!("<head><meta name=\"generator\" content=\"semascan 1\">{}</head>", meta(generation));
+        write("report.html", &|out| Ok(out.write_all(head.as_bytes())?))?;
+        let names = ["cloud.ply", "mesh.ply", "report.html", "scene.glb", "truth.ply", "views/000000.ply"];
+        Ok(names.map(str::to_owned).into())
     });
     published.expect("written");
+}
+
+/// How an HTML file names its generation.
+fn meta(generation: &str) -> String {
+    format!("<meta name=\"generation\" content=\"{generation}\">")
+}
+
+#[test]
+fn a_report_may_be_missing_or_written_later_and_must_be_of_the_set() {
+    let root = tempfile::tempdir().expect("a folder");
+    let folder = root.path().join("motor");
+    publish(&ResultFolder::begin(&folder, &record(Outcome::Running), false).expect("a folder"));
+    let read = || crate::read_record(&folder);
+    let whole = read().expect("a set");
+    let report = folder.join("report.html");
+    let own = fs::read_to_string(&report).expect("there");
+    fs::remove_file(&report).expect("removed");
+    read().expect("a report is made of the other files");
+    let generation = whole.files.as_ref().expect("listed").generation.clone();
+    fs::write(&report, own.replace(&generation, "another")).expect("written");
+    let mixed = read().expect_err("the report of another inspection");
+    assert!(mixed.to_string().contains("report.html") && mixed.to_string().contains("another"), "{mixed}");
+    // Written later, the record does not name it.
+    fs::write(&report, own).expect("written");
+    crate::amend_record::<crate::AmendError>(&folder, |record| {
+        record.files.as_mut().expect("listed").names.retain(|name| name != "report.html");
+        Ok(())
+    })
+    .expect("changed");
+    read().expect("it is of this set");
 }
 
 #[test]

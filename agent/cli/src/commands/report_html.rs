@@ -101,12 +101,14 @@ fn mesh(folder: &Path) -> Result<(SemanticMesh, Taxonomy), Failure> {
 /// The photographs of an earlier report of the same model, if it has them all; else they are taken anew.
 fn photographs(folder: &Path, record: &InspectionRecord) -> Photographs {
     let earlier = regular_file::read_to_string(&folder.join("report.html")).ok();
-    let carried = earlier.and_then(|text| carried_photographs(&text, record)).unwrap_or_default();
+    let mut carried = earlier.and_then(|text| carried_photographs(&text, record)).unwrap_or_default();
     let wanted = pictured(record);
-    let is_whole = findings(record)
-        .iter()
-        .filter(|finding| wanted.contains(&finding.id))
-        .all(|finding| carried.of.get(&finding.id).map_or(0, Vec::len) == photographed_views(finding).len());
+    let is_whole = findings(record).iter().filter(|finding| wanted.contains(&finding.id)).all(|finding| {
+        let views = photographed_views(finding);
+        let held = carried.of.entry(finding.id).or_default();
+        held.retain(|photograph| views.iter().any(|view| view.view == photograph.view));
+        held.len() == views.len()
+    });
     if is_whole {
         return carried;
     }

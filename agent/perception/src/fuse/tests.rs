@@ -87,6 +87,9 @@ fn views_come_back_plain_packed_and_from_disk() {
             let (defects, measured) = (kept.defects(i).expect("kept"), whole.cloud.depth.iter().map(|z| *z > 0.0));
             assert!(measured.enumerate().all(|(k, m)| !m || defects.best(k) == whole.segmentation.defects.best(k)));
             assert_eq!((depth.index, depth.table_from_camera), (whole.index, whole.table_from_camera));
+            let picture = kept.picture(i).expect("kept");
+            assert_eq!((&picture.depth.metres, &picture.rgb), (&depth.metres, &whole.rgb));
+            assert_eq!(picture.is_whole, limit == 1 << 20, "packed views lose what has no depth");
         }
         let poses = kept.poses();
         map.rebuild(&poses).expect("rebuilds");

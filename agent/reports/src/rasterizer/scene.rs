@@ -56,6 +56,14 @@ impl<'a> Scene<'a> {
         Self { mesh, triangles, colors, positions, diagonal: if diagonal.is_finite() { diagonal } else { 0.0 } }
     }
 
+    /// Whether the corners of a triangle have the same colour.
+    pub(super) fn is_of_one_color(&self, number: u32) -> bool {
+        self.triangles.get(number as usize).is_some_and(|triangle| {
+            let [a, b, c] = triangle.map(|v| self.colors[v as usize]);
+            a == b && b == c
+        })
+    }
+
     /// Whether there is nothing to draw.
     pub fn is_empty(&self) -> bool {
         self.triangles.is_empty()

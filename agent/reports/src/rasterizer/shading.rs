@@ -46,12 +46,21 @@ pub(super) fn shade(
     let mut pixels = vec![0_u8; 3 * width * height];
     pixels.par_chunks_mut(3 * width).enumerate().for_each(|(row, pixels)| {
         for (column, pixel) in pixels.chunks_exact_mut(3).enumerate() {
-            // Where the samples on one diagonal agree, the others do: most pixels lie within one colour.
             let (first, last) = ((column * step, row * step), (column * step + step - 1, row * step + step - 1));
+            let others = [(last.0, first.1), (first.0, last.1)];
+            let is_marked = [first, last].iter().chain(&others).any(|(x, y)| marks.at(*x, *y).is_some());
+            // Pixels within the background or within one triangle of one colour need one sample.
+            let triangle = samples.triangle(first.0, first.1);
+            let is_one =
+                !is_marked && [last, others[0], others[1]].iter().all(|(x, y)| samples.triangle(*x, *y) == triangle);
+            if is_one && triangle.is_none_or(|number| scene.is_of_one_color(number)) {
+                pixel.copy_from_slice(&at(first.0, first.1).map(&value));
+                continue;
+            }
+            // Where the samples on one diagonal agree, the others do.
             let (a, b) = (at(first.0, first.1), at(last.0, last.1));
             let mut sum = [0, 1, 2].map(|k| a[k] + b[k]);
             let mut n = 2.0;
-            let is_marked = marks.at(last.0, first.1).is_some() || marks.at(first.0, last.1).is_some();
             if is_marked || (0..3).any(|k| (a[k] - b[k]).abs() > AGREEMENT) {
                 for y in first.1..=last.1 {
                     for x in (first.0..=last.0).filter(|x| (*x, y) != first && (*x, y) != last) {

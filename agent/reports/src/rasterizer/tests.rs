@@ -34,6 +34,14 @@ fn what_lies_nearer_hides_and_has_its_colour() {
     let expected = camera.project(&[0.0, 0.0, 0.05]).expect("ahead").2;
     assert!((height - expected).abs() < 1e-6, "{height} for {expected}");
     assert!(depth.shows(&[-0.08, 0.0, 0.0], 1e-4) && !depth.shows(&[0.0; 3], 1e-3), "the plate hides the wall");
+    // No sample between two triangles is left open.
+    let corner = |p: [f64; 3]| depth.camera.project(&p).map(|(u, v, _)| [u, v]).expect("ahead");
+    let (low, high) = (corner([-0.1, 0.1, 0.0]), corner([0.1, -0.1, 0.0]));
+    for y in low[1].ceil() as usize + 1..high[1] as usize {
+        for x in low[0].ceil() as usize + 1..high[0] as usize {
+            assert!(depth.depths[y * depth.width + x].is_finite(), "{x} {y}");
+        }
+    }
     let contour = at([-0.05, 0.02, 0.05]);
     assert!(contour.iter().map(|c| u32::from(*c)).sum::<u32>() < plate.iter().map(|c| u32::from(*c)).sum::<u32>());
 }

@@ -93,7 +93,8 @@ impl Samples {
                 band.push(number);
             }
         }
-        let mut depths = vec![f32::INFINITY; width * height];
+        // The buffer holds 1 / depth while triangles are drawn, because that is linear along a row; 0 is infinitely far.
+        let mut depths = vec![0.0_f32; width * height];
         let mut triangles = vec![NOTHING; width * height];
         depths
             .par_chunks_mut(BAND * width)
@@ -106,7 +107,13 @@ impl Samples {
                     }
                 }
             });
+        depths.par_iter_mut().for_each(|depth| *depth = 1.0 / *depth);
         Self { depth: DepthBuffer { width, height, depths, camera: *camera }, triangles, corners }
+    }
+
+    /// Place of the triangle at a sample in the scene's list; `None` where nothing is seen.
+    pub(super) fn triangle(&self, x: usize, y: usize) -> Option<u32> {
+        Some(self.triangles[y * self.depth.width + x]).filter(|number| *number != NOTHING)
     }
 
     /// The triangle at a sample with the weights of its corners on the surface; `None` where nothing is seen.
@@ -152,8 +159,11 @@ fn doubled_area(corners: [Corner; 3]) -> f64 {
     (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 }
 
-/// Edge functions of a triangle: the weights of its corners are linear in the picture.
+/// Edge functions of a triangle: the weights of its corners are linear in the picture. Coordinates are those from its first
+/// corner, so that single precision does for small triangles far from the picture's origin.
 struct Edges {
+    /// The first corner.
+    origin: [f32; 2],
     /// `weight = a x + b y + c` of each corner.
     rows: [[f32; 3]; 3],
 }
@@ -161,7 +171,8 @@ struct Edges {
 impl Edges {
     /// `None` where the triangle has no area in the picture.
     fn of(corners: [Corner; 3]) -> Option<Self> {
-        let [a, b, c] = corners.map(|corner| corner.at.map(f64::from));
+        let origin = corners[0].at;
+        let [a, b, c] = corners.map(|corner| [0, 1].map(|axis| f64::from(corner.at[axis]) - f64::from(origin[axis])));
         let area = doubled_area(corners);
         if area.abs() < 1e-12 {
             return None;
@@ -169,11 +180,33 @@ impl Edges {
         let edge = |p: [f64; 2], q: [f64; 2]| {
             [p[1] - q[1], q[0] - p[0], p[0] * q[1] - q[0] * p[1]].map(|value| (value / area) as f32)
         };
-        Some(Self { rows: [edge(b, c), edge(c, a), edge(a, b)] })
+        Some(Self { origin, rows: [edge(b, c), edge(c, a), edge(a, b)] })
     }
 
-    fn weights(&self, x: f32, y: f32) -> [f32; 3] {
-        self.rows.map(|[a, b, c]| a * x + b * y + c)
+    /// The columns of row `y` in which no weight is negative, as far as single precision tells: a sample on the common edge
+    /// of two triangles belongs to both, and none is left open.
+    fn columns(&self, y: f32) -> (f32, f32) {
+        const SLACK: f32 = 1e-5;
+        let [left, top] = self.origin;
+        let (mut first, mut last) = (f32::NEG_INFINITY, f32::INFINITY);
+        for [a, b, c] in self.rows {
+            let rest = -SLACK - (b * (y - top) + c);
+            if a > 0.0 {
+                first = first.max(rest / a);
+            } else if a < 0.0 {
+                last = last.min(rest / a);
+            } else if rest > 0.0 {
+                return (f32::INFINITY, f32::NEG_INFINITY);
+            }
+        }
+        (left + first, left + last)
+    }
+
+    /// Value at the first corner, and its growth by column and row, of what is linear in the picture and has these values at
+    /// the corners.
+    fn linear(&self, values: [f32; 3]) -> [f32; 3] {
+        let growth = |axis: usize| (1..3).map(|corner| self.rows[corner][axis] * (values[corner] - values[0])).sum();
+        [values[0], growth(0), growth(1)]
     }
 }
 
@@ -181,27 +214,33 @@ impl Edges {
 fn fill(depths: &mut [f32], triangles: &mut [u32], width: usize, top: usize, number: u32, corners: [Corner; 3]) {
     let Some(edges) = Edges::of(corners) else { return };
     let rows = depths.len() / width;
-    let span = |axis: usize, first: usize, count: usize| {
-        let values = corners.map(|corner| corner.at[axis]);
-        let low = values[0].min(values[1]).min(values[2]).ceil().max(first as f32) as usize;
-        let high = values[0].max(values[1]).max(values[2]).floor();
-        (low, if high < 0.0 { low } else { (high as usize + 1).min(first + count) })
-    };
-    let (left, right) = span(0, 0, width);
-    let (first, last) = span(1, top, rows);
+    let y = corners.map(|corner| corner.at[1]);
+    let (low, high) = (y[0].min(y[1]).min(y[2]), y[0].max(y[1]).max(y[2]));
+    let first = (low.max(top as f32) as usize).max(top);
+    let last = if high < 0.0 { 0 } else { (high as usize + 1).min(top + rows) };
+    let x = corners.map(|corner| corner.at[0]);
+    let (least, most) = (x[0].min(x[1]).min(x[2]), x[0].max(x[1]).max(x[2]));
+    let [at_origin, across, down] = edges.linear(corners.map(|corner| corner.inverse_depth));
+    let origin = edges.origin;
     for y in first..last {
-        for x in left..right {
-            let weights = edges.weights(x as f32, y as f32);
-            // A sample on the common edge of two triangles belongs to both: none is left open.
-            if weights.iter().any(|w| *w < -1e-5) {
-                continue;
-            }
-            let inverse: f32 = (0..3).map(|k| weights[k] * corners[k].inverse_depth).sum();
-            let depth = 1.0 / inverse;
-            let at = (y - top) * width + x;
+        let (left, right) = edges.columns(y as f32);
+        // Rounded outwards by less than the slack of the edges.
+        let (left, right) = (left.max(least - 1e-3).max(0.0), right.min(most + 1e-3));
+        if right < left {
+            continue;
+        }
+        let (left, right) = (left.ceil() as usize, (right as usize + 1).min(width));
+        if right <= left {
+            continue;
+        }
+        let start = (y - top) * width;
+        let at_column = at_origin + down * (y as f32 - origin[1]);
+        let row = depths[start + left..start + right].iter_mut().zip(&mut triangles[start + left..start + right]);
+        for (x, (inverse, triangle)) in (left..right).zip(row) {
+            let value = at_column + across * (x as f32 - origin[0]);
             // Of equally deep ones the first stays.
-            if depth > 0.0 && depth < depths[at] {
-                (depths[at], triangles[at]) = (depth, number);
+            if value > *inverse {
+                (*inverse, *triangle) = (value, number);
             }
         }
     }
