@@ -330,7 +330,7 @@ fn reviews_are_taken_in_once_told_to_viewers_and_audited() {
     assert_eq!(ask(&[("Content-Type", "text/plain")], &body).status, 415);
     assert_eq!(ask(&[json_type, ("Origin", "http://evil.example")], &body).status, 403);
     assert_eq!(ask(&[json_type, ("Sec-Fetch-Site", "cross-site")], &body).status, 403);
-    assert_eq!(ask(&[json_type], &" ".repeat((1 << 20) + 1)).status, 413);
+    assert_eq!(ask(&[json_type], &" ".repeat((2 << 20) + 1)).status, 413);
     assert_eq!(ask(&[json_type], "{").status, 400);
     assert_eq!(ask(&[json_type], &body.replace("\"seen\":0", "\"seen\":7")).field(), "seen");
     assert_eq!(ask(&[json_type], &body.replace("\"person\"", "\"nobody\"")).status, 400);

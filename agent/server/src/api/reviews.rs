@@ -27,8 +27,8 @@ use utoipa::IntoParams;
 
 /// Entries of a page where the client does not say it, and most.
 const PAGE: (u32, u32) = (100, 500);
-/// Bytes that a review may have: an outline of 20 000 points with all digits is larger, one that a person draws is not.
-pub(crate) const LARGEST: usize = 1 << 20;
+/// Bytes that a review may have: an outline of 20 000 points with all their digits.
+pub(crate) const LARGEST: usize = 2 << 20;
 /// Letters of a reason that viewers are told.
 const TOLD: usize = 500;
 
