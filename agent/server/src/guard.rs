@@ -199,10 +199,9 @@ async fn ruled(shared: &Shared, mut request: Request, next: Next) -> Response {
     let least = match routes::ruling(request.method().as_str(), &path) {
         Ruling::Least(least) => least,
         Ruling::Methods(methods) => {
-            let methods = methods.join(", ");
-            let reason = format!("this agent answers {methods} only here");
-            let allow = [(header::ALLOW, methods)];
-            return (allow, refusal(StatusCode::METHOD_NOT_ALLOWED, &reason)).into_response();
+            let reason = format!("this agent answers {} only here", methods.join(" and "));
+            let allowed = [(header::ALLOW, methods.join(", "))];
+            return (allowed, refusal(StatusCode::METHOD_NOT_ALLOWED, &reason)).into_response();
         }
         Ruling::Missing => {
             tracing::error!("{path}: no role is stated for this route, so that nobody may use it");
