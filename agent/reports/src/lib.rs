@@ -48,7 +48,7 @@ use semascan_model::record::InspectionRecord;
 use std::collections::BTreeMap;
 
 /// Findings that have pictures in a report; of more the largest.
-pub const MOST_PICTURED: usize = 60;
+pub const MOST_PICTURED: usize = 24;
 /// Photographs of a finding.
 pub const PHOTOGRAPHS: usize = 2;
 /// Least share of its area that a further view of a finding saw, weighted by the cosine of incidence, as a part of the best one's.

@@ -42,27 +42,35 @@ pub(crate) fn write(
     let comments = comments(record, generation);
     let mut names: Vec<String> = ["cloud.ply", "mesh.ply", "scene.glb"].map(str::to_owned).into();
     let place = |name: &str| (folder.join(name), target.join(name));
-    let (path, shown) = place("cloud.ply");
-    write_new(&path, &shown, |out| ply::write_cloud(out, cloud, taxonomy, &comments))?;
-    let (path, shown) = place("mesh.ply");
-    write_new(&path, &shown, |out| ply::write_semantic_mesh(out, mesh, taxonomy, &comments))?;
-    let (path, shown) = place("scene.glb");
-    write_new(&path, &shown, |out| {
-        let generation = Some(generation.to_owned());
-        let options = GlbOptions {
-            part: record.part.clone(),
-            figures: figures.clone(),
-            findings: record.findings.as_ref().map_or_else(Vec::new, |f| f.list.clone()),
-            generation,
-            ..GlbOptions::default()
-        };
-        if mesh.triangles.is_empty() {
-            // Without oriented points there is no mesh; what was marked as stray or as background stays in cloud.ply.
-            gltf::write_points(out, &ExportFilter::of_the_part().apply(cloud), taxonomy, &options)
-        } else {
-            gltf::write_mesh(out, mesh, taxonomy, &options)
-        }
-    })?;
+    let write_cloud = || {
+        let (path, shown) = place("cloud.ply");
+        write_new(&path, &shown, |out| ply::write_cloud(out, cloud, taxonomy, &comments))
+    };
+    let write_mesh = || {
+        let (path, shown) = place("mesh.ply");
+        write_new(&path, &shown, |out| ply::write_semantic_mesh(out, mesh, taxonomy, &comments))
+    };
+    let options = GlbOptions {
+        part: record.part.clone(),
+        figures: figures.clone(),
+        findings: record.findings.as_ref().map_or_else(Vec::new, |f| f.list.clone()),
+        generation: Some(generation.to_owned()),
+        ..GlbOptions::default()
+    };
+    let write_scene = || {
+        let (path, shown) = place("scene.glb");
+        write_new(&path, &shown, |out| {
+            if mesh.triangles.is_empty() {
+                // Without oriented points there is no mesh; what was marked as stray or as background stays in cloud.ply.
+                gltf::write_points(out, &ExportFilter::of_the_part().apply(cloud), taxonomy, &options)
+            } else {
+                gltf::write_mesh(out, mesh, taxonomy, &options)
+            }
+        })
+    };
+    // Each waits for the disk.
+    let (of_cloud, (of_mesh, of_scene)) = rayon::join(write_cloud, || rayon::join(write_mesh, write_scene));
+    of_cloud.and(of_mesh).and(of_scene)?;
     if let Some(mesh) = truth {
         let (path, shown) = place("truth.ply");
         write_new(&path, &shown, |out| {

@@ -78,17 +78,18 @@ impl Samples {
             let Some([a, b, c]) = whole(&corners, *triangle) else { continue };
             let rows = [a.at[1], b.at[1], c.at[1]];
             let columns = [a.at[0], b.at[0], c.at[0]];
-            let span = |values: [f32; 3]| {
-                (values[0].min(values[1]).min(values[2]).ceil(), values[0].max(values[1]).max(values[2]).floor())
-            };
+            let span =
+                |values: [f32; 3]| (values[0].min(values[1]).min(values[2]), values[0].max(values[1]).max(values[2]));
             let ((first, last), (left, right)) = (span(rows), span(columns));
-            if first > last || left > right || last < 0.0 || right < 0.0 {
+            if last < 0.0 || right < 0.0 || first > (height - 1) as f32 || left > (width - 1) as f32 {
                 continue;
             }
-            if first >= height as f32 || left >= width as f32 {
+            // Between two rows or two columns of samples it is not seen.
+            let (first, last) = (first.max(0.0), last.min((height - 1) as f32));
+            if round_up(first) > last as usize || round_up(left.max(0.0)) > right.min((width - 1) as f32) as usize {
                 continue;
             }
-            let (first, last) = (first.max(0.0) as usize / BAND, (last as usize).min(height - 1) / BAND);
+            let (first, last) = (round_up(first) / BAND, last as usize / BAND);
             for band in &mut of_band[first..=last] {
                 band.push(number);
             }
@@ -142,6 +143,12 @@ impl Samples {
         let triangle = scene.triangles.get(number as usize).filter(|_| number != NOTHING);
         triangle.and_then(|t| whole(&self.corners, *t)).is_some_and(is_outside)
     }
+}
+
+/// The least whole number that is no smaller than a value of 0 or more. The baseline of x86-64 has no instruction for `ceil`.
+fn round_up(value: f32) -> usize {
+    let cut = value as usize;
+    cut + usize::from(value > cut as f32)
 }
 
 fn whole(corners: &[Option<Corner>], triangle: [u32; 3]) -> Option<[Corner; 3]> {
@@ -229,7 +236,7 @@ fn fill(depths: &mut [f32], triangles: &mut [u32], width: usize, top: usize, num
         if right < left {
             continue;
         }
-        let (left, right) = (left.ceil() as usize, (right as usize + 1).min(width));
+        let (left, right) = (round_up(left), (right as usize + 1).min(width));
         if right <= left {
             continue;
         }
