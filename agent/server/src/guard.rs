@@ -201,7 +201,12 @@ async fn ruled(shared: &Shared, mut request: Request, next: Next) -> Response {
         Ruling::Methods(methods) => {
             let reason = format!("this agent answers {} only here", methods.join(" and "));
             let allowed = [(header::ALLOW, methods.join(", "))];
-            return (allowed, refusal(StatusCode::METHOD_NOT_ALLOWED, &reason)).into_response();
+            // The API states problems in its own way, pages and files in words.
+            return if path.starts_with("/api/") {
+                (allowed, refusal(StatusCode::METHOD_NOT_ALLOWED, &reason)).into_response()
+            } else {
+                (StatusCode::METHOD_NOT_ALLOWED, allowed, reason).into_response()
+            };
         }
         Ruling::Missing => {
             tracing::error!("{path}: no role is stated for this route, so that nobody may use it");

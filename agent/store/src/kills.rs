@@ -158,7 +158,7 @@ fn check(folder: &Path, saved: &SavedInspection) -> bool {
     let is_model = match &record.outcome {
         Outcome::Finished => {
             assert_eq!((record.points, cloud.len() as u64), (cloud.len() as u64, record.points));
-            assert!(record.points > 0 && files.names.len() == 5, "{:?}", files.names);
+            assert!(record.points > 0 && files.names.len() == 6, "{:?}", files.names);
             let mesh = fs::read(folder.join("mesh.ply")).expect("there");
             let mesh = ply::read("mesh.ply", &mesh).expect("whole");
             assert_eq!(mesh.comment("generation"), Some(files.generation.as_str()));
@@ -172,8 +172,8 @@ fn check(folder: &Path, saved: &SavedInspection) -> bool {
         }
         other => panic!("nobody wrote {other:?}"),
     };
-    // The five files are four and the folder of the views; the record is one more.
-    let expected = if is_model { 6 } else { 1 };
+    // The six files are five and the folder of the views; the record is one more.
+    let expected = if is_model { 7 } else { 1 };
     assert_eq!(visible(folder), expected, "{}", folder.display());
     is_model
 }
