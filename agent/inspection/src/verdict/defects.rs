@@ -54,7 +54,8 @@ pub(super) fn defect_lines(
         let values: Vec<_> = own.iter().map(|f| (f.id, region(f, |r| Some(r.area)))).collect();
         let mut compared = Compared::at_most(&values, limit);
         compared.doubt(small.is_some() && limit < record.least_area);
-        let reason = format!("{on}: largest area {} mm2, at most {}", shown(compared.value, MM2), plain(limit / MM2));
+        let reason =
+            format!("{on}: largest area {}, at most {}", shown(compared.value, (MM2, "mm2")), plain(limit / MM2));
         lines.push(compared.line(line(JudgedFigure::Area), rule.then, limit, &reason));
     }
     if let Some(limit) = rule.largest_length_mm.map(|l| l * MM) {
@@ -63,13 +64,15 @@ pub(super) fn defect_lines(
         // Small regions may be thin and long, but not longer than all their voxels in a row.
         let longest = small.map_or(0.0, |_| (LEAST_VOXELS * record.least_area).sqrt());
         compared.doubt(limit < longest);
-        let reason = format!("{on}: largest length {} mm, at most {}", shown(compared.value, MM), plain(limit / MM));
+        let reason =
+            format!("{on}: largest length {}, at most {}", shown(compared.value, (MM, "mm")), plain(limit / MM));
         lines.push(compared.line(line(JudgedFigure::Length), rule.then, limit, &reason));
     }
     if let Some(limit) = rule.largest_depth_mm.map(|l| l * MM) {
         let values: Vec<_> = own.iter().map(|f| (f.id, region(f, |r| r.depth.reference.or(r.depth.fitted)))).collect();
         let compared = Compared::at_most(&values, limit);
-        let reason = format!("{on}: largest depth {} mm, at most {}", shown(compared.value, MM), plain(limit / MM));
+        let reason =
+            format!("{on}: largest depth {}, at most {}", shown(compared.value, (MM, "mm")), plain(limit / MM));
         lines.push(compared.line(line(JudgedFigure::Depth), rule.then, limit, &reason));
     }
     if let Some(limit) = rule.largest_share {
@@ -97,7 +100,7 @@ pub(super) fn defect_lines(
             limit: Some(f64::from(limit)),
             conformity,
             decision: follows(conformity, rule.then),
-            reason: format!("{on}: {between} findings of {} mm2 or more, at most {limit}", plain(from / MM2)),
+            reason: format!("{on}: {between} findings of {:.1} mm2 or more, at most {limit}", from / MM2),
             ..line(JudgedFigure::Count)
         });
     }

@@ -164,8 +164,8 @@ fn reference_line(findings: &FindingsRecord, rule: &ReferenceRule, compared: boo
     let compared = Compared::at_most(&values, limit);
     let reason = match compared.value {
         Some(_) => format!(
-            "largest distance from the reference {} mm, at most {}",
-            shown(compared.value, MM),
+            "largest distance from the reference {}, at most {}",
+            shown(compared.value, (MM, "mm")),
             rule.tolerance_mm
         ),
         None => format!("no region is farther than {} mm from the reference", rule.tolerance_mm),

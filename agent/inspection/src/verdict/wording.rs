@@ -2,17 +2,17 @@
 
 use semascan_model::finding::Quantity;
 
-/// A figure and its uncertainty in another unit.
-pub(super) fn shown(value: Option<Quantity>, unit: f64) -> String {
+/// A figure and its uncertainty in a unit of this size and name.
+pub(super) fn shown(value: Option<Quantity>, (size, name): (f64, &str)) -> String {
     match value {
-        None => "not known or none".into(),
-        Some(Quantity { value, expanded: Some(u) }) => format!("{:.2} +- {:.2}", value / unit, u / unit),
-        Some(Quantity { value, expanded: None }) => format!("{:.2} (uncertainty not known)", value / unit),
+        None => "not known, or there is none".into(),
+        Some(Quantity { value, expanded: Some(u) }) => format!("{:.2} +- {:.2} {name}", value / size, u / size),
+        Some(Quantity { value, expanded: None }) => format!("{:.2} {name} (uncertainty not known)", value / size),
     }
 }
 
 pub(super) fn percent(value: Option<Quantity>) -> String {
-    format!("{} %", shown(value, 0.01))
+    shown(value, (0.01, "%"))
 }
 
 pub(super) fn shown_share(share: f64) -> String {
