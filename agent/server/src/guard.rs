@@ -170,7 +170,8 @@ pub(super) async fn guard(State(shared): State<Shared>, request: Request, next: 
     response
 }
 
-/// As [`ruled`]. Content of a request that is refused may be unread: nothing follows it on the connection.
+/// As [`ruled`]. Content of a request that is refused may be unread, and what follows on the connection cannot be told from it:
+/// the connection ends.
 async fn ruled_and_closed(shared: &Shared, request: Request, next: Next) -> Response {
     let has_body = has_body(request.headers());
     let mut response = ruled(shared, request, next).await;
@@ -215,10 +216,7 @@ async fn ruled(shared: &Shared, mut request: Request, next: Next) -> Response {
     };
     let is_safe = matches!(*request.method(), Method::GET | Method::HEAD);
     if is_safe && has_body(request.headers()) {
-        // It is not read: what follows it on the connection cannot be told from it.
-        let close = [(header::CONNECTION, "close")];
-        return (StatusCode::PAYLOAD_TOO_LARGE, close, "this agent takes no content with such a request")
-            .into_response();
+        return (StatusCode::PAYLOAD_TOO_LARGE, "this agent takes no content with such a request").into_response();
     }
     let identity = match least {
         Least::Public => None,

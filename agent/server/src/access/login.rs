@@ -93,19 +93,13 @@ async fn read(request: Request, patience: Duration) -> Result<Login, Response> {
         return Err(refusal(StatusCode::UNSUPPORTED_MEDIA_TYPE, "a login is application/json"));
     }
     let Ok(body) = timeout(patience, to_bytes(request.into_body(), LARGEST)).await else {
-        return Err(closing(refusal(StatusCode::REQUEST_TIMEOUT, "the request did not arrive in time")));
+        return Err(refusal(StatusCode::REQUEST_TIMEOUT, "the request did not arrive in time"));
     };
     let Ok(body) = body else {
-        return Err(closing(refusal(StatusCode::PAYLOAD_TOO_LARGE, "a login has 4096 bytes at most")));
+        return Err(refusal(StatusCode::PAYLOAD_TOO_LARGE, "a login has 4096 bytes at most"));
     };
     serde_json::from_slice(&body)
         .map_err(|_| refusal(StatusCode::BAD_REQUEST, "a login is a JSON object with the texts name and password"))
-}
-
-/// What follows on the connection cannot be told from what was not read.
-fn closing(mut response: Response) -> Response {
-    response.headers_mut().insert(header::CONNECTION, HeaderValue::from_static("close"));
-    response
 }
 
 /// `POST /api/v1/logout`: ends the session.
