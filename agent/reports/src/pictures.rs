@@ -23,8 +23,8 @@ pub const FIXED_VIEWS: [Direction; 7] = [
 
 /// Size of the first fixed view, of the others, and of the picture of a finding, pixels.
 const FIRST_SIZE: (u32, u32) = (800, 560);
-const FIXED_SIZE: (u32, u32) = (440, 330);
-const FINDING_SIZE: (u32, u32) = (400, 300);
+const FIXED_SIZE: (u32, u32) = (400, 300);
+const FINDING_SIZE: (u32, u32) = (320, 240);
 
 /// JPEG quality of drawn pictures.
 const QUALITY: u8 = 90;
@@ -281,19 +281,19 @@ mod tests {
         let top = pictures.model.iter().find(|p| p.direction == Direction::Top).expect("drawn");
         assert_eq!(top.findings.len(), 1);
         let [u, v] = top.findings[0].1;
-        assert!((u - 220.0).abs() < 2.0 && (v - 165.0).abs() < 2.0, "{u} {v}");
+        assert!((u - 200.0).abs() < 2.0 && (v - 150.0).abs() < 2.0, "{u} {v}");
         let bottom = pictures.model.iter().find(|p| p.direction == Direction::Bottom).expect("drawn");
         assert!(bottom.pixel > 1e-4 && bottom.pixel < 1e-3, "{}", bottom.pixel);
         assert!(bottom.findings.is_empty(), "the inside shows no finding");
-        let [r, g, b] = decoded(&bottom.jpeg).get_pixel(220, 165).0;
+        let [r, g, b] = decoded(&bottom.jpeg).get_pixel(200, 150).0;
         assert!(r.abs_diff(g) < 12 && g.abs_diff(b) < 12 && r > 60, "the inside is grey: {r} {g} {b}");
         let finding = pictures.findings.values().next().expect("drawn");
         assert_eq!(finding.seen, 1.0);
         let image = decoded(&finding.jpeg);
-        // 20 mm of 2 * 1.8 * 14.14 mm along the shorter edge: the outline's side is 58.9 pixels from the middle.
+        // 20 mm of 2 * 1.8 * 14.14 mm along the shorter edge: the outline's side is 47.1 pixels from the middle.
         let edge = 0.01 / finding.pixel;
-        assert!((edge - 58.9).abs() < 1.0, "{edge}");
-        let at = |x: f64, y: f64| image.get_pixel((199.5 + x) as u32, (149.5 + y) as u32).0;
+        assert!((edge - 47.1).abs() < 1.0, "{edge}");
+        let at = |x: f64, y: f64| image.get_pixel((159.5 + x) as u32, (119.5 + y) as u32).0;
         let dark = |p: [u8; 3]| p.iter().all(|c| *c < 110);
         assert!(dark(at(edge, 0.0)) && !dark(at(edge - 8.0, 0.0)) && !dark(at(edge + 8.0, 0.0)));
         let (inside, outside) = (at(0.0, 0.0), at(edge + 20.0, 0.0));

@@ -14,10 +14,16 @@ use std::path::{Path, PathBuf};
 
 /// Name of the record. It comes last and goes first: without it the other files are of no inspection.
 pub(crate) const RECORD: &str = "inspection.json";
+/// The model's points, its surface, and its surface as a scene.
+pub(crate) const CLOUD: &str = "cloud.ply";
+pub(crate) const MESH: &str = "mesh.ply";
+pub(crate) const SCENE: &str = "scene.glb";
+/// The true surface, where the source knows it.
+pub(crate) const TRUTH: &str = "truth.ply";
 /// The report for people.
 pub(crate) const REPORT: &str = "report.html";
 /// The other files of an inspection.
-pub(crate) const MODEL_FILES: [&str; 5] = ["cloud.ply", "mesh.ply", REPORT, "scene.glb", "truth.ply"];
+pub(crate) const MODEL_FILES: [&str; 5] = [CLOUD, MESH, REPORT, SCENE, TRUTH];
 /// Folder of the clouds of single views.
 pub(crate) const VIEWS: &str = "views";
 /// What `export` adds, beside `mesh-COMPONENT.stl`, and what `report` adds.

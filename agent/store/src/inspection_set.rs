@@ -2,7 +2,7 @@
 //! clouds where they are asked for, and report.html, which somebody else writes.
 
 use crate::StoreError;
-use crate::contents::{REPORT, VIEWS};
+use crate::contents::{CLOUD, MESH, REPORT, SCENE, TRUTH, VIEWS};
 use crate::write::{sync_folder, write_file, write_new};
 use semascan_formats::gltf::{self, GlbOptions};
 use semascan_formats::ply::{self, LabelledMesh};
@@ -17,7 +17,7 @@ use std::path::Path;
 
 /// Writes a report of the record that it is given, which names the files of the set and their generation: HTML, with the
 /// generation in its first kilobytes as `<meta name="generation" content="...">`.
-pub type ReportWriter<'a> = dyn Fn(&InspectionRecord) -> String + 'a;
+pub type ReportWriter<'a> = dyn Fn(&InspectionRecord) -> String + Sync + 'a;
 
 /// What stands beside the model.
 #[derive(Clone, Copy, Default)]
@@ -40,14 +40,14 @@ pub(crate) fn write(
     let Inspected { record, cloud, mesh, figures, source, model, .. } = inspected;
     let (taxonomy, truth) = (&source.info().taxonomy, source.truth());
     let comments = comments(record, generation);
-    let mut names: Vec<String> = ["cloud.ply", "mesh.ply", "scene.glb"].map(str::to_owned).into();
+    let names = names(inspected, additions);
     let place = |name: &str| (folder.join(name), target.join(name));
     let write_cloud = || {
-        let (path, shown) = place("cloud.ply");
+        let (path, shown) = place(CLOUD);
         write_new(&path, &shown, |out| ply::write_cloud(out, cloud, taxonomy, &comments))
     };
     let write_mesh = || {
-        let (path, shown) = place("mesh.ply");
+        let (path, shown) = place(MESH);
         write_new(&path, &shown, |out| ply::write_semantic_mesh(out, mesh, taxonomy, &comments))
     };
     let options = GlbOptions {
@@ -58,7 +58,7 @@ pub(crate) fn write(
         ..GlbOptions::default()
     };
     let write_scene = || {
-        let (path, shown) = place("scene.glb");
+        let (path, shown) = place(SCENE);
         write_new(&path, &shown, |out| {
             if mesh.triangles.is_empty() {
                 // Without oriented points there is no mesh; what was marked as stray or as background stays in cloud.ply.
@@ -68,11 +68,9 @@ pub(crate) fn write(
             }
         })
     };
-    // Each waits for the disk.
-    let (of_cloud, (of_mesh, of_scene)) = rayon::join(write_cloud, || rayon::join(write_mesh, write_scene));
-    of_cloud.and(of_mesh).and(of_scene)?;
-    if let Some(mesh) = truth {
-        let (path, shown) = place("truth.ply");
+    let write_truth = || {
+        let Some(mesh) = truth else { return Ok(()) };
+        let (path, shown) = place(TRUTH);
         write_new(&path, &shown, |out| {
             let labelled = LabelledMesh {
                 vertices: &mesh.vertices,
@@ -81,20 +79,41 @@ pub(crate) fn write(
                 defects: &mesh.defects,
             };
             ply::write_mesh(out, &labelled, taxonomy, &comments)
-        })?;
-        names.push("truth.ply".into());
-    }
-    if additions.view_clouds {
-        names.extend(write_view_clouds(folder, target, &comments, model.read().kept_views(), taxonomy)?);
-    }
-    if let Some(report) = additions.report {
-        names.push(REPORT.into());
-        let files = FilesRecord { generation: generation.to_owned(), names: names.clone() };
-        let html = report(&InspectionRecord { files: Some(files), ..record.clone() });
+        })
+    };
+    let files = FilesRecord { generation: generation.to_owned(), names: names.clone() };
+    let named = InspectionRecord { files: Some(files), ..record.clone() };
+    let write_report = || {
+        let Some(report) = additions.report else { return Ok(()) };
+        let html = report(&named);
         let (path, shown) = place(REPORT);
-        write_new(&path, &shown, |out| Ok(out.write_all(html.as_bytes())?))?;
+        write_new(&path, &shown, |out| Ok(out.write_all(html.as_bytes())?))
+    };
+    // The files wait for the disk while the report's pictures are drawn.
+    let (of_report, (of_truth, (of_cloud, (of_mesh, of_scene)))) = rayon::join(write_report, || {
+        rayon::join(write_truth, || rayon::join(write_cloud, || rayon::join(write_mesh, write_scene)))
+    });
+    of_cloud.and(of_mesh).and(of_scene).and(of_truth).and(of_report)?;
+    if additions.view_clouds {
+        write_view_clouds(folder, target, &comments, model.read().kept_views(), taxonomy)?;
     }
     Ok(names)
+}
+
+/// The names of the files of a set but for the record.
+fn names(inspected: &Inspected, additions: Additions<'_>) -> Vec<String> {
+    let mut names: Vec<String> = [CLOUD, MESH, SCENE].map(str::to_owned).into();
+    names.extend(inspected.source.truth().map(|_| TRUTH.to_owned()));
+    if additions.view_clouds {
+        names.extend(inspected.model.read().kept_views().indices().into_iter().map(view_cloud));
+    }
+    names.extend(additions.report.map(|_| REPORT.to_owned()));
+    names
+}
+
+/// The name of the cloud of the view with the place `index` in the capture order.
+fn view_cloud(index: u32) -> String {
+    format!("{VIEWS}/{index:06}.ply")
 }
 
 /// Writes a record to `path`; errors speak of `shown`, where it will stand.
@@ -120,21 +139,18 @@ fn write_view_clouds(
     comments: &[(String, String)],
     views: &KeptViews,
     taxonomy: &Taxonomy,
-) -> Result<Vec<String>, StoreError> {
+) -> Result<(), StoreError> {
     let parent = folder.join(VIEWS);
     fs::create_dir_all(&parent).map_err(StoreError::io(&target.join(VIEWS)))?;
-    let mut names = Vec::new();
     for i in 0..views.len() {
         let view = views.restore(i)?;
-        let name = format!("{VIEWS}/{:06}.ply", view.index);
+        let name = view_cloud(view.index);
         let comments = [comments, &[("view".to_owned(), view.index.to_string())]].concat();
         write_new(&folder.join(&name), &target.join(&name), |out| {
             ply::write_cloud(out, &view.semantic_cloud(), taxonomy, &comments)
         })?;
-        names.push(name);
     }
-    sync_folder(&parent)?;
-    Ok(names)
+    sync_folder(&parent)
 }
 
 /// Comments of every PLY: but for the generation they do not depend on when or how fast it was made.

@@ -5,7 +5,7 @@ use super::{Failure, source};
 use anyhow::{Context, anyhow};
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 use semascan_formats::{ply, regular_file};
-use semascan_inspection::Inspected;
+use semascan_inspection::event::SharedModel;
 use semascan_inspection::source::Source;
 use semascan_inspection::spec::{InspectionSpec, LabelSource};
 use semascan_model::record::{InspectionRecord, PoseRecord, ViewRecord};
@@ -22,9 +22,15 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// The report of an inspection that has just ended, whose `record` names the files of its set.
-pub(super) fn of_inspected(inspected: &Inspected, record: &InspectionRecord) -> String {
-    let map = inspected.model.read();
+/// The report of an inspection that has just ended, whose `record` names the files of its set: of the views that its `model`
+/// keeps, of its `mesh` and of its classes.
+pub(super) fn of_inspected(
+    model: &SharedModel,
+    mesh: &SemanticMesh,
+    taxonomy: &Taxonomy,
+    record: &InspectionRecord,
+) -> String {
+    let map = model.read();
     let views = map.kept_views();
     let indices = views.indices();
     let mut holes = false;
@@ -42,7 +48,7 @@ pub(super) fn of_inspected(inspected: &Inspected, record: &InspectionRecord) -> 
     if holes && photographs.missing.is_none() {
         photographs.missing = Some("pixels without depth are black, they were not kept".into());
     }
-    written(record, &inspected.mesh, &inspected.source.info().taxonomy, &photographs)
+    written(record, mesh, taxonomy, &photographs)
 }
 
 /// The report of the inspection in `folder`.

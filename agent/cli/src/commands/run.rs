@@ -166,7 +166,8 @@ impl Output {
     ) -> Result<(), Failure> {
         let mut pause = FIRST_PAUSE;
         for number in 1.. {
-            let report = |record: &InspectionRecord| report_html::of_inspected(inspected, record);
+            let (model, mesh, taxonomy) = (&inspected.model, &inspected.mesh, &inspected.source.info().taxonomy);
+            let report = |record: &InspectionRecord| report_html::of_inspected(model, mesh, taxonomy, record);
             let additions = Additions { view_clouds: self.view_clouds, report: Some(&report) };
             let published = self.folder.publish(inspected, additions);
             let error = match published {

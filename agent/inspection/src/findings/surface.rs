@@ -28,13 +28,12 @@ impl<'a> Surface<'a> {
     pub(crate) fn new(mesh: &'a SemanticMesh, voxel: f64) -> Self {
         let whole = || (0_u32..).zip(&mesh.triangles).filter(|(_, t)| mesh.corners(**t).is_some());
         let pairs = || whole().flat_map(|(_, &[a, b, c])| [(a, b), (b, a), (b, c), (c, b), (c, a), (a, c)]);
-        Self {
-            mesh,
-            voxel,
-            areas: seen_vertex_areas(mesh, voxel as f32),
-            neighbours: Lists::new(mesh.len(), pairs),
-            faces: Lists::new(mesh.len(), || whole().flat_map(|(face, t)| t.map(|v| (v, face)))),
-        }
+        let faces_of_corners = || whole().flat_map(|(face, t)| t.map(|v| (v, face)));
+        let (areas, (neighbours, faces)) = rayon::join(
+            || seen_vertex_areas(mesh, voxel as f32),
+            || rayon::join(|| Lists::new(mesh.len(), pairs), || Lists::new(mesh.len(), faces_of_corners)),
+        );
+        Self { mesh, voxel, areas, neighbours, faces }
     }
 
     /// Vertices that share an edge with `v`, in order.

@@ -5,6 +5,7 @@
 //! [Rusinkiewicz 2019]: exact for pairs on a common circle, so coarse pairs still pull right. Residuals are f32, sums
 //! f64 and centred on the object: a rotation about a camera half a metre away would drown.
 
+use super::into_picture::IntoPicture;
 use super::model_view::ModelView;
 use super::normal_equations::{BINS, Linearised, RUN, Run, Sums};
 use super::source_points::SourcePoints;
@@ -48,38 +49,23 @@ pub fn linearise(
 /// What is the same for all points.
 struct Pairing<'a> {
     target: &'a ModelView,
-    rotation: [[f32; 3]; 3],
-    translation: [f32; 3],
+    into_target: IntoPicture,
     centre: [f32; 3],
     gate: &'a Gate,
-    camera: [f32; 4],
 }
 
 impl<'a> Pairing<'a> {
     fn new(target: &'a ModelView, target_from_source: &Isometry3<f64>, centre: &Point3<f64>, gate: &'a Gate) -> Self {
-        let r = target_from_source.rotation.to_rotation_matrix();
-        let t = target_from_source.translation.vector;
-        let k = &target.intrinsics;
         Self {
             target,
-            rotation: std::array::from_fn(|i| std::array::from_fn(|j| r[(i, j)] as f32)),
-            translation: [t.x as f32, t.y as f32, t.z as f32],
+            into_target: IntoPicture::new(target_from_source, &target.intrinsics),
             centre: [centre.x as f32, centre.y as f32, centre.z as f32],
             gate,
-            // Half a pixel more: truncation then rounds to the nearest pixel.
-            camera: [k.fx as f32, k.fy as f32, k.cx as f32 + 0.5, k.cy as f32 + 0.5],
         }
-    }
-
-    fn turn(&self, p: [f32; 3]) -> [f32; 3] {
-        let r = &self.rotation;
-        std::array::from_fn(|i| r[i][0] * p[0] + r[i][1] * p[1] + r[i][2] * p[2])
     }
 
     fn block(&self, source: &SourcePoints, range: std::ops::Range<usize>) -> Sums {
         let mut sums = Sums::default();
-        let (width, height) = (self.target.intrinsics.width as f32, self.target.intrinsics.height as f32);
-        let [fx, fy, cx, cy] = self.camera;
         let (reach, tukey) = (self.gate.distance * self.gate.distance, self.gate.tukey);
         let outside = f64::from(tukey * tukey);
         let bin = BINS as f32 / self.gate.distance;
@@ -89,16 +75,8 @@ impl<'a> Pairing<'a> {
                 run.end(&mut sums.of_runs);
             }
             sums.cost += outside;
-            let turned = self.turn(source.points[i]);
-            let p: [f32; 3] = std::array::from_fn(|a| turned[a] + self.translation[a]);
-            if p[2] <= 0.0 {
-                continue;
-            }
-            let (u, v) = (fx * p[0] / p[2] + cx, fy * p[1] / p[2] + cy);
-            if !(u >= 0.0 && v >= 0.0 && u < width && v < height) {
-                continue;
-            }
-            let at = v as usize * self.target.intrinsics.width as usize + u as usize;
+            let p = self.into_target.place(source.points[i]);
+            let Some(at) = self.into_target.pixel(p) else { continue };
             let q = self.target.points[at];
             if q[2] <= 0.0 {
                 continue;
@@ -107,7 +85,7 @@ impl<'a> Pairing<'a> {
             if dot(d, d) > reach {
                 continue;
             }
-            let (np, nq) = (self.turn(source.normals[i]), self.target.normals[at]);
+            let (np, nq) = (self.into_target.turn(source.normals[i]), self.target.normals[at]);
             if dot(np, nq) < self.gate.cosine {
                 continue;
             }

@@ -14,6 +14,7 @@ mod degeneracy;
 pub mod gicp;
 pub mod global;
 mod icp_registrar;
+mod into_picture;
 mod joint_equations;
 mod joint_refinement;
 mod kinematics;

@@ -5,10 +5,11 @@
 //! the depth sensor; the picture holds both (direct alignment, [Park 2017], [Engel 2018]). A point counts where the other
 //! view's own surface confirms that it sees it.
 
+use super::into_picture::IntoPicture;
 use super::model_view::ModelView;
 use super::normal_equations::{BINS, Linearised, RUN, Run, Sums};
 use super::texture::{TexturedPoints, ViewTexture};
-use nalgebra::{Isometry3, Point3, Vector3};
+use nalgebra::{Isometry3, Point3};
 use semascan_geometry::vector::{cross, dot, sub};
 
 /// Largest difference of two normalised grey values that is told apart.
@@ -37,9 +38,9 @@ pub(super) fn linearise(
 ) -> Linearised {
     let centre = target_from_source * centre;
     let about = [centre.x as f32, centre.y as f32, centre.z as f32];
-    let total = Sums::over(source.points.len(), |range| {
-        block(source, range, picture, surface, target_from_source, about, gate)
-    });
+    let into_target = IntoPicture::new(target_from_source, &surface.intrinsics);
+    let total =
+        Sums::over(source.points.len(), |range| block(source, range, picture, surface, &into_target, about, gate));
     total.finish(centre, RANGE.into())
 }
 
@@ -75,13 +76,12 @@ pub(super) fn compare(
     target_from_source: &Isometry3<f64>,
     gate: &PhotometricGate,
 ) -> Alikeness {
-    let target_from_source = target_from_source.cast::<f32>();
+    let into_target = IntoPicture::new(target_from_source, &surface.intrinsics);
     let reach = gate.distance * gate.distance;
     let mut out = Alikeness::default();
     for (point, samples) in source.points.iter().zip(&source.samples) {
-        let p: [f32; 3] = (target_from_source * Point3::from(*point)).into();
-        let Some((u, v)) = surface.intrinsics.project(&Point3::from(p).cast()) else { continue };
-        let Some(at) = surface.intrinsics.pixel(u, v) else { continue };
+        let p = into_target.place(*point);
+        let Some(at) = into_target.pixel(p) else { continue };
         let q = surface.points[at];
         let d = sub(p, q);
         if q[2] <= 0.0 || dot(d, d) > reach {
@@ -101,13 +101,11 @@ fn block(
     range: std::ops::Range<usize>,
     picture: &ViewTexture,
     surface: &ModelView,
-    target_from_source: &Isometry3<f64>,
+    into_target: &IntoPicture,
     centre: [f32; 3],
     gate: &PhotometricGate,
 ) -> Sums {
     let mut sums = Sums::default();
-    let target_from_source = target_from_source.cast::<f32>();
-    let camera = &surface.intrinsics;
     let (reach, outside) = (gate.distance * gate.distance, f64::from(gate.tukey * gate.tukey));
     let mut run = Run::default();
     for i in range {
@@ -115,10 +113,9 @@ fn block(
             run.end(&mut sums.of_runs);
         }
         sums.cost += outside;
-        let p: [f32; 3] = (target_from_source * Point3::from(source.points[i])).into();
+        let p = into_target.place(source.points[i]);
         // Seen by the other camera, and not hidden behind something nearer.
-        let Some((u, v)) = camera.project(&Point3::from(p).cast()) else { continue };
-        let Some(at) = camera.pixel(u, v) else { continue };
+        let Some(at) = into_target.pixel(p) else { continue };
         let q = surface.points[at];
         let d = sub(p, q);
         if q[2] <= 0.0 || dot(d, d) > reach {
@@ -135,7 +132,7 @@ fn block(
         }
         let w = (1.0 - x * x) * (1.0 - x * x);
         // The mean of both gradients, as with the normals of surfaces: exact to second order ([Benhimane 2004]).
-        let turned: [f32; 3] = (target_from_source.rotation * Vector3::from(own.gradient)).into();
+        let turned = into_target.turn(own.gradient);
         let n: [f32; 3] = std::array::from_fn(|a| 0.5 * (turned[a] + sample.gradient[a]));
         let turn = cross(sub(p, centre), n);
         sums.push(&[turn[0], turn[1], turn[2], n[0], n[1], n[2]], w, r, outside);

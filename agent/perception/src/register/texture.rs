@@ -77,8 +77,9 @@ impl Texture {
     pub(super) fn at(&self, level: usize, p: [f32; 3]) -> Option<Sample> {
         let Level { camera, steps } = &self.levels[level];
         let (fx, fy) = (camera.fx as f32, camera.fy as f32);
-        let u = fx * p[0] / p[2] + camera.cx as f32;
-        let v = fy * p[1] / p[2] + camera.cy as f32;
+        let nearness = 1.0 / p[2];
+        let u = fx * p[0] * nearness + camera.cx as f32;
+        let v = fy * p[1] * nearness + camera.cy as f32;
         let (width, height) = (camera.width as usize, camera.height as usize);
         // Not at the border, where the window of the normalisation is cut.
         if !(p[2] > 0.0 && u >= 1.0 && v >= 1.0 && u < width as f32 - 2.0 && v < height as f32 - 2.0) {
@@ -92,8 +93,8 @@ impl Texture {
         let (top, low) = (top_left + a * (top_right - top_left), low_left + a * (low_right - low_left));
         let across = (1.0 - b) * (top_right - top_left) + b * (low_right - low_left);
         // The slope of the picture through the projection.
-        let (x, y) = (across * fx / p[2], (low - top) * fy / p[2]);
-        Some(Sample { value: top + b * (low - top), gradient: [x, y, -(x * p[0] + y * p[1]) / p[2]] })
+        let (x, y) = (across * fx * nearness, (low - top) * fy * nearness);
+        Some(Sample { value: top + b * (low - top), gradient: [x, y, -(x * p[0] + y * p[1]) * nearness] })
     }
 }
 

@@ -42,9 +42,10 @@ pub struct Rendering {
 /// Draws `scene` as `camera` sees it, with `outlines` on its surface: those of their parts that nothing hides.
 pub fn render(scene: &Scene<'_>, camera: &Camera, outlines: &[Outline<'_>]) -> Rendering {
     let fine = Camera { intrinsics: finer(&camera.intrinsics), ..*camera };
-    let samples = Samples::of(scene, &fine);
+    let lamp = shading::lamp(camera);
+    let samples = Samples::of(scene, &fine, &lamp);
     let marks = outline::draw(outlines, scene, &samples, f64::from(SUPERSAMPLING));
-    let image = shading::shade(scene, &samples, &marks, outlines, SUPERSAMPLING);
+    let image = shading::shade(scene, &samples, &marks, outlines, &lamp, SUPERSAMPLING);
     Rendering { image, depth: samples.depth }
 }
 

@@ -1,11 +1,29 @@
 //! The mesh with the colours that it is drawn in.
 
+use nalgebra::{Point3, Vector3};
+use rayon::prelude::*;
 use semascan_model::{ClassDef, SemanticMesh, Taxonomy};
+use std::ops::Range;
 
 /// Share of a defect's colour where it lies on a component.
 const DEFECT_SHARE: f32 = 0.85;
 /// Share of the class colour in that of a component; the rest is white, so that defects and outlines stand out.
 const COMPONENT_SHARE: f32 = 0.72;
+
+/// Triangles of a block: enough that looking at it costs little, few enough that it lies in one place.
+const BLOCK: usize = 128;
+
+/// Triangles that follow each other, and the ball that they lie in. The mesher lists triangles place by place, so a picture of
+/// one place needs few blocks.
+#[derive(Debug)]
+pub(super) struct Block {
+    /// Places in [`Scene::triangles`].
+    pub(super) triangles: Range<u32>,
+    /// Centre of the ball, table frame, metres.
+    pub(super) centre: Point3<f64>,
+    /// Its radius, metres.
+    pub(super) radius: f64,
+}
 
 /// A mesh, ready to be drawn.
 #[derive(Debug)]
@@ -14,6 +32,8 @@ pub struct Scene<'a> {
     pub(super) mesh: &'a SemanticMesh,
     /// Faces whose vertices are there.
     pub(super) triangles: Vec<[u32; 3]>,
+    /// All of them, in their order.
+    pub(super) blocks: Vec<Block>,
     /// Colour of each vertex, linear light, 0 to 1.
     pub(super) colors: Vec<[f32; 3]>,
     /// Positions of the vertices of faces.
@@ -53,7 +73,8 @@ impl<'a> Scene<'a> {
             high = [0, 1, 2].map(|k| high[k].max(p[k]));
         }
         let diagonal = [0, 1, 2].map(|k| f64::from(high[k] - low[k]).powi(2)).iter().sum::<f64>().sqrt();
-        Self { mesh, triangles, colors, positions, diagonal: if diagonal.is_finite() { diagonal } else { 0.0 } }
+        let blocks = (0..triangles.len().div_ceil(BLOCK)).into_par_iter().map(|i| block(mesh, &triangles, i)).collect();
+        Self { mesh, triangles, blocks, colors, positions, diagonal: if diagonal.is_finite() { diagonal } else { 0.0 } }
     }
 
     /// Whether the corners of a triangle have the same colour.
@@ -77,6 +98,22 @@ impl<'a> Scene<'a> {
     /// Positions of the vertices of faces, table frame, metres.
     pub fn positions(&self) -> &[[f32; 3]] {
         &self.positions
+    }
+}
+
+/// The block with the number `i` of `triangles`, whose vertices are there and finite.
+fn block(mesh: &SemanticMesh, triangles: &[[u32; 3]], i: usize) -> Block {
+    let range = i * BLOCK..((i + 1) * BLOCK).min(triangles.len());
+    let (mut low, mut high) = (Vector3::repeat(f32::INFINITY), Vector3::repeat(f32::NEG_INFINITY));
+    for v in triangles[range.clone()].iter().flatten() {
+        let p = Vector3::from(mesh.vertices.positions[*v as usize]);
+        (low, high) = (low.inf(&p), high.sup(&p));
+    }
+    let (low, high) = (low.cast::<f64>(), high.cast::<f64>());
+    Block {
+        triangles: range.start as u32..range.end as u32,
+        centre: Point3::from((low + high) / 2.0),
+        radius: (high - low).norm() / 2.0,
     }
 }
 

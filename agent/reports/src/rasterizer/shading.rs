@@ -1,9 +1,10 @@
 //! Samples to pixels: Lambert's law with a lamp beside the camera, contours where the depth jumps, outlines of findings, and the
 //! mean of a pixel's samples in linear light.
 
+use super::camera::Camera;
 use super::outline::{Marks, Outline};
 use super::scene::{Scene, linear, srgb};
-use super::visibility::Samples;
+use super::visibility::{Hit, Samples};
 use image::RgbImage;
 use nalgebra::Vector3;
 use rayon::prelude::*;
@@ -24,17 +25,22 @@ const HATCH: usize = 6;
 /// What a contour leaves of the light.
 const CONTOUR: f32 = 0.35;
 
-/// The picture of `samples`, each pixel the mean of `supersampling` squared ones.
+/// Where the light comes from in a picture of `camera`: a unit vector in the table frame.
+pub(super) fn lamp(camera: &Camera) -> Vector3<f32> {
+    (camera.table_from_camera.rotation.cast::<f32>() * Vector3::from(LAMP)).normalize()
+}
+
+/// The picture of `samples`, lit from `lamp`, each pixel the mean of `supersampling` squared ones.
 pub(super) fn shade(
     scene: &Scene<'_>,
     samples: &Samples,
     marks: &Marks,
     outlines: &[Outline<'_>],
+    lamp: &Vector3<f32>,
     supersampling: u32,
 ) -> RgbImage {
     let step = supersampling as usize;
     let (width, height) = (samples.depth.width / step, samples.depth.height / step);
-    let lamp = (samples.depth.camera.table_from_camera.rotation.cast::<f32>() * Vector3::from(LAMP)).normalize();
     let inks: Vec<[f32; 3]> = outlines.iter().map(|outline| outline.color.map(linear)).collect();
     let jump = (JUMP * scene.diagonal()) as f32;
     let values: Vec<u8> = (0..=LEVELS).map(|level| srgb(level as f32 / LEVELS as f32)).collect();
@@ -77,25 +83,20 @@ pub(super) fn shade(
 }
 
 /// Light of one sample.
-fn light_at(scene: &Scene<'_>, samples: &Samples, (x, y): (usize, usize), lamp: Vector3<f32>, jump: f32) -> [f32; 3] {
-    let Some((triangle, weights)) = samples.hit(scene, x, y) else { return [1.0; 3] };
-    let vertices = &scene.mesh.vertices;
+fn light_at(scene: &Scene<'_>, samples: &Samples, (x, y): (usize, usize), lamp: &Vector3<f32>, jump: f32) -> [f32; 3] {
+    let Some(Hit { triangle, weights, mut facing, is_outside }) = samples.hit(scene, x, y) else { return [1.0; 3] };
     let corner = triangle.map(|v| v as usize);
-    let normals = corner.map(|v| Vector3::from(vertices.normals[v]));
-    let mut normal: Vector3<f32> = (0..3).map(|k| normals[k] * weights[k]).sum();
-    if normal.norm_squared() < 1e-6 {
-        let [a, b, c] = corner.map(|v| Vector3::from(vertices.positions[v]));
-        normal = (b - a).cross(&(c - a));
+    if facing.is_nan() {
+        let [a, b, c] = corner.map(|v| Vector3::from(scene.mesh.vertices.positions[v]));
+        facing = (b - a).cross(&(c - a)).try_normalize(0.0).map_or(1.0, |normal| normal.dot(lamp));
     }
-    let mut normal = normal.try_normalize(1e-12).unwrap_or(lamp);
     // Where the inside of the surface is seen, nothing is known of what lies before it: it is grey and without classes.
-    let is_outside = samples.shows_outside(scene, y * samples.depth.width + x);
     if !is_outside {
-        normal = -normal;
+        facing = -facing;
     }
     // A vertex stands for the surface nearest to it: classes do not blend into each other.
     let nearest = (1..3).fold(0, |best, k| if weights[k] > weights[best] { k } else { best });
-    let mut light = AMBIENT + (1.0 - AMBIENT) * normal.dot(&lamp).max(0.0);
+    let mut light = AMBIENT + (1.0 - AMBIENT) * facing.max(0.0);
     if is_contour(samples, x, y, jump) {
         light *= CONTOUR;
     }

@@ -1,9 +1,11 @@
 //! Which triangle is seen at each sample, and how deep: a z-buffer in perspective.
 
 use super::camera::Camera;
-use super::scene::Scene;
-use nalgebra::Vector3;
+use super::scene::{Block, Scene};
+use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
+use semascan_model::SemanticCloud;
+use std::ops::RangeInclusive;
 
 /// Rows of a band, the unit of work.
 const BAND: usize = 32;
@@ -43,6 +45,31 @@ pub(super) struct Corner {
     pub(super) at: [f32; 2],
     /// 1 / depth, which is linear in the picture.
     pub(super) inverse_depth: f32,
+    /// Cosine between the vertex's normal and the lamp; NaN without a normal.
+    pub(super) facing: f32,
+}
+
+/// What a sample shows.
+pub(super) struct Hit {
+    /// The vertices of the triangle.
+    pub(super) triangle: [u32; 3],
+    /// Weights of its corners on the surface.
+    pub(super) weights: [f32; 3],
+    /// [`Corner::facing`] there.
+    pub(super) facing: f32,
+    /// Whether it is the outside that is seen.
+    pub(super) is_outside: bool,
+}
+
+/// A vertex in the picture.
+#[derive(Clone, Copy, Debug)]
+enum Projected {
+    /// No triangle that the picture may show has it.
+    NotAsked,
+    /// It lies behind the camera.
+    Behind,
+    /// It is there, or beside the picture.
+    Ahead(Corner),
 }
 
 /// What is seen at each sample.
@@ -50,48 +77,31 @@ pub(super) struct Samples {
     pub(super) depth: DepthBuffer,
     /// Place of the triangle in [`Scene::triangles`].
     triangles: Vec<u32>,
-    /// Corners of each vertex of the mesh; `None` behind the camera.
-    corners: Vec<Option<Corner>>,
+    /// Each vertex of the mesh in the picture.
+    corners: Vec<Projected>,
 }
 
 impl Samples {
-    /// Draws the triangles of `scene` as `camera` sees them. Those that reach behind it are left out.
-    pub(super) fn of(scene: &Scene<'_>, camera: &Camera) -> Self {
-        let k = &camera.intrinsics;
-        let (width, height) = (k.width as usize, k.height as usize);
-        let camera_from_table = camera.table_from_camera.inverse();
-        let (turn, shift) =
-            (camera_from_table.rotation.to_rotation_matrix().into_inner(), camera_from_table.translation);
-        let project = |p: &[f32; 3]| {
-            let q = turn * Vector3::from(p.map(f64::from)) + shift.vector;
-            if q.z <= 1e-6 {
-                return None;
-            }
-            let inverse_depth = 1.0 / q.z;
-            let at = [k.fx * q.x * inverse_depth + k.cx, k.fy * q.y * inverse_depth + k.cy];
-            Some(Corner { at: at.map(|c| c as f32), inverse_depth: inverse_depth as f32 })
-        };
-        let corners: Vec<Option<Corner>> = scene.mesh.vertices.positions.par_iter().map(project).collect();
-        let bands = height.div_ceil(BAND);
-        let mut of_band: Vec<Vec<u32>> = vec![Vec::new(); bands];
-        for (number, triangle) in (0..).zip(&scene.triangles) {
-            let Some([a, b, c]) = whole(&corners, *triangle) else { continue };
-            let rows = [a.at[1], b.at[1], c.at[1]];
-            let columns = [a.at[0], b.at[0], c.at[0]];
-            let span =
-                |values: [f32; 3]| (values[0].min(values[1]).min(values[2]), values[0].max(values[1]).max(values[2]));
-            let ((first, last), (left, right)) = (span(rows), span(columns));
-            if last < 0.0 || right < 0.0 || first > (height - 1) as f32 || left > (width - 1) as f32 {
-                continue;
-            }
-            // Between two rows or two columns of samples it is not seen.
-            let (first, last) = (first.max(0.0), last.min((height - 1) as f32));
-            if round_up(first) > last as usize || round_up(left.max(0.0)) > right.min((width - 1) as f32) as usize {
-                continue;
-            }
-            let (first, last) = (round_up(first) / BAND, last as usize / BAND);
-            for band in &mut of_band[first..=last] {
-                band.push(number);
+    /// Draws the triangles of `scene` as `camera` sees them, lit from the direction `lamp` (table frame, of length one). Those
+    /// that reach behind the camera are left out.
+    pub(super) fn of(scene: &Scene<'_>, camera: &Camera, lamp: &Vector3<f32>) -> Self {
+        let (width, height) = (camera.intrinsics.width as usize, camera.intrinsics.height as usize);
+        let eye = Eye::of(camera, lamp);
+        // Only what the picture may show is looked at: a picture of one place needs little of the mesh.
+        let mut corners: Vec<Projected> = vec![Projected::NotAsked; scene.mesh.len()];
+        let mut of_band: Vec<Vec<u32>> = vec![Vec::new(); height.div_ceil(BAND)];
+        for block in scene.blocks.iter().filter(|block| eye.may_see(block)) {
+            for number in block.triangles.clone() {
+                let triangle = scene.triangles[number as usize];
+                for vertex in triangle.map(|v| v as usize) {
+                    if let Projected::NotAsked = corners[vertex] {
+                        corners[vertex] = eye.project(&scene.mesh.vertices, vertex);
+                    }
+                }
+                let Some(corners) = whole(&corners, triangle) else { continue };
+                if let Some(rows) = rows_with_samples(corners, (width, height)) {
+                    of_band[rows.start() / BAND..=rows.end() / BAND].iter_mut().for_each(|band| band.push(number));
+                }
             }
         }
         // The buffer holds 1 / depth while triangles are drawn, because that is linear along a row; 0 is infinitely far.
@@ -117,8 +127,8 @@ impl Samples {
         Some(self.triangles[y * self.depth.width + x]).filter(|number| *number != NOTHING)
     }
 
-    /// The triangle at a sample with the weights of its corners on the surface; `None` where nothing is seen.
-    pub(super) fn hit(&self, scene: &Scene<'_>, x: usize, y: usize) -> Option<([u32; 3], [f32; 3])> {
+    /// What is seen at a sample; `None` where that is nothing.
+    pub(super) fn hit(&self, scene: &Scene<'_>, x: usize, y: usize) -> Option<Hit> {
         let number = self.triangles[y * self.depth.width + x];
         let triangle = *scene.triangles.get(number as usize).filter(|_| number != NOTHING)?;
         let corners = whole(&self.corners, triangle)?;
@@ -129,7 +139,9 @@ impl Samples {
         // Weights in the picture become those on the surface by the depths (perspective correction).
         let weighted = [0, 1, 2].map(|k| flat[k] * corners[k].inverse_depth);
         let sum: f32 = weighted.iter().sum();
-        Some((triangle, weighted.map(|w| w / sum)))
+        let weights = weighted.map(|w| w / sum);
+        let facing = (0..3).map(|k| weights[k] * corners[k].facing).sum();
+        Some(Hit { triangle, weights, facing, is_outside: is_outside(corners) })
     }
 
     /// Whether what lies on the surface at a sample can be seen: its outside is, or a rim runs beside it.
@@ -151,9 +163,82 @@ fn round_up(value: f32) -> usize {
     cut + usize::from(value > cut as f32)
 }
 
-fn whole(corners: &[Option<Corner>], triangle: [u32; 3]) -> Option<[Corner; 3]> {
-    let of = |v: u32| corners.get(v as usize).copied().flatten();
-    Some([of(triangle[0])?, of(triangle[1])?, of(triangle[2])?])
+fn whole(corners: &[Projected], triangle: [u32; 3]) -> Option<[Corner; 3]> {
+    match triangle.map(|v| corners[v as usize]) {
+        [Projected::Ahead(a), Projected::Ahead(b), Projected::Ahead(c)] => Some([a, b, c]),
+        _ => None,
+    }
+}
+
+/// The rows of samples that a triangle may cover; `None` where it lies outside of the picture, or between two rows or two
+/// columns of samples.
+fn rows_with_samples(corners: [Corner; 3], (width, height): (usize, usize)) -> Option<RangeInclusive<usize>> {
+    let span = |axis: usize, size: usize| {
+        let [a, b, c] = corners.map(|corner| corner.at[axis]);
+        let (first, last) = (a.min(b).min(c), a.max(b).max(c));
+        let end = (size - 1) as f32;
+        if last < 0.0 || first > end {
+            return None;
+        }
+        let (first, last) = (round_up(first.max(0.0)), last.min(end) as usize);
+        (first <= last).then_some(first..=last)
+    };
+    span(0, width)?;
+    span(1, height)
+}
+
+/// A camera, ready to project many vertices.
+struct Eye {
+    turn: Matrix3<f64>,
+    shift: Vector3<f64>,
+    /// Focal lengths and principal point, pixels.
+    focal: [f64; 2],
+    centre: [f64; 2],
+    /// Unit normals of the planes through the camera and the edges of its picture, camera frame; they point outwards.
+    edges: [Vector3<f64>; 4],
+    /// Where the light comes from, table frame.
+    lamp: Vector3<f32>,
+}
+
+impl Eye {
+    fn of(camera: &Camera, lamp: &Vector3<f32>) -> Self {
+        let k = &camera.intrinsics;
+        let camera_from_table = camera.table_from_camera.inverse();
+        let (last_x, last_y) = (f64::from(k.width) - 1.0, f64::from(k.height) - 1.0);
+        let edges = [
+            Vector3::new(-k.fx, 0.0, -k.cx),
+            Vector3::new(k.fx, 0.0, k.cx - last_x),
+            Vector3::new(0.0, -k.fy, -k.cy),
+            Vector3::new(0.0, k.fy, k.cy - last_y),
+        ];
+        Self {
+            turn: camera_from_table.rotation.to_rotation_matrix().into_inner(),
+            shift: camera_from_table.translation.vector,
+            focal: [k.fx, k.fy],
+            centre: [k.cx, k.cy],
+            edges: edges.map(|normal| normal.normalize()),
+            lamp: *lamp,
+        }
+    }
+
+    /// Whether a part of the block's ball lies before the camera and within the edges of its picture.
+    fn may_see(&self, block: &Block) -> bool {
+        let centre = self.turn * block.centre.coords + self.shift;
+        centre.z + block.radius > 0.0 && self.edges.iter().all(|normal| normal.dot(&centre) <= block.radius)
+    }
+
+    fn project(&self, vertices: &SemanticCloud, vertex: usize) -> Projected {
+        let q = self.turn * Vector3::from(vertices.positions[vertex].map(f64::from)) + self.shift;
+        if q.z <= 1e-6 {
+            return Projected::Behind;
+        }
+        let inverse_depth = 1.0 / q.z;
+        let at = [0, 1].map(|axis| (self.focal[axis] * q[axis] * inverse_depth + self.centre[axis]) as f32);
+        let normal = Vector3::from(vertices.normals[vertex]);
+        // Without a normal the length is zero and the cosine none.
+        let facing = normal.dot(&self.lamp) / normal.norm();
+        Projected::Ahead(Corner { at, inverse_depth: inverse_depth as f32, facing })
+    }
 }
 
 /// Whether a triangle is seen from outside: its corners are counter-clockwise there, and rows count downwards.

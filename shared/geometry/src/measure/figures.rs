@@ -1,5 +1,6 @@
 //! The figures of a model, from its points and their mesh: the one place where they are computed.
 
+use super::batch::both;
 use super::seen_vertex_areas;
 use semascan_model::{FeatureFigures, ModelFigures, PointFlags, SemanticCloud, SemanticMesh};
 use std::collections::BTreeMap;
@@ -23,25 +24,10 @@ type Table = BTreeMap<Key, Sums>;
 /// smoothed, filled or simplified, is `mesh`. Numbers, confidences and uncertainties are those of the points, areas those
 /// of the mesh ([`seen_vertex_areas`]); without triangles areas are unknown.
 pub fn model_figures(cloud: &SemanticCloud, mesh: &SemanticMesh, voxel: f32) -> ModelFigures {
-    let [mut components, mut defects, mut findings, mut instances] = [(); 4].map(|()| Table::new());
-    for p in cloud.iter().filter(|p| !p.flags.has(PointFlags::LEFT_OUT)) {
-        let count = |table: &mut Table, key: Key, confidence: f32, sigma: f32| {
-            let sums = table.entry(key).or_default();
-            sums.points += 1;
-            sums.confidence += f64::from(confidence);
-            sums.sigma += f64::from(sigma);
-        };
-        count(&mut components, (p.label, p.label), p.confidence, p.sigma);
-        count(&mut defects, (0, p.defect), p.defect_confidence, p.defect_sigma);
-        if p.defect != 0 {
-            count(&mut findings, (p.label, p.defect), p.defect_confidence, p.defect_sigma);
-        }
-        if p.instance != 0 {
-            count(&mut instances, (p.label, p.instance), p.confidence, p.sigma);
-        }
-    }
+    let (tables, areas) = both(|| sums_of_points(cloud), || seen_vertex_areas(mesh, voxel));
+    let [mut components, mut defects, mut findings, mut instances] = tables;
     let vertices = &mesh.vertices;
-    for (v, area) in seen_vertex_areas(mesh, voxel).into_iter().enumerate() {
+    for (v, area) in areas.into_iter().enumerate() {
         let (label, defect, instance) = (vertices.labels[v], vertices.defects[v], vertices.instances[v]);
         components.entry((label, label)).or_default().area += area;
         defects.entry((0, defect)).or_default().area += area;
@@ -60,6 +46,28 @@ pub fn model_figures(cloud: &SemanticCloud, mesh: &SemanticMesh, voxel: f32) -> 
         findings: list(findings),
         instances: of_instances(instances).into_iter().map(|(key, sums)| sums.figures(key, measured)).collect(),
     }
+}
+
+/// Sums over the points of components, defects, findings and instances, without areas.
+fn sums_of_points(cloud: &SemanticCloud) -> [Table; 4] {
+    let [mut components, mut defects, mut findings, mut instances] = [(); 4].map(|()| Table::new());
+    for p in cloud.iter().filter(|p| !p.flags.has(PointFlags::LEFT_OUT)) {
+        let count = |table: &mut Table, key: Key, confidence: f32, sigma: f32| {
+            let sums = table.entry(key).or_default();
+            sums.points += 1;
+            sums.confidence += f64::from(confidence);
+            sums.sigma += f64::from(sigma);
+        };
+        count(&mut components, (p.label, p.label), p.confidence, p.sigma);
+        count(&mut defects, (0, p.defect), p.defect_confidence, p.defect_sigma);
+        if p.defect != 0 {
+            count(&mut findings, (p.label, p.defect), p.defect_confidence, p.defect_sigma);
+        }
+        if p.instance != 0 {
+            count(&mut instances, (p.label, p.instance), p.confidence, p.sigma);
+        }
+    }
+    [components, defects, findings, instances]
 }
 
 /// The sums of each instance, by number, under the component that most of its points belong to; of equals the lowest.
