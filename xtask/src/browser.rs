@@ -18,6 +18,15 @@ const CHROMIUM: [&str; 4] = ["chromium", "chromium-browser", "google-chrome-stab
 /// Oldest Node that the browser tests' packages run on.
 const OLDEST_NODE: u32 = 20;
 
+/// The built programs under test.
+#[derive(Clone, Copy)]
+pub(crate) struct Programs<'a> {
+    /// The agent.
+    pub(crate) agent: &'a Path,
+    /// What a hostile agent sends.
+    pub(crate) endless_stream: &'a Path,
+}
+
 /// The programs that the tests run in and by.
 pub(crate) struct Browser {
     chromium: PathBuf,
@@ -30,11 +39,11 @@ impl Browser {
         Ok(Self { chromium: chromium()? })
     }
 
-    /// Runs every `*.test.mjs`, or those whose name contains `filter`, with `agent` as the binary under test.
+    /// Runs every `*.test.mjs`, or those whose name contains `filter`, with `programs` under test.
     pub(crate) fn run_tests(
         &self,
         workspace: &Workspace,
-        agent: &Path,
+        programs: Programs<'_>,
         filter: Option<&str>,
         tally: &mut Tally,
     ) -> Result<()> {
@@ -43,7 +52,8 @@ impl Browser {
         let tests = tests(&folder, filter)?;
         // One file at a time: each one draws with a software rasterizer that takes every core. A test that never
         // comes back is a failed test.
-        let mut node = self.node(&folder, agent);
+        let mut node = self.node(&folder, programs.agent);
+        node.env("SEMASCAN_ENDLESS_STREAM", programs.endless_stream);
         node.args(["--test", "--test-concurrency=1", "--test-reporter=spec"]);
         node.args(["--test-timeout=600000", "--test-force-exit"]).args(tests);
         run_reading(&mut node, |line| {

@@ -1,6 +1,6 @@
 //! `cargo xtask test`: everything that can tell whether Semascan works, in the order in which it fails fastest.
 
-use crate::browser::Browser;
+use crate::browser::{Browser, Programs};
 use crate::packages::NeedsYou;
 use crate::process::{run as run_command, run_reading};
 use crate::report::{Steps, note};
@@ -14,6 +14,8 @@ use std::path::PathBuf;
 
 /// Folder of the real captures that some tests read.
 const DATA: &str = "SEMASCAN_DATA";
+/// The example that a browser test passes to a page.
+const ENDLESS_STREAM: &str = "endless_stream";
 
 /// What is tested.
 #[derive(Args)]
@@ -61,7 +63,8 @@ pub(crate) fn run(options: &Options) -> Result<()> {
         Some(_) if !(web && built) => steps.skip("browser tests", "a build failed"),
         Some(browser) => {
             let filter = options.browser.as_deref().filter(|name| !name.is_empty());
-            steps.run("browser tests", |tally| browser.run_tests(&workspace, &agent(&workspace), filter, tally))?;
+            let programs = Programs { agent: &agent(&workspace), endless_stream: &example(&workspace, ENDLESS_STREAM) };
+            steps.run("browser tests", |tally| browser.run_tests(&workspace, programs, filter, tally))?;
         }
     }
     steps.finish()
@@ -96,11 +99,11 @@ fn test_training(options: &Options, workspace: &Workspace, steps: &mut Steps) ->
     }
 }
 
-/// Builds all tests and with them the agent, or the agent alone where only browser tests are run. The whole workspace is
+/// Builds all tests and with them the agent, or what browser tests run alone where there are no others. The whole workspace is
 /// selected for that too: most features of the dependencies are then the same and little is compiled twice.
 fn build(options: &Options, workspace: &Workspace, variables: &Variables) -> Result<()> {
     let what: &[&str] = match options.browser {
-        Some(_) => &["build", "--workspace", "--bin", "semascan"],
+        Some(_) => &["build", "--workspace", "--bin", "semascan", "--example", ENDLESS_STREAM],
         None => &["test", "--workspace", "--no-run"],
     };
     run_command(cargo().current_dir(&workspace.root).args(what).envs(variables.iter().cloned()))
@@ -117,6 +120,11 @@ fn test_rust(workspace: &Workspace, variables: &Variables, tally: &mut Tally) ->
 /// The agent that `build` made: a build of an integration test builds the binaries of its package too.
 fn agent(workspace: &Workspace) -> PathBuf {
     workspace.target.join("debug").join(format!("semascan{}", std::env::consts::EXE_SUFFIX))
+}
+
+/// An example that `build` made.
+fn example(workspace: &Workspace, name: &str) -> PathBuf {
+    workspace.target.join("debug/examples").join(format!("{name}{}", std::env::consts::EXE_SUFFIX))
 }
 
 /// Environment variables of the Rust tests.
