@@ -93,7 +93,8 @@ mod tests {
     fn photographs_of_the_same_model_come_back_and_of_another_do_not() {
         let (record, taxonomy, taken) = (record(), taxonomy(), photographs());
         let pictures = Pictures::default();
-        let report = Report { record: &record, taxonomy: &taxonomy, pictures: &pictures, photographs: &taken };
+        let report =
+            Report { record: &record, taxonomy: &taxonomy, pictures: &pictures, photographs: &taken, reviewed: None };
         let text = html(&report);
         let carried = carried_photographs(&text, &record).expect("the same generation");
         assert_eq!(carried.of, taken.of);

@@ -3,6 +3,7 @@
 use crate::figure::{Unit, alone, with_uncertainty};
 use semascan_model::finding::{Finding, FindingKind};
 use semascan_model::record::{LabelSource, Outcome, RegistrationRecord};
+use semascan_model::review::ReviewAction;
 use semascan_model::verdict::{Conformity, Decision, JudgedFigure, VerdictLine};
 
 /// What a finding is, without its component: `corrosion`, `not seen`.
@@ -32,6 +33,26 @@ pub(crate) fn decision(decision: Decision) -> &'static str {
     }
 }
 
+/// What a person did, where that is no decision.
+pub(crate) fn action(action: &ReviewAction) -> String {
+    let on = |component: &Option<String>| component.as_ref().map(|name| format!(" on {name}")).unwrap_or_default();
+    match action {
+        ReviewAction::Accept => "accept".into(),
+        ReviewAction::Reject => "reject".into(),
+        ReviewAction::Rework => "rework".into(),
+        ReviewAction::Comment => "remark".into(),
+        ReviewAction::Reclassify { defect: None, .. } => "found in error".into(),
+        ReviewAction::Reclassify { component, defect: Some(defect) } => format!("is {defect}{}", on(component)),
+        ReviewAction::Relabel { component, defect, .. } => {
+            let labels: Vec<&str> = [component, defect].into_iter().flatten().map(String::as_str).collect();
+            format!("a patch of surface is {}", labels.join(", "))
+        }
+        ReviewAction::NewFinding { component, defect, .. } => {
+            format!("drew {} on {component}", defect.as_deref().unwrap_or("a remark"))
+        }
+    }
+}
+
 /// How a figure stands to its limit.
 pub(crate) fn conformity(conformity: Conformity) -> &'static str {
     match conformity {
@@ -54,7 +75,7 @@ pub(crate) fn judged(figure: JudgedFigure) -> (&'static str, Unit) {
         JudgedFigure::Deviation => ("deviation", Unit::Millimetre),
         JudgedFigure::Unjudged => ("surface that nobody judged", Unit::Percent),
         JudgedFigure::Inspection => ("the inspection", Unit::One),
-        JudgedFigure::Coverage => ("covered by a rule", Unit::One),
+        JudgedFigure::Coverage => ("area without a limit", Unit::SquareMillimetre),
     }
 }
 

@@ -45,6 +45,7 @@ pub use tables::{components_csv, findings_csv};
 use semascan_model::Taxonomy;
 use semascan_model::finding::{Finding, FindingId, FindingView};
 use semascan_model::record::InspectionRecord;
+use semascan_model::review::{ReviewEntry, ReviewedState};
 use std::collections::BTreeMap;
 
 /// Findings that have pictures in a report; of more the largest.
@@ -84,6 +85,36 @@ pub struct Photographs {
     pub missing: Option<String>,
 }
 
+/// What people decided about an inspection after it was made.
+#[derive(Clone, Debug)]
+pub struct Reviewed {
+    /// The entries about it in the log of reviews, in their order.
+    pub entries: Vec<ReviewEntry>,
+    /// What they come to.
+    pub state: ReviewedState,
+    /// What was found when the whole log was checked.
+    pub audit: Audit,
+}
+
+/// Whether a log of reviews is what was written.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Audit {
+    /// Every entry is.
+    Good {
+        /// Entries of the log, also of other inspections.
+        entries: u64,
+        /// Hash of the last one, hexadecimal.
+        head: String,
+    },
+    /// An entry is not.
+    Broken {
+        /// Its place in the log.
+        sequence: u64,
+        /// What is wrong with it.
+        reason: String,
+    },
+}
+
 /// Everything that a report is made of.
 #[derive(Clone, Copy, Debug)]
 pub struct Report<'a> {
@@ -95,6 +126,8 @@ pub struct Report<'a> {
     pub pictures: &'a Pictures,
     /// Photographs.
     pub photographs: &'a Photographs,
+    /// What people decided; `None` where no log of reviews is kept.
+    pub reviewed: Option<&'a Reviewed>,
 }
 
 /// The findings of a record.

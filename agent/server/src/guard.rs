@@ -160,7 +160,8 @@ pub(super) async fn guard(State(shared): State<Shared>, request: Request, next: 
         host.as_deref().and_then(|host| HeaderValue::from_str(&shared.access.content_security_policy(host)).ok());
     let policy = policy.unwrap_or(HeaderValue::from_static("default-src 'none'; frame-ancestors 'none'"));
     let headers = response.headers_mut();
-    headers.insert(header::CONTENT_SECURITY_POLICY, policy);
+    // A report brings a stricter one of its own.
+    headers.entry(header::CONTENT_SECURITY_POLICY).or_insert(policy);
     for (name, value) in HEADERS {
         headers.insert(name, HeaderValue::from_static(value));
     }

@@ -1,6 +1,6 @@
 //! What is kept of inspections, as the API and replays use it.
 
-use semascan_inspection::ports::{Archive, Catalogue, Remake, ReviewLog};
+use semascan_inspection::ports::{Archive, Catalogue, Remake, Reports, ReviewLog};
 use semascan_inspection::review::ReviewDesk;
 use std::sync::Arc;
 
@@ -14,6 +14,8 @@ pub struct Past {
     pub(super) desk: ReviewDesk,
     /// Makes inspections again from their captures.
     pub(super) remake: Arc<dyn Remake>,
+    /// Makes reports with what people decided.
+    pub(super) reports: Arc<dyn Reports>,
 }
 
 impl Past {
@@ -23,8 +25,9 @@ impl Past {
         archive: Arc<dyn Archive>,
         reviews: Arc<dyn ReviewLog>,
         remake: Arc<dyn Remake>,
+        reports: Arc<dyn Reports>,
     ) -> Self {
-        Self { catalogue, archive, desk: ReviewDesk::new(reviews), remake }
+        Self { catalogue, archive, desk: ReviewDesk::new(reviews), remake, reports }
     }
 }
 

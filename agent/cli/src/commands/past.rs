@@ -1,7 +1,8 @@
 //! What a data folder keeps, for the server: its rows, files and reviews, and its inspections made again.
 
+use super::report_html;
 use semascan_inspection::Inspection;
-use semascan_inspection::ports::{Catalogue, InspectionState, PortError, Remake};
+use semascan_inspection::ports::{Archive, Catalogue, InspectionState, PortError, Remake, Reports};
 use semascan_inspection::spec::InspectionSpec;
 use semascan_model::InspectionId;
 use semascan_server::Past;
@@ -12,7 +13,21 @@ use std::sync::Arc;
 /// What `data` keeps.
 pub(crate) fn past(data: &Arc<DataFolder>) -> Past {
     let catalogue = data.catalogue();
-    Past::new(catalogue.clone(), data.clone(), catalogue.clone(), Arc::new(FromCaptures(Arc::clone(data))))
+    let (captures, reports) = (FromCaptures(Arc::clone(data)), ReportsOf(Arc::clone(data)));
+    Past::new(catalogue.clone(), data.clone(), catalogue.clone(), Arc::new(captures), Arc::new(reports))
+}
+
+/// Makes reports with the reviews of a data folder.
+struct ReportsOf(Arc<DataFolder>);
+
+impl Reports for ReportsOf {
+    fn html(&self, id: InspectionId) -> Result<Option<String>, PortError> {
+        let Some(record) = Archive::record(self.0.as_ref(), id)? else { return Ok(None) };
+        let reviewed = report_html::reviewed(&self.0, &record)?;
+        let folder = self.0.result_path(id);
+        let html = report_html::of_folder(&folder, &record, Some(&reviewed));
+        html.map(Some).map_err(|failure| PortError::new(folder.display(), failure.reason()))
+    }
 }
 
 /// Makes inspections again from their captured views.

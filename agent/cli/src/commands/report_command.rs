@@ -40,6 +40,15 @@ impl ReportArgs {
         if !self.folder.is_dir() {
             return Err(Failure::Call(anyhow!("{}: is no folder of an inspection", self.folder.display())));
         }
+        // What is kept is what was measured: its digests are noted.
+        if let (Some(data), None) = (report_html::kept_in(&self.folder), &self.out) {
+            let why = format!(
+                "{}: is kept in the data folder {}, whose files stay as they are; name what to write with --out",
+                self.folder.display(),
+                data.display()
+            );
+            return Err(Failure::Call(anyhow!(why)));
+        }
         let record = read_record(&self.folder)?;
         match self.format {
             Format::Html => {

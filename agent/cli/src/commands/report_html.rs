@@ -6,6 +6,8 @@ use anyhow::{Context, anyhow};
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 use semascan_formats::{ply, regular_file};
 use semascan_inspection::event::SharedModel;
+use semascan_inspection::ports::{Archive, PortError, ReviewLog};
+use semascan_inspection::review::reviewed_state;
 use semascan_inspection::source::Source;
 use semascan_inspection::spec::{InspectionSpec, LabelSource};
 use semascan_model::record::{InspectionRecord, PoseRecord, ViewRecord};
@@ -13,9 +15,10 @@ use semascan_model::{SemanticMesh, Taxonomy};
 use semascan_perception::fuse::KeptPicture;
 use semascan_perception::view::View;
 use semascan_reports::{
-    Photographs, Pictures, Report, ViewPicture, carried_photographs, findings, html, photographed_views, pictured,
-    take_photographs,
+    Audit, Photographs, Pictures, Report, Reviewed, ViewPicture, carried_photographs, findings, html,
+    photographed_views, pictured, take_photographs,
 };
+use semascan_store::data::{Audited, BadEntry, DataFolder};
 use semascan_store::{FolderLock, write_file};
 use std::borrow::Cow;
 use std::io::Write;
@@ -48,20 +51,24 @@ pub(super) fn of_inspected(
     if holes && photographs.missing.is_none() {
         photographs.missing = Some("pixels without depth are black, they were not kept".into());
     }
-    written(record, mesh, taxonomy, &photographs)
+    written(record, mesh, taxonomy, &photographs, None)
 }
 
-/// The report of the inspection in `folder`.
+/// The report of the inspection in `folder`, with what people decided about it where that is kept.
 ///
 /// # Errors
 /// [`Failure`] naming the file that cannot be read.
-pub(super) fn of_folder(folder: &Path, record: &InspectionRecord) -> Result<String, Failure> {
+pub(super) fn of_folder(
+    folder: &Path,
+    record: &InspectionRecord,
+    reviewed: Option<&Reviewed>,
+) -> Result<String, Failure> {
     let (mesh, taxonomy) = if record.points > 0 {
         mesh(folder)?
     } else {
         (SemanticMesh::default(), Taxonomy::from_names::<&str>(&[], &[]))
     };
-    Ok(written(record, &mesh, &taxonomy, &photographs(folder, record)))
+    Ok(written(record, &mesh, &taxonomy, &photographs(folder, record), reviewed))
 }
 
 /// Writes the report in `folder` anew, if one stands there.
@@ -85,14 +92,24 @@ pub(super) fn renew(folder: &Path, record: &InspectionRecord) -> Result<(), Fail
 /// # Errors
 /// [`Failure`] naming the file.
 pub(super) fn put(folder: &Path, path: &Path, record: &InspectionRecord) -> Result<(), Failure> {
-    let text = of_folder(folder, record)?;
+    let reviewed = match kept_in(folder) {
+        Some(data) => Some(reviewed(&DataFolder::open_beside(&data)?, record)?),
+        None => None,
+    };
+    let text = of_folder(folder, record, reviewed.as_ref())?;
     let _lock = FolderLock::acquire(&folder.canonicalize().with_context(|| folder.display().to_string())?)?;
     Ok(write_file(path, |out| Ok(out.write_all(text.as_bytes())?))?)
 }
 
-fn written(record: &InspectionRecord, mesh: &SemanticMesh, taxonomy: &Taxonomy, photographs: &Photographs) -> String {
+fn written(
+    record: &InspectionRecord,
+    mesh: &SemanticMesh,
+    taxonomy: &Taxonomy,
+    photographs: &Photographs,
+    reviewed: Option<&Reviewed>,
+) -> String {
     let pictures = Pictures::draw(mesh, taxonomy, record.voxel.unwrap_or(0.0), findings(record), &pictured(record));
-    html(&Report { record, taxonomy, pictures: &pictures, photographs })
+    html(&Report { record, taxonomy, pictures: &pictures, photographs, reviewed })
 }
 
 /// The mesh in an inspection's folder and its classes; empty where the inspection has none.
@@ -127,11 +144,37 @@ fn photographs(folder: &Path, record: &InspectionRecord) -> Photographs {
     if taken.of.is_empty() { Photographs { missing: taken.missing, ..carried } } else { taken }
 }
 
-/// The capture of an inspection that is kept in a data folder, `DATA/inspections/ID`.
-fn capture(folder: &Path, record: &InspectionRecord) -> Option<String> {
+/// What people decided about an inspection that `data` keeps.
+///
+/// # Errors
+/// [`PortError`] if the log of reviews cannot be read.
+pub(super) fn reviewed(data: &DataFolder, record: &InspectionRecord) -> Result<Reviewed, PortError> {
+    let log = data.catalogue();
+    let criteria = match &record.verdict {
+        Some(verdict) => data.criteria(&verdict.criteria.sha256)?,
+        None => None,
+    };
+    let entries = log.entries(record.id)?;
+    let state = reviewed_state(record, &entries, criteria.as_ref());
+    let Audited { entries: number, head, fault } = log.audit(None)?;
+    let audit = match fault {
+        None => Audit::Good { entries: number, head },
+        Some(BadEntry { sequence, reason, .. }) => Audit::Broken { sequence, reason },
+    };
+    Ok(Reviewed { entries, state, audit })
+}
+
+/// The data folder that keeps the inspection in `folder`, `DATA/inspections/ID`.
+pub(super) fn kept_in(folder: &Path) -> Option<PathBuf> {
     let folder = folder.canonicalize().ok()?;
     let inspections = folder.parent().filter(|parent| parent.ends_with("inspections"))?;
-    let path: PathBuf = inspections.parent()?.join("captures").join(format!("{}.mcap", record.id));
+    let data = inspections.parent()?;
+    data.join("semascan.db").is_file().then(|| data.to_owned())
+}
+
+/// The capture of an inspection that is kept in a data folder.
+fn capture(folder: &Path, record: &InspectionRecord) -> Option<String> {
+    let path = kept_in(folder)?.join("captures").join(format!("{}.mcap", record.id));
     path.is_file().then(|| path.to_str().map(str::to_owned))?
 }
 

@@ -321,6 +321,22 @@ fn reviews_are_taken_in_once_told_to_viewers_and_audited() {
     let expected = [(1, "accept", 0), (2, "accept", 0), (3, "reject", 1), (4, "reject", 0), (5, "new_finding", 0)];
     assert_eq!(told, expected.map(|(sequence, action, conflicts)| (sequence, action.to_owned(), conflicts)));
 
+    // The report says who decided what; the file of the set stays what it was when the inspection ended.
+    let report = agent.get(&format!("/api/v1/inspections/{id}/report"));
+    assert!(report.headers["content-security-policy"].contains("style-src 'unsafe-inline'"), "{:?}", report.headers);
+    let text = String::from_utf8(report.body).expect("UTF-8");
+    for said in [
+        "by A. Reviewer, ",
+        "can be ground",
+        " contradicts no. 2",
+        " settles no. 3, 2",
+        "is what was written: 5 entries. ",
+    ] {
+        assert!(text.contains(said), "{said}");
+    }
+    let of_the_set = fs::read_to_string(data.join(format!("inspections/{id}/report.html"))).expect("reads");
+    assert!(!of_the_set.contains("A. Reviewer"));
+
     // What is not taken in.
     let path = format!("/api/v1/inspections/{id}/reviews");
     let body = review(9, part.clone(), 0, json!({"type": "accept"})).to_string();
@@ -340,8 +356,22 @@ fn reviews_are_taken_in_once_told_to_viewers_and_audited() {
     assert_eq!(agent.review(unknown, &review(9, part, 0, json!({"type": "accept"}))).status, 404);
     drop(agent);
 
-    // The log is good, and says so after a restart; then somebody edits the file.
+    // Files that are kept are not replaced; a report elsewhere has the reviews, too.
     let folder = data.to_str().expect("UTF-8");
+    let set = data.join("inspections").join(id.to_string());
+    let set = set.to_str().expect("UTF-8");
+    for refused in [&["report", set][..], &["judge", set, "--criteria", "criteria.toml"]] {
+        let refused = semascan(refused);
+        assert_eq!(refused.status.code(), Some(2));
+        assert!(stderr(&refused).contains("is kept in the data folder"), "{}", stderr(&refused));
+    }
+    let elsewhere = root.path().join("report.html");
+    let written = semascan(&["report", set, "--out", elsewhere.to_str().expect("UTF-8")]);
+    assert_eq!(written.status.code(), Some(0), "{}", stderr(&written));
+    assert!(fs::read_to_string(&elsewhere).expect("reads").contains("by A. Reviewer, "));
+    assert_eq!(semascan(&["verify", folder]).status.code(), Some(0));
+
+    // The log is good, and says so after a restart; then somebody edits the file.
     let audit = |more: &[&str]| semascan(&[&["audit", "verify", "--data", folder, "--json"], more].concat());
     let good = audit(&[]);
     assert_eq!(good.status.code(), Some(0), "{}", stderr(&good));

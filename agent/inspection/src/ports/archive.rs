@@ -65,6 +65,16 @@ pub trait Archive: Send + Sync {
     fn criteria(&self, sha256: &str) -> Result<Option<CheckedCriteria>, PortError>;
 }
 
+/// Makes reports.
+pub trait Reports: Send + Sync {
+    /// `report.html` of an ended inspection with what people have decided until now; `None` where there is no such inspection
+    /// or no record of it.
+    ///
+    /// # Errors
+    /// [`PortError`] that names what cannot be read.
+    fn html(&self, id: InspectionId) -> Result<Option<String>, PortError>;
+}
+
 /// Makes inspections again.
 pub trait Remake: Send + Sync {
     /// An inspection of the captured views as it was made then, under the same identifier, ready to begin.

@@ -2,7 +2,7 @@
 
 use super::model::{listed, scale_bar};
 use super::summary::{class, time};
-use super::{data_url, or_dash};
+use super::{data_url, or_dash, reviews};
 use crate::figure::{Unit, alone, plain, with_uncertainty};
 use crate::photograph::Photograph;
 use crate::{Report, described};
@@ -121,6 +121,7 @@ fn one(report: &Report<'_>, number: usize, finding: &Finding) -> Markup {
                             }
                         }
                     }
+                    (reviews::of_finding(report, finding.id))
                 }
             }
         }

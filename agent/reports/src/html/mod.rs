@@ -9,6 +9,7 @@
 //! | `model.rs` | pictures of the model, tables of components and defects |
 //! | `findings.rs` | every finding with its pictures and figures |
 //! | `uncertainty.rs` | where uncertainties come from |
+//! | `reviews.rs` | what people decided, and whether the log of that is whole |
 //! | `views.rs` | poses, times, agreement with the pictures |
 //! | `left_out.rs` | what was left out, and why |
 //! | `provenance.rs` | versions, networks, seeds, settings, files |
@@ -20,6 +21,7 @@ mod findings;
 mod left_out;
 mod model;
 mod provenance;
+mod reviews;
 mod summary;
 mod uncertainty;
 mod verdict;
@@ -59,6 +61,7 @@ pub fn html(report: &Report<'_>) -> String {
                 (summary::summary(report))
                 main {
                     (verdict::verdict(report))
+                    (reviews::reviews(report))
                     (model::model(report))
                     (findings::findings(report))
                     (uncertainty::uncertainty(record))

@@ -1,9 +1,10 @@
 //! The head of the report: what was inspected, what follows, and the figures that one looks for first.
 
-use crate::{Report, described, findings};
+use crate::{Report, Reviewed, described, findings};
 use maud::{Markup, html};
 use semascan_model::record::{InspectionRecord, Outcome};
-use semascan_model::verdict::{Conformity, Decision};
+use semascan_model::review::{ReviewEntry, Subject};
+use semascan_model::verdict::{Conformity, Decision, Verdict};
 
 pub(super) fn summary(report: &Report<'_>) -> Markup {
     let record = report.record;
@@ -14,7 +15,7 @@ pub(super) fn summary(report: &Report<'_>) -> Markup {
                 h1 { (record.part) }
                 p.sub { "Inspection " code { (record.id) } }
             }
-            (seal(record))
+            (seal(report))
         }
         @if record.outcome != Outcome::Finished {
             p.warning { "This inspection is not complete: " (described::outcome(&record.outcome)) "." }
@@ -37,8 +38,46 @@ pub(super) fn summary(report: &Report<'_>) -> Markup {
     }
 }
 
-/// The decision, and who made it.
-fn seal(record: &InspectionRecord) -> Markup {
+/// The decision that counts, and who made it.
+fn seal(report: &Report<'_>) -> Markup {
+    match report.reviewed.and_then(|reviewed| seal_of_reviews(report.record, reviewed)) {
+        Some(seal) => seal,
+        None => seal_of_record(report.record),
+    }
+}
+
+/// What people made of it in the log of reviews; `None` where they left it at what the record says.
+fn seal_of_reviews(record: &InspectionRecord, reviewed: &Reviewed) -> Option<Markup> {
+    let automatic = record.verdict.as_ref().map(Verdict::decision);
+    let part = reviewed.state.subjects.iter().find(|state| state.subject == Subject::Part);
+    if part.is_some_and(|part| !part.conflict.is_empty()) {
+        return Some(html! {
+            div.seal.(class(Decision::Person)) { strong { (described::decision(Decision::Person)) } span { "reviewers disagree" } }
+        });
+    }
+    let of_part =
+        |entry: &&ReviewEntry| entry.review.subject == Subject::Part && entry.review.action.decision().is_some();
+    let decided = part.and_then(|part| part.decision).zip(reviewed.entries.iter().rfind(of_part));
+    let (decision, by) = match decided {
+        Some((decision, entry)) => (decision, format!("by {}, {}", entry.review.person, time(entry.at))),
+        None => {
+            let decision = reviewed.state.decision.filter(|decision| automatic.is_some_and(|a| a != *decision))?;
+            (decision, "by the criteria, with findings as people changed them".to_owned())
+        }
+    };
+    Some(html! {
+        div.seal.(class(decision)) {
+            strong { (described::decision(decision)) }
+            span { (by) }
+            @if let Some(automatic) = automatic.filter(|automatic| *automatic != decision) {
+                span { "before reviews: " (described::decision(automatic)) }
+            }
+        }
+    })
+}
+
+/// What the record says.
+fn seal_of_record(record: &InspectionRecord) -> Markup {
     let Some(verdict) = &record.verdict else {
         return html! { div.seal.open { strong { "not judged" } span { "no criteria were applied" } } };
     };

@@ -11,7 +11,7 @@ fn written(record: &InspectionRecord) -> String {
     let (mesh, taxonomy) = (worn_plate(), taxonomy());
     let pictures = Pictures::draw(&mesh, &taxonomy, 1e-3, findings(record), &pictured(record));
     let photographs: Photographs = take_photographs(record, |view| Err(format!("view {view} is not kept")));
-    html(&Report { record, taxonomy: &taxonomy, pictures: &pictures, photographs: &photographs })
+    html(&Report { record, taxonomy: &taxonomy, pictures: &pictures, photographs: &photographs, reviewed: None })
 }
 
 /// The text of a page as people read it: elements and what they hold besides text taken out.
@@ -85,7 +85,13 @@ fn text_from_outside_stays_text() {
     taxonomy.defects[1].name = name();
     let photographs = Photographs { missing: Some(name()), ..Photographs::default() };
     let pictures = Pictures::draw(&worn_plate(), &taxonomy, 1e-3, findings(&record), &pictured(&record));
-    let page = html(&Report { record: &record, taxonomy: &taxonomy, pictures: &pictures, photographs: &photographs });
+    let page = html(&Report {
+        record: &record,
+        taxonomy: &taxonomy,
+        pictures: &pictures,
+        photographs: &photographs,
+        reviewed: None,
+    });
     assert!(!page.contains("<script") && !page.contains("<img src=x"), "outside text became markup");
     assert!(page.matches("&lt;script&gt;").count() > 15, "{}", page.matches("&lt;script&gt;").count());
     assert!(page.contains("default-src 'none'"));
@@ -110,7 +116,13 @@ fn what_is_not_known_is_not_made_up() {
     // Without a mesh there are no pictures, and the report says so.
     let (record, taxonomy) = (crate::fixtures::record(), taxonomy());
     let (pictures, photographs) = (Pictures::default(), Photographs::default());
-    let page = html(&Report { record: &record, taxonomy: &taxonomy, pictures: &pictures, photographs: &photographs });
+    let page = html(&Report {
+        record: &record,
+        taxonomy: &taxonomy,
+        pictures: &pictures,
+        photographs: &photographs,
+        reviewed: None,
+    });
     assert!(!page.contains("<img") && page.contains("it has no surface"));
 }
 

@@ -59,6 +59,7 @@ const ROUTES: &[Route] = &[
     route("GET", "/api/v1/inspections/{inspection}/reviews", Least::Role(Role::Viewer)),
     route("POST", "/api/v1/inspections/{inspection}/reviews", Least::Role(Role::Reviewer)),
     route("GET", "/api/v1/inspections/{inspection}/exports/{file}", Least::Role(Role::Viewer)),
+    route("GET", "/api/v1/inspections/{inspection}/report", Least::Role(Role::Viewer)),
     // What is no route of the API says so.
     route("GET", "/api/{*path}", Least::Public),
 ];

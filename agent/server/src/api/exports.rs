@@ -9,7 +9,8 @@ use axum::extract::{Path, State};
 use axum::http::HeaderMap;
 use axum::response::Response;
 
-/// A file of an inspection: `inspection.json`, `cloud.ply`, `mesh.ply`, `scene.glb`, and `truth.ply` where the source knew it.
+/// A file of an inspection: `inspection.json`, `cloud.ply`, `mesh.ply`, `scene.glb`, `report.html` as it was when the inspection
+/// ended, and `truth.ply` where the source knew it.
 #[utoipa::path(
     get,
     path = "/api/v1/inspections/{inspection}/exports/{file}",

@@ -3,7 +3,7 @@
 //!
 //! | file | what |
 //! |---|---|
-//! | `inspections.rs`, `views.rs`, `findings.rs`, `reviews.rs`, `exports.rs` | one resource each |
+//! | `inspections.rs`, `views.rs`, `findings.rs`, `reviews.rs`, `exports.rs`, `report.rs` | one resource each |
 //! | `request.rs` | what requests say, checked; work that blocks |
 //! | `answer.rs`, `problem.rs` | answers with entity tags; errors |
 //! | `openapi.rs` | the document that describes all this |
@@ -14,6 +14,7 @@ mod findings;
 mod inspections;
 mod openapi;
 mod problem;
+mod report;
 mod request;
 mod reviews;
 mod views;
@@ -55,6 +56,7 @@ fn described() -> OpenApiRouter<Shared> {
         .routes(routes!(findings::verdict))
         .routes(routes!(reviews::list, reviews::take))
         .routes(routes!(exports::file))
+        .routes(routes!(report::report))
 }
 
 async fn nothing(Path(path): Path<String>) -> Result<Response, Problem> {

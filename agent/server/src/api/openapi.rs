@@ -10,12 +10,13 @@ use utoipa::openapi::schema::{Object, SchemaFormat, SchemaType, Type};
 use utoipa::openapi::{KnownFormat, ObjectBuilder, OpenApi};
 
 /// Files that can be exported, and their media types.
-pub(super) const FILES: [(&str, &str); 5] = [
+pub(super) const FILES: [(&str, &str); 6] = [
     ("inspection.json", "application/json"),
     ("cloud.ply", "application/octet-stream"),
     ("mesh.ply", "application/octet-stream"),
     ("scene.glb", "model/gltf-binary"),
     ("truth.ply", "application/octet-stream"),
+    ("report.html", "text/html"),
 ];
 
 /// Statuses that every route may answer with, as a problem.
