@@ -86,6 +86,15 @@
     observer.observe(document.body, { subtree: true, attributes: true, attributeFilter: ["data-state"] });
   };
 
+  // The way to the inspections that are kept, where some are.
+  const showInspections = () => {
+    const link = document.createElement("a");
+    link.className = "text-button inspections-link";
+    link.href = "inspections.html";
+    link.textContent = "Inspections";
+    document.getElementById("header")?.append(link);
+  };
+
   // The way to the login's page, for those who have one.
   const showLogin = (me) => {
     const link = document.createElement("a");
@@ -111,6 +120,7 @@
       const me = await asked;
       if (me?.leaves) return;
       running = viewer.start();
+      if (me?.keeps) showInspections();
       if (me?.login) {
         showLogin(me);
         followLogin();

@@ -39,6 +39,8 @@ struct Me<'a> {
     credential: &'static str,
     /// Whether users log in here.
     login: bool,
+    /// Whether inspections are kept here, and can be listed.
+    keeps: bool,
 }
 
 /// `POST /api/v1/login`: begins a session.
@@ -127,6 +129,7 @@ fn me_of(shared: &Shared, identity: &Identity) -> Response {
         role: identity.role,
         credential: identity.credential.name(),
         login: shared.entry.has_login(),
+        keeps: shared.past.is_some(),
     };
     ([(header::CACHE_CONTROL, "no-store")], Json(me)).into_response()
 }

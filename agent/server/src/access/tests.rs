@@ -332,7 +332,7 @@ async fn wrong_logins_are_all_alike_and_bounded() {
 async fn without_users_who_reaches_the_agent_is_local_or_may_watch() {
     let local = Agent::new(|_| Entry::Local, false);
     let me = local.ask("GET", "/api/v1/me", &[], "").await;
-    assert_eq!(text(me).await, r#"{"name":"local","role":"admin","credential":"none","login":false}"#);
+    assert_eq!(text(me).await, r#"{"name":"local","role":"admin","credential":"none","login":false,"keeps":false}"#);
     assert_eq!(local.status("GET", "/metrics", &[]).await, 200);
     assert_eq!(local.log_in("admin", PASSWORD).await.status(), 404);
     // A page from elsewhere needs no cookie here.
