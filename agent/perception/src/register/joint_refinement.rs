@@ -57,6 +57,12 @@ const FEWEST_PAIRS: u32 = 200;
 /// A round that moves no object by more ends a stage, in pixels of its pictures.
 const STILL: f64 = 0.01;
 
+/// Squares of the way from a prior in standard deviations that one way in forty is longer than by chance: chi-square of six
+/// degrees of freedom.
+const TORN: f64 = 14.45;
+/// How many times the usual squares these must be: where the priors of all views are worse than they say, none is torn.
+const APART: f64 = 4.0;
+
 /// What the refinement keeps of a view: a coarse picture of its surface, and its prior.
 #[derive(Clone, Debug)]
 pub struct RefinedView {
@@ -133,40 +139,21 @@ pub(super) fn refine(views: &[&RefinedView], config: &JointConfig) -> Option<Joi
         .collect();
     let stiffness: Option<Vec<_>> = views.iter().map(|v| v.covariance.try_inverse()).collect();
     let stiffness = stiffness?;
-    let mut poses: Vec<Isometry3<f64>> = views.iter().map(|v| v.surface.table_from_camera).collect();
-    let edges = overlapping(views, &poses);
-    if edges.is_empty() {
-        return None;
-    }
-    let problem = Problem { views, centred: &centred, stiffness: &stiffness, edges: &edges, config };
-    let mut noise = problem.noise(&poses);
-    let bound = 3.0 * median(noise.iter().map(|n| n.geometric)).max(SIGMA_FLOOR);
-    let fit_before = problem.fit(&poses, bound);
-    let before = poses.clone();
-    let mut rounds = 0;
-    for stage in STAGES {
-        let still = STILL * median(views.iter().map(|v| v.footprint(stage.level)));
-        for round in 0..stage.rounds as usize {
-            let gate = stage.gates[round.min(stage.gates.len() - 1)];
-            let moved = problem.round(&mut poses, &mut noise, gate, stage.level)?;
-            rounds += 1;
-            if round + 1 >= stage.gates.len() && moved < still {
-                break;
-            }
+    let before: Vec<Isometry3<f64>> = views.iter().map(|v| v.surface.table_from_camera).collect();
+    let mut edges = overlapping(views, &before);
+    loop {
+        if edges.is_empty() {
+            return None;
         }
+        let problem = Problem { views, centred: &centred, stiffness: &stiffness, edges: &edges, config };
+        let refined = problem.refine(&before)?;
+        let torn = problem.torn_from_priors(&refined.table_from_camera);
+        if torn.is_empty() {
+            return Some(refined);
+        }
+        // They stay where the robot says, and pull no other view along.
+        edges.retain(|edge| !torn.contains(&edge.source) && !torn.contains(&edge.target));
     }
-    let fit_after = problem.fit(&poses, bound);
-    if problem.objective(&poses, &noise) >= problem.objective(&before, &noise) {
-        return None;
-    }
-    Some(JointRefinement {
-        covariances: problem.covariances(&poses, &mut noise)?,
-        table_from_camera: poses,
-        edges: edges.len(),
-        rounds,
-        fit_before,
-        fit_after,
-    })
 }
 
 /// Ordered pairs of views that see common ground, each view with those it shares most with.
@@ -221,6 +208,54 @@ struct Problem<'a> {
 }
 
 impl Problem<'_> {
+    /// Moves all views from the poses `before`; `None` if that would not fit better.
+    fn refine(&self, before: &[Isometry3<f64>]) -> Option<JointRefinement> {
+        let mut poses = before.to_vec();
+        let mut noise = self.noise(&poses);
+        let bound = 3.0 * median(noise.iter().map(|n| n.geometric)).max(SIGMA_FLOOR);
+        let fit_before = self.fit(&poses, bound);
+        let mut rounds = 0;
+        for stage in STAGES {
+            let still = STILL * median(self.views.iter().map(|v| v.footprint(stage.level)));
+            for round in 0..stage.rounds as usize {
+                let gate = stage.gates[round.min(stage.gates.len() - 1)];
+                let moved = self.round(&mut poses, &mut noise, gate, stage.level)?;
+                rounds += 1;
+                if round + 1 >= stage.gates.len() && moved < still {
+                    break;
+                }
+            }
+        }
+        let fit_after = self.fit(&poses, bound);
+        if self.objective(&poses, &noise) >= self.objective(before, &noise) {
+            return None;
+        }
+        Some(JointRefinement {
+            covariances: self.covariances(&poses, &mut noise)?,
+            table_from_camera: poses,
+            edges: self.edges.len(),
+            rounds,
+            fit_before,
+            fit_after,
+        })
+    }
+
+    /// Views that matches have moved farther from their priors than these allow, where those of the others hold: they are matched
+    /// wrongly (thin fins, repeated blades), or at least not by evidence that outweighs the robot's.
+    fn torn_from_priors(&self, poses: &[Isometry3<f64>]) -> Vec<usize> {
+        let distances: Vec<f64> = (0..poses.len()).map(|i| self.squares_from_prior(i, &poses[i])).collect();
+        let usual = median(distances.iter().copied());
+        let is_matched = |i: usize| self.edges.iter().any(|edge| edge.source == i || edge.target == i);
+        let is_torn = |i: &usize| distances[*i] > TORN.max(APART * usual) && is_matched(*i);
+        (0..poses.len()).filter(is_torn).collect()
+    }
+
+    /// Squares of the way from a view's prior, in its standard deviations.
+    fn squares_from_prior(&self, view: usize, pose: &Isometry3<f64>) -> f64 {
+        let from_prior = log(&self.views[view].prior, pose);
+        from_prior.dot(&(self.stiffness[view] * from_prior))
+    }
+
     /// One edge with pairs up to `reach` (times the distance) and Tukey's constant `tukey` (metres).
     fn linearise(&self, edge: &Edge, poses: &[Isometry3<f64>], reach: f64, tukey: f64) -> Linearised {
         let (centre, _) = &self.centred[edge.source];
@@ -270,10 +305,7 @@ impl Problem<'_> {
             geometric + pictures.map_or(0.0, |at| at.truncated_cost / (sigma.powi(2) * noise.photometric_correlation))
         };
         let edges: Vec<f64> = self.edges.par_iter().zip(noise).map(of_edge).collect();
-        let prior = poses.iter().enumerate().map(|(i, pose)| {
-            let from_prior = log(&self.views[i].prior, pose);
-            from_prior.dot(&(self.stiffness[i] * from_prior))
-        });
+        let prior = poses.iter().enumerate().map(|(i, pose)| self.squares_from_prior(i, pose));
         0.5 * edges.iter().sum::<f64>() + prior.sum::<f64>()
     }
 
@@ -418,6 +450,23 @@ pub(super) mod tests {
         views.iter_mut().for_each(|view| view.texture = None);
         let refined = refine(&views.each_ref(), &config);
         assert!(refined.is_none_or(|refined| offset(&refined) > 3e-3));
+    }
+
+    #[test]
+    fn a_view_that_matches_tear_from_its_prior_stays_there_and_pulls_no_other_along() {
+        let config = JointConfig { weakest: 2e-3, same_label: false };
+        let torn = above(0.084);
+        let good = [0.0, 0.05, 0.02, 0.03, 0.07].map(|x| view(&above(x), &above(x), 1.0));
+        let mut views = Vec::from(good);
+        views[1] = view(&above(0.05), &above(0.0503), 1.0);
+        views.push(view(&above(0.08), &torn, 1.0));
+        // Four millimetres are eight standard deviations of its prior.
+        views.iter_mut().for_each(|view| view.covariance = covariance_of_prior(1e-3, 5e-4));
+        let refined = refine(&views.iter().collect::<Vec<_>>(), &config).expect("refined");
+        let moved = (refined.table_from_camera[5].translation.vector - torn.translation.vector).norm();
+        assert!(moved < 1e-9, "{moved} m");
+        assert!(offset(&refined) < 1e-4, "{} m", offset(&refined));
+        assert_eq!(refined.edges, 20);
     }
 
     #[test]

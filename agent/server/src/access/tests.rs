@@ -194,7 +194,10 @@ async fn a_session_is_begun_used_and_ended() {
     assert!(text(answer).await.contains(r#""role":"reviewer""#));
     let cookie = cookie.split(';').next().expect("a value");
     let me = agent.ask("GET", "/api/v1/me", &[("cookie", &format!("a=b; {cookie}"))], "").await;
-    assert_eq!(text(me).await, r#"{"name":"reviewer","role":"reviewer","credential":"session","login":true,"keeps":false}"#);
+    assert_eq!(
+        text(me).await,
+        r#"{"name":"reviewer","role":"reviewer","credential":"session","login":true,"keeps":false}"#
+    );
     // A cookie alone changes nothing, and not from elsewhere.
     let out = |more: &[(&'static str, &'static str)]| {
         let headers: Vec<_> = [("cookie", cookie)].into_iter().chain(more.iter().copied()).collect();
