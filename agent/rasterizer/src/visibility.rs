@@ -1,7 +1,7 @@
 //! Which triangle is seen at each sample, and how deep: a z-buffer in perspective.
 
-use super::camera::Camera;
-use super::scene::Scene;
+use crate::camera::Camera;
+use crate::scene::Scene;
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
@@ -38,16 +38,16 @@ impl DepthBuffer {
 
 /// A corner of a triangle in the picture.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Corner {
+pub(crate) struct Corner {
     /// Sample coordinates.
-    pub(super) at: [f32; 2],
+    pub(crate) at: [f32; 2],
     /// 1 / depth, which is linear in the picture.
-    pub(super) inverse_depth: f32,
+    pub(crate) inverse_depth: f32,
 }
 
 /// What is seen at each sample.
-pub(super) struct Samples {
-    pub(super) depth: DepthBuffer,
+pub(crate) struct Samples {
+    pub(crate) depth: DepthBuffer,
     /// Place of the triangle in [`Scene::triangles`].
     triangles: Vec<u32>,
     /// Corners of each vertex of the mesh; `None` behind the camera.
@@ -56,7 +56,7 @@ pub(super) struct Samples {
 
 impl Samples {
     /// Draws the triangles of `scene` as `camera` sees them. Those that reach behind it are left out.
-    pub(super) fn of(scene: &Scene<'_>, camera: &Camera) -> Self {
+    pub(crate) fn of(scene: &Scene<'_>, camera: &Camera) -> Self {
         let k = &camera.intrinsics;
         let (width, height) = (k.width as usize, k.height as usize);
         let camera_from_table = camera.table_from_camera.inverse();
@@ -113,12 +113,12 @@ impl Samples {
     }
 
     /// Place of the triangle at a sample in the scene's list; `None` where nothing is seen.
-    pub(super) fn triangle(&self, x: usize, y: usize) -> Option<u32> {
+    pub(crate) fn triangle(&self, x: usize, y: usize) -> Option<u32> {
         Some(self.triangles[y * self.depth.width + x]).filter(|number| *number != NOTHING)
     }
 
     /// The triangle at a sample with the weights of its corners on the surface; `None` where nothing is seen.
-    pub(super) fn hit(&self, scene: &Scene<'_>, x: usize, y: usize) -> Option<([u32; 3], [f32; 3])> {
+    pub(crate) fn hit(&self, scene: &Scene<'_>, x: usize, y: usize) -> Option<([u32; 3], [f32; 3])> {
         let number = self.triangles[y * self.depth.width + x];
         let triangle = *scene.triangles.get(number as usize).filter(|_| number != NOTHING)?;
         let corners = whole(&self.corners, triangle)?;
@@ -133,12 +133,12 @@ impl Samples {
     }
 
     /// Whether what lies on the surface at a sample can be seen: its outside is, or a rim runs beside it.
-    pub(super) fn may_show(&self, scene: &Scene<'_>, sample: usize) -> bool {
+    pub(crate) fn may_show(&self, scene: &Scene<'_>, sample: usize) -> bool {
         self.triangles.get(sample).is_none_or(|number| *number == NOTHING) || self.shows_outside(scene, sample)
     }
 
     /// Whether the surface at a sample shows its outside.
-    pub(super) fn shows_outside(&self, scene: &Scene<'_>, sample: usize) -> bool {
+    pub(crate) fn shows_outside(&self, scene: &Scene<'_>, sample: usize) -> bool {
         let number = self.triangles.get(sample).copied().unwrap_or(NOTHING);
         let triangle = scene.triangles.get(number as usize).filter(|_| number != NOTHING);
         triangle.and_then(|t| whole(&self.corners, *t)).is_some_and(is_outside)

@@ -11,11 +11,11 @@ const COMPONENT_SHARE: f32 = 0.72;
 #[derive(Debug)]
 pub struct Scene<'a> {
     /// The mesh.
-    pub(super) mesh: &'a SemanticMesh,
+    pub(crate) mesh: &'a SemanticMesh,
     /// Faces whose vertices are there.
-    pub(super) triangles: Vec<[u32; 3]>,
+    pub(crate) triangles: Vec<[u32; 3]>,
     /// Colour of each vertex, linear light, 0 to 1.
-    pub(super) colors: Vec<[f32; 3]>,
+    pub(crate) colors: Vec<[f32; 3]>,
     /// Positions of the vertices of faces.
     positions: Vec<[f32; 3]>,
     /// Diagonal of the box around the part, metres.
@@ -39,6 +39,11 @@ impl<'a> Scene<'a> {
         Self::new(mesh, (0..mesh.len()).map(of).collect())
     }
 
+    /// The mesh without colours, of which only the shape is looked at.
+    pub fn of_shape(mesh: &'a SemanticMesh) -> Self {
+        Self::new(mesh, vec![[1.0; 3]; mesh.len()])
+    }
+
     fn new(mesh: &'a SemanticMesh, colors: Vec<[f32; 3]>) -> Self {
         let finite = |v: &u32| mesh.vertices.positions[*v as usize].iter().all(|c| c.is_finite());
         let whole = |t: &&[u32; 3]| mesh.corners(**t).is_some() && t.iter().all(finite);
@@ -57,7 +62,7 @@ impl<'a> Scene<'a> {
     }
 
     /// Whether the corners of a triangle have the same colour.
-    pub(super) fn is_of_one_color(&self, number: u32) -> bool {
+    pub(crate) fn is_of_one_color(&self, number: u32) -> bool {
         self.triangles.get(number as usize).is_some_and(|triangle| {
             let [a, b, c] = triangle.map(|v| self.colors[v as usize]);
             a == b && b == c
@@ -81,13 +86,13 @@ impl<'a> Scene<'a> {
 }
 
 /// Linear light of an sRGB value (IEC 61966-2-1).
-pub(super) fn linear(value: u8) -> f32 {
+pub(crate) fn linear(value: u8) -> f32 {
     let v = f32::from(value) / 255.0;
     if v <= 0.04045 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }
 }
 
 /// sRGB value of linear light.
-pub(super) fn srgb(light: f32) -> u8 {
+pub(crate) fn srgb(light: f32) -> u8 {
     let v = if light <= 0.003_130_8 { 12.92 * light } else { 1.055 * light.powf(1.0 / 2.4) - 0.055 };
     (v.clamp(0.0, 1.0) * 255.0 + 0.5) as u8
 }

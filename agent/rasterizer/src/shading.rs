@@ -1,9 +1,9 @@
 //! Samples to pixels: Lambert's law with a lamp beside the camera, contours where the depth jumps, outlines of findings, and the
 //! mean of a pixel's samples in linear light.
 
-use super::outline::{Marks, Outline};
-use super::scene::{Scene, linear, srgb};
-use super::visibility::Samples;
+use crate::outline::{Marks, Outline};
+use crate::scene::{Scene, linear, srgb};
+use crate::visibility::Samples;
 use image::RgbImage;
 use nalgebra::Vector3;
 use rayon::prelude::*;
@@ -25,7 +25,7 @@ const HATCH: usize = 6;
 const CONTOUR: f32 = 0.35;
 
 /// The picture of `samples`, each pixel the mean of `supersampling` squared ones.
-pub(super) fn shade(
+pub(crate) fn shade(
     scene: &Scene<'_>,
     samples: &Samples,
     marks: &Marks,
