@@ -67,7 +67,7 @@ fn findings<'a>(record: &'a InspectionRecord, entries: &'a [ReviewEntry]) -> imp
         let FindingKind::Defect { .. } = &finding.kind else { return None };
         let region = finding.region.as_ref()?;
         let (area, sigma) = (region.area.value, region.sigma.model?.mean);
-        (sigma > 0.0).then(|| QueuedRegion {
+        (sigma > 0.0).then_some(QueuedRegion {
             finding: Some(finding.id),
             component: finding.component.class,
             position: region.position,
@@ -83,16 +83,16 @@ fn findings<'a>(record: &'a InspectionRecord, entries: &'a [ReviewEntry]) -> imp
 fn surface(mesh: &SemanticMesh, corrected: &Corrected, voxel: f64) -> Vec<QueuedRegion> {
     let areas = seen_vertex_areas(mesh, voxel as f32);
     let mut cells: BTreeMap<([i32; 3], u16), Cell> = BTreeMap::new();
-    for v in 0..mesh.len() {
+    for (v, area) in areas.into_iter().enumerate() {
         let component = known_sigma(corrected.components.by[v], mesh.vertices.sigma[v]);
         let defect = known_sigma(corrected.defects.by[v], mesh.vertices.defect_sigma[v]);
         let Some(sigma) = [component, defect].into_iter().flatten().reduce(f64::max) else { continue };
         let position = mesh.vertices.positions[v].map(f64::from);
         let key = position.map(|c| (c / QUEUE_CELL).floor() as i32);
         let cell = cells.entry((key, mesh.vertices.labels[v])).or_default();
-        cell.area += areas[v];
-        cell.worth += areas[v] * sigma;
-        cell.moment = [0, 1, 2].map(|k| cell.moment[k] + areas[v] * position[k]);
+        cell.area += area;
+        cell.worth += area * sigma;
+        cell.moment = [0, 1, 2].map(|k| cell.moment[k] + area * position[k]);
     }
     let listed = cells.into_iter().filter(|(_, cell)| cell.worth > 0.0);
     listed
