@@ -2,7 +2,6 @@
 //!
 //! | file | what |
 //! |---|---|
-//! | `rasterizer/` | pictures of the mesh without a GPU |
 //! | `pictures.rs` | the model from fixed views, each finding from its best direction |
 //! | `sight.rs` | which directions a place can be seen from |
 //! | `photograph.rs` | the part of a view's picture that shows a finding, with its outline |
@@ -30,7 +29,6 @@ mod html;
 mod photograph;
 mod pictures;
 mod qif;
-pub mod rasterizer;
 mod sight;
 mod tables;
 

@@ -1,6 +1,5 @@
 //! Pictures of the model from fixed views, and one of each finding from its best direction, drawn by the rasterizer.
 
-use crate::rasterizer::{Camera, Direction, Framing, Outline, Rendering, Scene, render};
 use crate::sight::Occupancy;
 use image::RgbImage;
 use image::codecs::jpeg::JpegEncoder;
@@ -8,6 +7,7 @@ use nalgebra::{Point3, Unit, UnitQuaternion, Vector3};
 use rayon::prelude::*;
 use semascan_model::finding::{Finding, FindingId, RegionFigures};
 use semascan_model::{SemanticMesh, Taxonomy};
+use semascan_rasterizer::{Camera, Direction, Framing, Outline, Rendering, Scene, render};
 use std::collections::BTreeMap;
 
 /// The fixed views; the first is shown large.

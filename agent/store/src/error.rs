@@ -41,6 +41,14 @@ pub enum StoreError {
         /// The file.
         found: String,
     },
+    /// The folder that a data set should replace is none.
+    #[error("{}: holds {found} and is no data set of semascan; it is not replaced, name another folder", path.display())]
+    ForeignData {
+        /// The folder.
+        path: PathBuf,
+        /// A file in it.
+        found: String,
+    },
     /// Somebody else writes into the folder.
     #[error("{}: another process writes into this folder (it holds the lock {})", path.display(), lock.display())]
     Locked {

@@ -7,6 +7,7 @@
 //! | `generation.rs` | whether files belong together |
 //! | `contents.rs` | which files of a folder are ours |
 //! | `export_folder.rs` | the folder that exports are written into |
+//! | `dataset_folder.rs` | the folder that a data set is written into |
 //! | `write.rs`, `lock.rs` | files that are whole or not there; one writer at a time |
 //! | `saved.rs` | an inspection read back |
 //! | `amended.rs` | the record of a written inspection, changed |
@@ -15,6 +16,7 @@
 mod amended;
 mod contents;
 pub mod data;
+mod dataset_folder;
 mod error;
 mod export_folder;
 mod generation;
@@ -27,6 +29,7 @@ mod saved;
 mod write;
 
 pub use amended::{AmendError, amend_record};
+pub use dataset_folder::{DATASET_KIND, DatasetFolder, MANIFEST};
 pub use error::StoreError;
 pub use export_folder::{ExportError, ExportFolder};
 pub use generation::{SetError, check_beside_record, check_folder, check_set};

@@ -265,13 +265,13 @@ fn retire(old: &Path, folder: &Path) {
 /// Puts the folder `new` under the name `target` in one step, and what was there under the name `new`. Returns whether
 /// that could be done.
 #[cfg(any(target_os = "linux", target_vendor = "apple"))]
-fn exchange(new: &Path, target: &Path) -> bool {
+pub(crate) fn exchange(new: &Path, target: &Path) -> bool {
     use rustix::fs::{CWD, RenameFlags, renameat_with};
     renameat_with(CWD, new, CWD, target, RenameFlags::EXCHANGE).is_ok()
 }
 
 #[cfg(not(any(target_os = "linux", target_vendor = "apple")))]
-fn exchange(_: &Path, _: &Path) -> bool {
+pub(crate) fn exchange(_: &Path, _: &Path) -> bool {
     false
 }
 

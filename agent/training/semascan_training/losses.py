@@ -7,7 +7,7 @@ from torch.nn import functional as F
 
 from .batches import Batch
 from .dataset.samples import IGNORE
-from .networks.instance import OFFSET_UNIT, instance_targets
+from .networks.instance import OFFSET_UNIT, STRIDE, instance_targets
 from .recipe import Recipe
 
 SMOOTH = 1.0
@@ -62,12 +62,15 @@ def segmentation_loss(logits: torch.Tensor, labels: torch.Tensor, recipe: Recipe
     return loss
 
 
-def centre_loss(logits: torch.Tensor, heat: torch.Tensor) -> torch.Tensor:
-    """Penalty-reduced focal loss of a centre heat map [Law 2018]: near a centre a false one costs less."""
+def centre_loss(logits: torch.Tensor, heat: torch.Tensor, known: torch.Tensor) -> torch.Tensor:
+    """Penalty-reduced focal loss of a centre heat map [Law 2018]: near a centre a false one costs less.
+
+    `known` [N, 1, h, w] is 0 where nothing is known: a centre there may be right.
+    """
     p = logits.sigmoid().clamp(1e-4, 1 - 1e-4)
     is_centre = (heat > 0.95).to(p.dtype)
     positive = torch.log(p) * (1 - p) ** 2 * is_centre
-    negative = torch.log(1 - p) * p**2 * (1 - heat) ** 4 * (1 - is_centre)
+    negative = torch.log(1 - p) * p**2 * (1 - heat) ** 4 * (1 - is_centre) * known
     return -(positive.sum() + negative.sum()) / is_centre.sum().clamp(min=1)
 
 
@@ -87,7 +90,8 @@ def training_loss(network: torch.nn.Module, batch: Batch, recipe: Recipe) -> tor
         classes = outputs["logits"].shape[1]
         targets = instance_targets(batch.instances.cpu(), batch.labels.cpu(), classes)
         heat, offsets, inside = (target.to(batch.image.device) for target in targets)
+        known = (batch.labels[:, STRIDE // 2 :: STRIDE, STRIDE // 2 :: STRIDE] != IGNORE).unsqueeze(1).float()
         error = F.smooth_l1_loss(outputs["offsets"] / OFFSET_UNIT, offsets / OFFSET_UNIT, reduction="none", beta=0.1)
-        loss = loss + CENTRE_WEIGHT * centre_loss(outputs["centre_logits"], heat)
+        loss = loss + CENTRE_WEIGHT * centre_loss(outputs["centre_logits"], heat, known)
         loss = loss + OFFSET_WEIGHT * (error * inside).sum() / inside.sum().clamp(min=1)
     return loss

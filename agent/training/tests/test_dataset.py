@@ -28,6 +28,31 @@ def test_the_synth_layout_is_read(tmp_path, data):
     assert open_samples(data, defect).classes == ["none", "corrosion", "wear"]
 
 
+def test_pixels_of_which_nothing_is_known_are_read_where_the_set_says_so(tmp_path):
+    recipe = read_recipe(write_recipe(tmp_path / "r.toml"))
+    (folder := tmp_path / "set").mkdir()
+    write_set(folder, parts=10)
+    path = folder / "000004" / "labels" / "000001.png"
+    labels = cv2.imread(str(path), cv2.IMREAD_UNCHANGED)
+    labels[:10] = IGNORE
+    cv2.imwrite(str(path), labels)
+    with pytest.raises(TrainingError, match="class 255 of 3"):
+        open_samples(folder, recipe)
+    index = json.loads((folder / "dataset.json").read_text())
+    (folder / "dataset.json").write_text(json.dumps(index | {"ignore": IGNORE}))
+    row = 4 * VIEWS + 1
+    samples = open_samples(folder, recipe)
+    assert samples.classes == CLASSES and np.array_equal(samples.labels[row], labels)
+    labels[20, 20] = 7
+    cv2.imwrite(str(path), labels)
+    shutil.rmtree(folder / ".training-cache")
+    with pytest.raises(TrainingError, match="class 7 of 3"):
+        open_samples(folder, recipe)
+    (folder / "dataset.json").write_text(json.dumps(index | {"ignore": 254}))
+    with pytest.raises(TrainingError, match="ignore is 254"):
+        open_samples(folder, recipe)
+
+
 def test_no_part_is_on_two_sides():
     parts = [f"{p:06}" for p in range(100) for _ in range(3)]
     split = split_by_part(parts, 7)
@@ -121,6 +146,31 @@ def test_labelme_polygons_become_masks(tmp_path):
     mask = samples.labels[0]
     assert abs(int((mask == 1).sum()) - 100 * 50) < 160
     assert mask[45, 60] == 1 and mask[10, 60] == 0 and mask[45, 130] == 0
+
+
+def test_labelme_pieces_are_one_object_and_what_is_ignored_is_unknown(tmp_path):
+    for folder in ("images", "components"):
+        (tmp_path / folder).mkdir()
+
+    def box(left, top, right, bottom, label, group=None):
+        corners = [(left, top), (right, top), (right, bottom), (left, bottom)]
+        points = [[x + 0.5, y + 0.5] for x, y in corners]
+        return {"label": label, "points": points, "group_id": group, "shape_type": "polygon"}
+
+    shapes = [box(10, 10, 39, 19, "gear", 1), box(10, 20, 39, 29, "gear", 1), box(60, 10, 69, 19, "gear", 2)]
+    shapes.append(box(100, 100, 119, 119, "__ignore__"))
+    for part in range(10):
+        cv2.imwrite(str(tmp_path / "images" / f"{part}.png"), np.full((256, 320, 3), 90, np.uint8))
+        table = {"imagePath": f"../images/{part}.png", "shapes": shapes}
+        (tmp_path / "components" / f"{part}.json").write_text(json.dumps(table))
+    recipe = read_recipe(write_recipe(tmp_path / "r.toml", "u-net", "semantic", ["red", "green", "blue"]))
+    samples = open_samples(tmp_path / "components", recipe)
+    assert samples.classes == ["none", "gear"]
+    expected = np.zeros((256, 320), np.uint8)
+    expected[10:30, 10:40], expected[10:20, 60:70], expected[100:120, 100:120] = 1, 1, IGNORE
+    assert np.array_equal(samples.labels[3], expected)
+    assert set(np.unique(samples.instances[3][10:30, 10:40])) == {1} and samples.instances[3][15, 65] == 2
+    assert samples.instances[3][110, 110] == 0
 
 
 def test_labelme_shapes_without_area_are_refused(tmp_path):

@@ -8,6 +8,7 @@ mod config;
 mod config_command;
 mod criteria_file;
 mod data_folder;
+mod dataset;
 #[cfg(feature = "demo")]
 mod demo;
 mod doctor;
@@ -31,6 +32,7 @@ mod photometric;
 #[cfg(feature = "demo")]
 mod pose_truth;
 mod reach;
+mod recorded_views;
 mod report;
 mod report_command;
 mod report_html;
@@ -93,6 +95,8 @@ enum Command {
     Report(report_command::ReportArgs),
     /// Write the model of an inspection as a mesh or a cloud in other formats
     Export(export::ExportArgs),
+    /// Make training data of inspections whose labels people corrected, or say where a label would teach most
+    Dataset(dataset::DatasetArgs),
     /// List the trained networks that are installed
     Models(models::ModelsArgs),
     /// Remove old inspections from a data folder, by age and size; held ones stay
@@ -204,7 +208,13 @@ fn is_of_the_call(cause: &(dyn std::error::Error + 'static)) -> bool {
         };
     }
     let store = |error: &StoreError| {
-        matches!(error, StoreError::NotEmpty { .. } | StoreError::Foreign { .. } | StoreError::NoFolder { .. })
+        matches!(
+            error,
+            StoreError::NotEmpty { .. }
+                | StoreError::Foreign { .. }
+                | StoreError::ForeignData { .. }
+                | StoreError::NoFolder { .. }
+        )
     };
     if let Some(error) = cause.downcast_ref() {
         return store(error);
@@ -240,6 +250,7 @@ impl Cli {
             Command::Judge(args) => args.run(),
             Command::Report(args) => args.run(),
             Command::Export(args) => args.run(),
+            Command::Dataset(args) => args.run(),
             Command::Models(args) => args.run(),
             Command::Gc(args) => args.run(),
             Command::Verify(args) => args.run(),

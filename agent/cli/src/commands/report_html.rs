@@ -1,19 +1,16 @@
 //! `report.html` put together: the record, pictures drawn of the mesh, and photographs out of the views that the model was made
 //! of, of an earlier report of the same model, of a capture, or of the source.
 
-use super::{Failure, source};
+use super::Failure;
+use super::recorded_views::{RecordedViews, table_from_camera};
 use anyhow::{Context, anyhow};
-use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 use semascan_formats::{ply, regular_file};
 use semascan_inspection::event::SharedModel;
 use semascan_inspection::ports::{Archive, PortError, ReviewLog};
 use semascan_inspection::review::reviewed_state;
-use semascan_inspection::source::Source;
-use semascan_inspection::spec::{InspectionSpec, LabelSource};
-use semascan_model::record::{InspectionRecord, PoseRecord, ViewRecord};
+use semascan_model::record::InspectionRecord;
 use semascan_model::{SemanticMesh, Taxonomy};
 use semascan_perception::fuse::KeptPicture;
-use semascan_perception::view::View;
 use semascan_reports::{
     Audit, Photographs, Pictures, Report, Reviewed, ViewPicture, carried_photographs, findings, html,
     photographed_views, pictured, take_photographs,
@@ -136,11 +133,11 @@ fn photographs(folder: &Path, record: &InspectionRecord) -> Photographs {
         return carried;
     }
     let uri = capture(folder, record).unwrap_or_else(|| record.source.clone());
-    let mut opened = match SourceViews::open(&uri, record) {
+    let mut opened = match RecordedViews::open(&uri) {
         Ok(opened) => opened,
         Err(reason) => return Photographs { missing: Some(reason), ..carried },
     };
-    let taken = take_photographs(record, |view| opened.picture(view));
+    let taken = take_photographs(record, |view| picture(&mut opened, record, view));
     if taken.of.is_empty() { Photographs { missing: taken.missing, ..carried } } else { taken }
 }
 
@@ -178,59 +175,15 @@ fn capture(folder: &Path, record: &InspectionRecord) -> Option<String> {
     path.is_file().then(|| path.to_str().map(str::to_owned))?
 }
 
-/// The views of a source, asked for in their order.
-struct SourceViews<'a> {
-    source: Box<dyn Source>,
-    record: &'a InspectionRecord,
-    next: u32,
-}
-
-impl<'a> SourceViews<'a> {
-    fn open(uri: &str, record: &'a InspectionRecord) -> Result<Self, String> {
-        let spec = InspectionSpec { labels: LabelSource::None, ..InspectionSpec::default() };
-        let source = source::open(uri, &spec).map_err(|error| format!("the source cannot be opened again: {error}"))?;
-        Ok(Self { source, record, next: 0 })
-    }
-
-    /// The pictures of a view, at the pose that the record has for it.
-    fn picture(&mut self, index: u32) -> Result<ViewPicture<'static>, String> {
-        let recorded = self.record.views.iter().find(|view| view.index == index).ok_or("is not in the record")?;
-        let pose = recorded.pose.as_ref().ok_or("has no pose in the record")?;
-        let view = self.view(index)?;
-        check_same(&view, recorded)?;
-        view.check_sizes().map_err(|error| error.to_string())?;
-        Ok(ViewPicture {
-            rgb: Arc::clone(&view.rgb),
-            depth: Cow::Owned(view.depth.metres.clone()),
-            intrinsics: view.intrinsics,
-            table_from_camera: isometry(pose).ok_or("has no whole pose in the record")?,
-        })
-    }
-
-    fn view(&mut self, index: u32) -> Result<View, String> {
-        loop {
-            let view = self.source.next_view().ok_or("the source has no such view any more")?;
-            self.next += 1;
-            if self.next > index {
-                return view.map_err(|error| error.to_string());
-            }
-        }
-    }
-}
-
-/// Whether a source still gives the view that was inspected, as far as times can tell.
-fn check_same(view: &View, recorded: &ViewRecord) -> Result<(), String> {
-    match (view.stamp, recorded.stamp) {
-        (Some(a), Some(b)) if (a - b).abs() > 1e-6 => {
-            Err(format!("the source has another view in its place now, of time {a} s and not {b} s"))
-        }
-        _ => Ok(()),
-    }
-}
-
-fn isometry(pose: &PoseRecord) -> Option<Isometry3<f64>> {
-    let q = pose.rotation;
-    let rotation = UnitQuaternion::try_new(Quaternion::new(q.w, q.x, q.y, q.z), 1e-6)?;
-    let [x, y, z] = pose.translation;
-    [x, y, z].iter().all(|c| c.is_finite()).then(|| Isometry3::from_parts(Translation3::new(x, y, z), rotation))
+/// The pictures of a view, at the pose that the record has for it.
+fn picture(views: &mut RecordedViews, record: &InspectionRecord, index: u32) -> Result<ViewPicture<'static>, String> {
+    let recorded = record.views.iter().find(|view| view.index == index).ok_or("is not in the record")?;
+    let pose = recorded.pose.as_ref().ok_or("has no pose in the record")?;
+    let view = views.view(recorded)?;
+    Ok(ViewPicture {
+        rgb: Arc::clone(&view.rgb),
+        depth: Cow::Owned(view.depth.metres.clone()),
+        intrinsics: view.intrinsics,
+        table_from_camera: table_from_camera(pose).ok_or("has no whole pose in the record")?,
+    })
 }

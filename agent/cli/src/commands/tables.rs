@@ -1,4 +1,5 @@
-//! `semascan tables P0|P1|P2|findings`: reruns a paper's tables on the virtual cell, or judges findings. P0 is [Remanufacturing paper], P1
+//! `semascan tables P0|P1|P2|findings|labels`: reruns a paper's tables on the virtual cell, or judges findings or labels that
+//! were corrected on the model. P0 is [Remanufacturing paper], P1
 //! [Eye-in-hand 2020], P2 [Wang 2023].
 
 use super::{Failure, numbers};
@@ -7,7 +8,7 @@ use crate::stdout::print_pretty_json;
 use anyhow::{Context, anyhow};
 use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
-use semascan_evaluation::tables::{NetworkSetting, findings, p0, p1, p2};
+use semascan_evaluation::tables::{NetworkSetting, findings, labels, p0, p1, p2};
 use semascan_formats::regular_file;
 use semascan_model::record::LabelSource;
 use semascan_simulation::VirtualCellSpec;
@@ -30,6 +31,8 @@ enum Paper {
     P2,
     /// No paper's: findings of unseen motors against truth, and how many of the stated intervals hold it
     Findings,
+    /// No paper's: labels corrected once on the model and projected into every view, against true masks
+    Labels,
 }
 
 /// Arguments of `semascan tables`.
@@ -47,14 +50,14 @@ pub(crate) struct TablesArgs {
     /// Views of each [default: 5, in P1's Tables 3 to 5: 12; P1 itself took 16]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=360))]
     views: Option<u32>,
-    /// For findings: seed of the first motor [default: 1001]
+    /// For findings and labels: seed of the first motor [default: 1001]
     #[arg(long, value_name = "SEED")]
     first_seed: Option<u64>,
-    /// For findings: columns and rows of the pictures [default: 960x720]
+    /// For findings and labels: columns and rows of the pictures [default: 960x720, for labels 640x480]
     #[arg(long, value_name = "WxH", value_parser = size)]
     size: Option<(u32, u32)>,
-    /// For findings: where labels come from, source or network [default: source]
-    #[arg(long, value_name = "FROM", value_parser = labels)]
+    /// For findings and labels: where labels come from, source or network [default: source, for labels network]
+    #[arg(long, value_name = "FROM", value_parser = label_source)]
     labels: Option<LabelSource>,
     /// In P1's Tables 3 to 5: only objects whose name contains this
     #[arg(long, value_name = "NAME")]
@@ -83,7 +86,7 @@ fn size(value: &str) -> Result<(u32, u32), String> {
     VirtualCellSpec::parse_size(value).ok_or_else(|| format!("{value:?} is no size such as 640x480"))
 }
 
-fn labels(value: &str) -> Result<LabelSource, String> {
+fn label_source(value: &str) -> Result<LabelSource, String> {
     match value {
         "source" => Ok(LabelSource::Source),
         "network" => Ok(LabelSource::Network),
@@ -111,6 +114,7 @@ impl TablesArgs {
             Paper::P1 => self.p1(quiet),
             Paper::P2 => self.p2(quiet),
             Paper::Findings => self.findings(quiet),
+            Paper::Labels => self.labels(quiet),
         }
     }
 
@@ -230,6 +234,29 @@ impl TablesArgs {
         }
         let report = watched(quiet, |on_step| findings::run(&config, on_step))?;
         findings::print(&mut Stderr::default(), &report)?;
+        self.write(&report)
+    }
+
+    /// Corrected labels against true masks.
+    fn labels(self, quiet: bool) -> Result<(), Failure> {
+        self.not_p1()?;
+        if !self.tables.is_empty() || self.models.is_some() || self.sigma.is_some() {
+            return Err(Failure::Call(anyhow!("--table, --models and --sigma belong to the papers")));
+        }
+        let mut config = labels::Config::default();
+        if self.quick {
+            (config.size, config.views) = ((320, 240), 4);
+            config.motors.truncate(1);
+        }
+        config.labels = self.labels.unwrap_or(config.labels);
+        config.views = self.views.unwrap_or(config.views);
+        config.size = self.size.unwrap_or(config.size);
+        let first = self.first_seed.unwrap_or(1001);
+        if let Some(motors) = self.seeds {
+            config.motors = (first..first + motors).collect();
+        }
+        let report = watched(quiet, |on_step| labels::run(&config, on_step))?;
+        labels::print(&mut Stderr::default(), &report)?;
         self.write(&report)
     }
 

@@ -1,7 +1,8 @@
-//! The papers' tables, rerun on the virtual cell, and the table of findings.
+//! The papers' tables, rerun on the virtual cell, and the tables of findings and of corrected labels.
 
 pub mod findings;
 mod frozen_threshold;
+pub mod labels;
 pub mod p0;
 pub mod p1;
 pub mod p2;

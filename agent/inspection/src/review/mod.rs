@@ -15,7 +15,7 @@ mod standing;
 mod state;
 
 pub use rules::FieldError;
-pub use state::reviewed_state;
+pub use state::{drawn_name, reviewed_state};
 
 use crate::criteria::CheckedCriteria;
 use crate::ports::{BusMessage, FindingRow, PortError, ResultRow, ResultRows, ReviewLog};

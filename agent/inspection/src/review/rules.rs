@@ -135,7 +135,11 @@ fn check_subject<'a>(
 /// Whether there is such a class; class 0 (none) counts where `with_none`.
 fn check_class(field: &str, name: Option<&str>, classes: &[ClassSummary], with_none: bool) -> Result<(), FieldError> {
     let Some(name) = name else { return Ok(()) };
-    let known: Vec<&str> = classes.iter().filter(|c| with_none || c.class != 0).map(|c| c.name.as_str()).collect();
+    // A record lists the classes that there are: none is not always among them.
+    let mut known: Vec<&str> = classes.iter().filter(|c| c.class != 0).map(|c| c.name.as_str()).collect();
+    if with_none {
+        known.insert(0, "none");
+    }
     if known.contains(&name) {
         return Ok(());
     }

@@ -118,7 +118,7 @@ fn class(classes: &[ClassSummary], name: &str) -> Option<NamedClass> {
 }
 
 /// The name of the finding that a review drew.
-pub(super) fn drawn_name(review: ReviewId) -> FindingId {
+pub fn drawn_name(review: ReviewId) -> FindingId {
     let digest = Sha256::new().chain_update(b"drawn").chain_update(review.0.as_bytes()).finalize();
     FindingId::from_bytes(std::array::from_fn(|i| digest[i]))
 }

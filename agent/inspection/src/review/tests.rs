@@ -323,3 +323,19 @@ fn what_cannot_be_taken_in_is_refused_by_its_field() {
     let right = Review { model: Some("g1".into()), ..points(vec![[0.0; 3]], 0.001) };
     desk.take(right).expect("taken");
 }
+
+#[test]
+fn surface_without_a_defect_is_said_to_have_none_though_the_record_lists_no_such_class() {
+    let mut desk = desk();
+    desk.record.components.retain(|class| class.class != 0);
+    desk.record.defects.retain(|class| class.class != 0);
+    let patch = SurfacePatch::Points { points: vec![[0.0; 3]], radius: 0.001 };
+    let relabel = |number, component: Option<&str>, defect: Option<&str>| {
+        let (component, defect) = (component.map(str::to_owned), defect.map(str::to_owned));
+        let action = ReviewAction::Relabel { patch: patch.clone(), component, defect };
+        review(number, Subject::Part, 0, action)
+    };
+    desk.take(relabel(1, None, Some("none"))).expect("taken");
+    desk.take(relabel(2, Some("none"), None)).expect("taken");
+    assert_eq!(desk.refused(relabel(3, None, Some("rust"))), "action.defect");
+}

@@ -18,8 +18,8 @@ mod raster;
 mod units;
 mod write;
 
-pub(super) use write::write_json;
 pub use write::{DEPTH_SCALE, SceneEntry, SceneWriter};
+pub(super) use write::{write_json, write_png};
 
 use crate::OpenOptions;
 use crate::camera_mask::{self, CameraPixels};

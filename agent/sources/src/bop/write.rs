@@ -139,7 +139,16 @@ fn depth_units(metres: f32) -> u16 {
     if (0.0..f64::from(u16::MAX)).contains(&units) { units as u16 } else { 0 }
 }
 
-fn write_png(path: &Path, bytes: &[u8], (w, h): (u32, u32), color: ExtendedColorType) -> Result<(), SourceError> {
+/// Writes a PNG.
+///
+/// # Errors
+/// [`SourceError::Io`] naming the file.
+pub(crate) fn write_png(
+    path: &Path,
+    bytes: &[u8],
+    (w, h): (u32, u32),
+    color: ExtendedColorType,
+) -> Result<(), SourceError> {
     let io = |source| SourceError::Io { path: path.to_owned(), source };
     let mut file = BufWriter::new(fs::File::create(path).map_err(io)?);
     PngEncoder::new_with_quality(&mut file, CompressionType::Fast, FilterType::Adaptive)

@@ -1,4 +1,5 @@
-//! A folder of labelled training data: one BOP scene a part, drawn by a [`PartGenerator`].
+//! A folder of labelled training data: one BOP scene a part, drawn by a [`PartGenerator`]; and labelled pictures in other
+//! formats ([`LabelmeWriter`], [`CocoWriter`]).
 //!
 //! ```text
 //! DIR/dataset.json      what the set is made of: see [`Manifest`]
@@ -10,8 +11,15 @@
 //! was stopped is taken up by the same command. Part and view depend on the set's seed and their numbers alone: several
 //! processes may write different parts of one set.
 
+mod coco;
+mod labelled_picture;
+mod labelme;
 mod manifest;
+mod polygons;
 
+pub use coco::CocoWriter;
+pub use labelled_picture::LabelledPicture;
+pub use labelme::{IGNORE_LABEL, LabelmeWriter};
 pub use manifest::Manifest;
 
 use crate::bop::{SceneEntry, SceneWriter, write_json};

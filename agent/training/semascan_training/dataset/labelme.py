@@ -1,7 +1,9 @@
 """Folders labelled with labelme: polygons to masks, large pictures cut into tiles.
 
 Pictures lie beside their `.json` or in `images/` beside `labels/`. Only polygons, rectangles and circles have an area;
-other shapes are refused by name rather than dropped.
+other shapes are refused by name rather than dropped. Shapes with one `group_id` are pieces of one object, as
+`semascan dataset` writes objects with holes. What is labelled `__ignore__` is not known: it counts neither in the loss
+nor in a metric.
 """
 
 import json
@@ -17,6 +19,7 @@ from ..recipe import Recipe
 from .samples import IGNORE, Samples
 
 TILE_HEIGHT, TILE_WIDTH = 256, 320
+IGNORE_LABEL = "__ignore__"
 
 
 @dataclass(frozen=True)
@@ -36,7 +39,7 @@ def read(folder: Path, recipe: Recipe) -> Samples:
     annotations = [_annotation(path, recipe.data.part_pattern) for path in files]
     if not annotations:
         raise TrainingError(f"{folder}: neither a dataset.json nor labelme files (*.json)")
-    names = sorted({shape["label"].strip().lower() for a in annotations for shape in a.shapes})
+    names = sorted({_label(shape) for a in annotations for shape in a.shapes} - {IGNORE_LABEL})
     classes = ["none", *names]
     sizes = [_scaled_size(a.picture, recipe.data.scale) for a in annotations]
     places = [(i, y, x) for i, size in enumerate(sizes) for y, x in _tiles(*size)]
@@ -76,6 +79,10 @@ def _annotation(path: Path, part_pattern: str) -> Annotation:
     return Annotation(picture, shapes, part)
 
 
+def _label(shape: dict) -> str:
+    return shape["label"].strip().lower()
+
+
 def fill_shape(mask: np.ndarray, shape: dict, scale: float, value: int) -> None:
     """Draws one shape into a mask; the vertices are pixels of the unscaled picture."""
     kind = shape.get("shape_type", "polygon")
@@ -101,9 +108,14 @@ def _planes(annotation: Annotation, classes: list[str], size: tuple[int, int]) -
     scale = width / picture.shape[1]
     rgb = cv2.resize(cv2.cvtColor(picture, cv2.COLOR_BGR2RGB), (width, height), interpolation=cv2.INTER_AREA)
     labels, instances = np.zeros(size, np.uint8), np.zeros(size, np.uint8)
-    for number, shape in enumerate(annotation.shapes, 1):
+    numbers: dict = {}
+    for place, shape in enumerate(annotation.shapes):
+        name, group = _label(shape), shape.get("group_id")
+        known = name != IGNORE_LABEL
+        key = ("", place) if group is None else (name, group)
+        number = numbers.setdefault(key, len(numbers) + 1) if known else 0
         try:
-            fill_shape(labels, shape, scale, classes.index(shape["label"].strip().lower()))
+            fill_shape(labels, shape, scale, classes.index(name) if known else IGNORE)
             fill_shape(instances, shape, scale, min(number, 254))
         except TrainingError as error:
             raise TrainingError(f"{annotation.picture}: {error}") from error

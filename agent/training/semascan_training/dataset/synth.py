@@ -1,4 +1,8 @@
-"""The data set that `semascan synth` writes: one BOP scene folder a part, with label pictures beside it."""
+"""The data sets of `semascan synth` and `semascan dataset`: one BOP scene folder a part, with label pictures beside it.
+
+Of corrected models' views not every pixel is known: such a set names `ignore` in its `dataset.json`, and these pixels
+count neither in the loss nor in a metric.
+"""
 
 import json
 from concurrent.futures import ThreadPoolExecutor
@@ -10,7 +14,7 @@ import numpy as np
 from ..errors import TrainingError
 from ..recipe import Recipe
 from .cache import cached
-from .samples import DEPTH_UNIT, Samples
+from .samples import DEPTH_UNIT, IGNORE, Samples
 
 INDEX = "dataset.json"
 SCHEMA = 1
@@ -39,6 +43,8 @@ def _index(path: Path) -> dict:
         names = index.get(kind)
         if not isinstance(names, list) or len(names) < 2 or names[0] != "none":
             raise TrainingError(f"{path}: {kind} must be a list that begins with 'none'")
+    if index.get("ignore", IGNORE) != IGNORE:
+        raise TrainingError(f"{path}: ignore is {index['ignore']!r}; this version reads {IGNORE}")
     return index
 
 
@@ -51,6 +57,7 @@ def _arrays(folder: Path, index: dict, views: list[tuple[Path, str]], threads: i
     shapes |= dict.fromkeys(kinds, (plane, "u1"))
 
     cameras = {}
+    has_unknown = "ignore" in index
 
     def decode(arrays: dict, row: int) -> None:
         scene, view = views[row]
@@ -62,8 +69,9 @@ def _arrays(folder: Path, index: dict, views: list[tuple[Path, str]], threads: i
         arrays["instances"][row] = _instances(scene, view, (height, width))
         for kind, classes in kinds.items():
             labels = _plane(scene / kind / f"{view}.png")
-            if labels.max() >= classes:
-                raise TrainingError(f"{scene / kind / view}.png: class {labels.max()} of {classes}")
+            known = labels[labels != IGNORE] if has_unknown else labels
+            if known.size and known.max() >= classes:
+                raise TrainingError(f"{scene / kind / view}.png: class {known.max()} of {classes}")
             arrays[kind][row] = labels
 
     def fill(arrays: dict) -> None:

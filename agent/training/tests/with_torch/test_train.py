@@ -9,7 +9,7 @@ torch = pytest.importorskip("torch", reason="needs PyTorch")
 
 from semascan_training.dataset.samples import IGNORE
 from semascan_training.errors import TrainingError
-from semascan_training.losses import dice_loss
+from semascan_training.losses import centre_loss, dice_loss
 from semascan_training.networks import make_network
 from semascan_training.recipe import read_recipe
 from semascan_training.run import load_checkpoint
@@ -48,6 +48,15 @@ def test_dice_means_over_the_classes_that_are_shown():
     loss.backward()
     assert scores.grad[:, 2].abs().sum() == 0 and scores.grad[:, :, 6:].abs().sum() == 0
     assert dice_loss(scores, torch.full_like(labels, IGNORE)).item() == 0
+
+
+def test_a_centre_where_nothing_is_known_costs_nothing():
+    logits = torch.full((1, 2, 4, 4), -6.0)
+    logits[0, 1, 3, 3] = 4.0
+    heat, known = torch.zeros(1, 2, 4, 4), torch.ones(1, 1, 4, 4)
+    false = centre_loss(logits, heat, known).item()
+    known[0, 0, 3, 3] = 0
+    assert centre_loss(logits, heat, known).item() < 0.01 * false
 
 
 def test_members_fork_from_a_trunk_and_part_ways(tmp_path, data):

@@ -1,8 +1,8 @@
 //! Closed curves on the surface, drawn where nothing hides them.
 
-use super::camera::Camera;
-use super::scene::Scene;
-use super::visibility::{DepthBuffer, Samples};
+use crate::camera::Camera;
+use crate::scene::Scene;
+use crate::visibility::{DepthBuffer, Samples};
 
 /// A closed curve on the surface.
 #[derive(Clone, Copy, Debug)]
@@ -18,14 +18,14 @@ pub struct Outline<'a> {
 }
 
 /// Which outline covers each sample.
-pub(super) struct Marks {
+pub(crate) struct Marks {
     width: usize,
     of_sample: Vec<u16>,
 }
 
 impl Marks {
     /// The outline at a sample.
-    pub(super) fn at(&self, x: usize, y: usize) -> Option<usize> {
+    pub(crate) fn at(&self, x: usize, y: usize) -> Option<usize> {
         match self.of_sample.get(y * self.width + x) {
             None | Some(&u16::MAX) => None,
             Some(&outline) => Some(usize::from(outline)),
@@ -35,7 +35,7 @@ impl Marks {
 
 /// Draws `outlines` over `samples`, `scale` of them along the edge of a pixel: what lies on the outside of the surface. Later
 /// ones lie over earlier ones; those past the first 65535 are left out.
-pub(super) fn draw(outlines: &[Outline<'_>], scene: &Scene<'_>, samples: &Samples, scale: f64) -> Marks {
+pub(crate) fn draw(outlines: &[Outline<'_>], scene: &Scene<'_>, samples: &Samples, scale: f64) -> Marks {
     let depth = &samples.depth;
     let camera: &Camera = &depth.camera;
     let mut marks = Marks { width: depth.width, of_sample: Vec::new() };

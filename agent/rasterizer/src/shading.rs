@@ -1,10 +1,10 @@
 //! Samples to pixels: Lambert's law with a lamp beside the camera, contours where the depth jumps, outlines of findings, and the
 //! mean of a pixel's samples in linear light.
 
-use super::camera::Camera;
-use super::outline::{Marks, Outline};
-use super::scene::{Scene, linear, srgb};
-use super::visibility::{Hit, Samples};
+use crate::camera::Camera;
+use crate::outline::{Marks, Outline};
+use crate::scene::{Scene, linear, srgb};
+use crate::visibility::{Hit, Samples};
 use image::RgbImage;
 use nalgebra::Vector3;
 use rayon::prelude::*;
@@ -26,17 +26,16 @@ const HATCH: usize = 6;
 const CONTOUR: f32 = 0.35;
 
 /// Where the light comes from in a picture of `camera`: a unit vector in the table frame.
-pub(super) fn lamp(camera: &Camera) -> Vector3<f32> {
+pub(crate) fn lamp(camera: &Camera) -> Vector3<f32> {
     (camera.table_from_camera.rotation.cast::<f32>() * Vector3::from(LAMP)).normalize()
 }
 
-/// The picture of `samples`, lit from `lamp`, each pixel the mean of `supersampling` squared ones.
-pub(super) fn shade(
+/// The picture of `samples`, each pixel the mean of `supersampling` squared ones.
+pub(crate) fn shade(
     scene: &Scene<'_>,
     samples: &Samples,
     marks: &Marks,
     outlines: &[Outline<'_>],
-    lamp: &Vector3<f32>,
     supersampling: u32,
 ) -> RgbImage {
     let step = supersampling as usize;
@@ -47,7 +46,7 @@ pub(super) fn shade(
     let value = |light: f32| values.get((light * LEVELS as f32 + 0.5) as usize).copied().unwrap_or(255);
     let at = |x: usize, y: usize| match marks.at(x, y) {
         Some(outline) => inks[outline],
-        None => light_at(scene, samples, (x, y), lamp, jump),
+        None => light_at(scene, samples, (x, y), jump),
     };
     let mut pixels = vec![0_u8; 3 * width * height];
     pixels.par_chunks_mut(3 * width).enumerate().for_each(|(row, pixels)| {
@@ -83,12 +82,12 @@ pub(super) fn shade(
 }
 
 /// Light of one sample.
-fn light_at(scene: &Scene<'_>, samples: &Samples, (x, y): (usize, usize), lamp: &Vector3<f32>, jump: f32) -> [f32; 3] {
+fn light_at(scene: &Scene<'_>, samples: &Samples, (x, y): (usize, usize), jump: f32) -> [f32; 3] {
     let Some(Hit { triangle, weights, mut facing, is_outside }) = samples.hit(scene, x, y) else { return [1.0; 3] };
     let corner = triangle.map(|v| v as usize);
     if facing.is_nan() {
         let [a, b, c] = corner.map(|v| Vector3::from(scene.mesh.vertices.positions[v]));
-        facing = (b - a).cross(&(c - a)).try_normalize(0.0).map_or(1.0, |normal| normal.dot(lamp));
+        facing = (b - a).cross(&(c - a)).try_normalize(0.0).map_or(1.0, |normal| normal.dot(&samples.lamp));
     }
     // Where the inside of the surface is seen, nothing is known of what lies before it: it is grey and without classes.
     if !is_outside {

@@ -16,26 +16,26 @@ const BLOCK: usize = 128;
 /// Triangles that follow each other, and the ball that they lie in. The mesher lists triangles place by place, so a picture of
 /// one place needs few blocks.
 #[derive(Debug)]
-pub(super) struct Block {
+pub(crate) struct Block {
     /// Places in [`Scene::triangles`].
-    pub(super) triangles: Range<u32>,
+    pub(crate) triangles: Range<u32>,
     /// Centre of the ball, table frame, metres.
-    pub(super) centre: Point3<f64>,
+    pub(crate) centre: Point3<f64>,
     /// Its radius, metres.
-    pub(super) radius: f64,
+    pub(crate) radius: f64,
 }
 
 /// A mesh, ready to be drawn.
 #[derive(Debug)]
 pub struct Scene<'a> {
     /// The mesh.
-    pub(super) mesh: &'a SemanticMesh,
+    pub(crate) mesh: &'a SemanticMesh,
     /// Faces whose vertices are there.
-    pub(super) triangles: Vec<[u32; 3]>,
+    pub(crate) triangles: Vec<[u32; 3]>,
     /// All of them, in their order.
-    pub(super) blocks: Vec<Block>,
+    pub(crate) blocks: Vec<Block>,
     /// Colour of each vertex, linear light, 0 to 1.
-    pub(super) colors: Vec<[f32; 3]>,
+    pub(crate) colors: Vec<[f32; 3]>,
     /// Positions of the vertices of faces.
     positions: Vec<[f32; 3]>,
     /// Diagonal of the box around the part, metres.
@@ -59,6 +59,11 @@ impl<'a> Scene<'a> {
         Self::new(mesh, (0..mesh.len()).map(of).collect())
     }
 
+    /// The mesh without colours, of which only the shape is looked at.
+    pub fn of_shape(mesh: &'a SemanticMesh) -> Self {
+        Self::new(mesh, vec![[1.0; 3]; mesh.len()])
+    }
+
     fn new(mesh: &'a SemanticMesh, colors: Vec<[f32; 3]>) -> Self {
         let finite = |v: &u32| mesh.vertices.positions[*v as usize].iter().all(|c| c.is_finite());
         let whole = |t: &&[u32; 3]| mesh.corners(**t).is_some() && t.iter().all(finite);
@@ -78,7 +83,7 @@ impl<'a> Scene<'a> {
     }
 
     /// Whether the corners of a triangle have the same colour.
-    pub(super) fn is_of_one_color(&self, number: u32) -> bool {
+    pub(crate) fn is_of_one_color(&self, number: u32) -> bool {
         self.triangles.get(number as usize).is_some_and(|triangle| {
             let [a, b, c] = triangle.map(|v| self.colors[v as usize]);
             a == b && b == c
@@ -118,13 +123,13 @@ fn block(mesh: &SemanticMesh, triangles: &[[u32; 3]], i: usize) -> Block {
 }
 
 /// Linear light of an sRGB value (IEC 61966-2-1).
-pub(super) fn linear(value: u8) -> f32 {
+pub(crate) fn linear(value: u8) -> f32 {
     let v = f32::from(value) / 255.0;
     if v <= 0.04045 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }
 }
 
 /// sRGB value of linear light.
-pub(super) fn srgb(light: f32) -> u8 {
+pub(crate) fn srgb(light: f32) -> u8 {
     let v = if light <= 0.003_130_8 { 12.92 * light } else { 1.055 * light.powf(1.0 / 2.4) - 0.055 };
     (v.clamp(0.0, 1.0) * 255.0 + 0.5) as u8
 }

@@ -1,7 +1,8 @@
 //! Which triangle is seen at each sample, and how deep: a z-buffer in perspective.
 
-use super::camera::Camera;
-use super::scene::{Block, Scene};
+use crate::camera::Camera;
+use crate::scene::{Block, Scene};
+use crate::shading::lamp;
 use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
 use semascan_model::SemanticCloud;
@@ -40,25 +41,25 @@ impl DepthBuffer {
 
 /// A corner of a triangle in the picture.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Corner {
+pub(crate) struct Corner {
     /// Sample coordinates.
-    pub(super) at: [f32; 2],
+    pub(crate) at: [f32; 2],
     /// 1 / depth, which is linear in the picture.
-    pub(super) inverse_depth: f32,
+    pub(crate) inverse_depth: f32,
     /// Cosine between the vertex's normal and the lamp; NaN without a normal.
-    pub(super) facing: f32,
+    pub(crate) facing: f32,
 }
 
 /// What a sample shows.
-pub(super) struct Hit {
+pub(crate) struct Hit {
     /// The vertices of the triangle.
-    pub(super) triangle: [u32; 3],
+    pub(crate) triangle: [u32; 3],
     /// Weights of its corners on the surface.
-    pub(super) weights: [f32; 3],
+    pub(crate) weights: [f32; 3],
     /// [`Corner::facing`] there.
-    pub(super) facing: f32,
+    pub(crate) facing: f32,
     /// Whether it is the outside that is seen.
-    pub(super) is_outside: bool,
+    pub(crate) is_outside: bool,
 }
 
 /// A vertex in the picture.
@@ -73,20 +74,22 @@ enum Projected {
 }
 
 /// What is seen at each sample.
-pub(super) struct Samples {
-    pub(super) depth: DepthBuffer,
+pub(crate) struct Samples {
+    pub(crate) depth: DepthBuffer,
     /// Place of the triangle in [`Scene::triangles`].
     triangles: Vec<u32>,
+    /// Where the light comes from: a unit vector in the table frame.
+    pub(crate) lamp: Vector3<f32>,
     /// Each vertex of the mesh in the picture.
     corners: Vec<Projected>,
 }
 
 impl Samples {
-    /// Draws the triangles of `scene` as `camera` sees them, lit from the direction `lamp` (table frame, of length one). Those
-    /// that reach behind the camera are left out.
-    pub(super) fn of(scene: &Scene<'_>, camera: &Camera, lamp: &Vector3<f32>) -> Self {
+    /// Draws the triangles of `scene` as `camera` sees them. Those that reach behind it are left out.
+    pub(crate) fn of(scene: &Scene<'_>, camera: &Camera) -> Self {
         let (width, height) = (camera.intrinsics.width as usize, camera.intrinsics.height as usize);
-        let eye = Eye::of(camera, lamp);
+        let lamp = lamp(camera);
+        let eye = Eye::of(camera, &lamp);
         // Only what the picture may show is looked at: a picture of one place needs little of the mesh.
         let mut corners: Vec<Projected> = vec![Projected::NotAsked; scene.mesh.len()];
         let mut of_band: Vec<Vec<u32>> = vec![Vec::new(); height.div_ceil(BAND)];
@@ -119,16 +122,16 @@ impl Samples {
                 }
             });
         depths.par_iter_mut().for_each(|depth| *depth = 1.0 / *depth);
-        Self { depth: DepthBuffer { width, height, depths, camera: *camera }, triangles, corners }
+        Self { depth: DepthBuffer { width, height, depths, camera: *camera }, triangles, lamp, corners }
     }
 
     /// Place of the triangle at a sample in the scene's list; `None` where nothing is seen.
-    pub(super) fn triangle(&self, x: usize, y: usize) -> Option<u32> {
+    pub(crate) fn triangle(&self, x: usize, y: usize) -> Option<u32> {
         Some(self.triangles[y * self.depth.width + x]).filter(|number| *number != NOTHING)
     }
 
     /// What is seen at a sample; `None` where that is nothing.
-    pub(super) fn hit(&self, scene: &Scene<'_>, x: usize, y: usize) -> Option<Hit> {
+    pub(crate) fn hit(&self, scene: &Scene<'_>, x: usize, y: usize) -> Option<Hit> {
         let number = self.triangles[y * self.depth.width + x];
         let triangle = *scene.triangles.get(number as usize).filter(|_| number != NOTHING)?;
         let corners = whole(&self.corners, triangle)?;
@@ -145,12 +148,12 @@ impl Samples {
     }
 
     /// Whether what lies on the surface at a sample can be seen: its outside is, or a rim runs beside it.
-    pub(super) fn may_show(&self, scene: &Scene<'_>, sample: usize) -> bool {
+    pub(crate) fn may_show(&self, scene: &Scene<'_>, sample: usize) -> bool {
         self.triangles.get(sample).is_none_or(|number| *number == NOTHING) || self.shows_outside(scene, sample)
     }
 
     /// Whether the surface at a sample shows its outside.
-    pub(super) fn shows_outside(&self, scene: &Scene<'_>, sample: usize) -> bool {
+    pub(crate) fn shows_outside(&self, scene: &Scene<'_>, sample: usize) -> bool {
         let number = self.triangles.get(sample).copied().unwrap_or(NOTHING);
         let triangle = scene.triangles.get(number as usize).filter(|_| number != NOTHING);
         triangle.and_then(|t| whole(&self.corners, *t)).is_some_and(is_outside)

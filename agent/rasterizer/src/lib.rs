@@ -1,4 +1,5 @@
-//! A small software rasterizer for the pictures of a report: no GPU, no window, the same picture on every machine.
+//! A small software rasterizer for pictures of a model, and for what of its surface a camera sees: no GPU, no window, the same
+//! picture on every machine.
 //!
 //! | file | what |
 //! |---|---|
@@ -7,6 +8,7 @@
 //! | `visibility.rs` | triangles to a depth buffer and the triangle at each sample |
 //! | `shading.rs` | samples to colours: Lambert's law, contours, outlines, and their mean in each pixel |
 //! | `outline.rs` | closed curves drawn on the surface |
+//! | `seen_surface.rs` | the place on the surface at each pixel, without a picture |
 //!
 //! Anti-aliasing is by supersampling: every pixel is the mean of `supersampling` squared samples in linear light. Bands of rows
 //! are computed side by side; within one the triangles come in their order, so that the result does not depend on the number
@@ -15,12 +17,14 @@
 mod camera;
 mod outline;
 mod scene;
+mod seen_surface;
 mod shading;
 mod visibility;
 
 pub use camera::{Camera, Direction, Framing};
 pub use outline::Outline;
 pub use scene::Scene;
+pub use seen_surface::{SeenSurface, SurfacePlace};
 pub use visibility::DepthBuffer;
 
 use image::RgbImage;
@@ -42,10 +46,9 @@ pub struct Rendering {
 /// Draws `scene` as `camera` sees it, with `outlines` on its surface: those of their parts that nothing hides.
 pub fn render(scene: &Scene<'_>, camera: &Camera, outlines: &[Outline<'_>]) -> Rendering {
     let fine = Camera { intrinsics: finer(&camera.intrinsics), ..*camera };
-    let lamp = shading::lamp(camera);
-    let samples = Samples::of(scene, &fine, &lamp);
+    let samples = Samples::of(scene, &fine);
     let marks = outline::draw(outlines, scene, &samples, f64::from(SUPERSAMPLING));
-    let image = shading::shade(scene, &samples, &marks, outlines, &lamp, SUPERSAMPLING);
+    let image = shading::shade(scene, &samples, &marks, outlines, SUPERSAMPLING);
     Rendering { image, depth: samples.depth }
 }
 
@@ -54,5 +57,7 @@ fn finer(k: &Intrinsics) -> Intrinsics {
     k.scaled(f64::from(SUPERSAMPLING))
 }
 
+#[cfg(test)]
+mod fixtures;
 #[cfg(test)]
 mod tests;

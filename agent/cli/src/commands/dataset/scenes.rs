@@ -1,0 +1,350 @@
+//! A data set written: inspection by inspection, view by view.
+
+use super::super::recorded_views::table_from_camera;
+use super::input::{Input, Inputs, LeftOut};
+use super::manifest::{InspectionEntry, Manifest, SCHEMA, ViewLeftOut};
+use super::{Failure, Format};
+use anyhow::anyhow;
+use nalgebra::{Isometry3, Matrix6};
+use semascan_labelling::{
+    CapturedView, Corrected, CorrectedLabels, IGNORE, LabelledModel, PixelCounts, PoseUncertainty, RimTreatment,
+    Selection, ViewMasks, corrected_labels,
+};
+use semascan_model::record::{InspectionRecord, Outcome, SoftwareRecord, ViewRecord};
+use semascan_model::review::NetworkVersion;
+use semascan_model::{ClassDef, SemanticMesh, Taxonomy};
+use semascan_perception::view::{PoseEvidence, RecordedLabels, View, covariance_of_prior};
+use semascan_sources::bop::{SceneEntry, SceneWriter};
+use semascan_sources::training_set::{CocoWriter, LabelledPicture, LabelmeWriter};
+use semascan_store::{DATASET_KIND, DatasetFolder, MANIFEST, write_file};
+use serde_json::json;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// How a data set is made.
+pub(super) struct Options {
+    pub(super) format: Format,
+    pub(super) include_uncorrected: bool,
+    pub(super) selection: Selection,
+    pub(super) overwrite: bool,
+}
+
+/// Writes the data set of `inputs` into `out`.
+///
+/// # Errors
+/// [`Failure`] naming the folder, file or inspection; nothing stands in `out` then that did not before.
+pub(super) fn write(out: &Path, inputs: Inputs, options: &Options) -> Result<Manifest, Failure> {
+    let folder = DatasetFolder::begin(out, options.overwrite)?;
+    let Inputs { list, mut left_out } = inputs;
+    let (mut used, mut names) = (Vec::new(), ClassNames::default());
+    for input in list {
+        match unusable(&input, options) {
+            Some(reason) => left_out.push(LeftOut { inspection: input.record.id, reason }),
+            None => {
+                names.add(&input.mesh()?.1);
+                used.push(input);
+            }
+        }
+    }
+    for LeftOut { inspection, reason } in &left_out {
+        tracing::warn!("inspection {inspection} is left out: {reason}");
+    }
+    if used.is_empty() {
+        return Err(anyhow!("there is no inspection that a data set can be made of").into());
+    }
+    let taxonomy = names.taxonomy()?;
+    let mut writer = Writer::begin(folder.draft(), options.format, &taxonomy)?;
+    let mut inspections = Vec::new();
+    for (scene, input) in (0..).zip(&used) {
+        let entry = inspection(&mut writer, input, scene, &taxonomy, options)?;
+        tracing::info!(
+            "inspection {}: {} views, {} of {} vertices corrected, {} views left out",
+            entry.inspection,
+            entry.views,
+            entry.changed,
+            entry.vertices,
+            entry.left_out.len()
+        );
+        for ViewLeftOut { view, reason } in &entry.left_out {
+            tracing::warn!("inspection {}, view {view} is left out: {reason}", entry.inspection);
+        }
+        inspections.push(entry);
+    }
+    writer.finish()?;
+    let names = |classes: &[ClassDef]| classes.iter().map(|class| class.name.clone()).collect();
+    let manifest = Manifest {
+        schema: SCHEMA,
+        kind: DATASET_KIND,
+        software: SoftwareRecord { name: "semascan".into(), version: env!("CARGO_PKG_VERSION").into() },
+        format: options.format,
+        include_uncorrected: options.include_uncorrected,
+        selection: options.selection,
+        classes: names(&taxonomy.components),
+        defects: names(&taxonomy.defects),
+        ignore: IGNORE,
+        views: inspections.iter().map(|entry| entry.views).sum(),
+        inspections,
+        left_out,
+    };
+    if manifest.views == 0 {
+        return Err(anyhow!("no view of these inspections can be read: there is nothing to learn from").into());
+    }
+    let text = serde_json::to_string_pretty(&manifest)?;
+    write_file(&folder.draft().join(MANIFEST), |file| Ok(writeln!(file, "{text}")?))?;
+    folder.publish()?;
+    Ok(manifest)
+}
+
+/// Why no data set is made of an inspection.
+fn unusable(input: &Input, options: &Options) -> Option<String> {
+    let record = &input.record;
+    if record.outcome == Outcome::Running {
+        return Some("it has not ended".into());
+    }
+    if record.points == 0 {
+        return Some("it did not come to a model".into());
+    }
+    if record.voxel.is_none() {
+        return Some("its record does not say how large its voxels are".into());
+    }
+    let nobody = input.entries.is_empty() && !options.include_uncorrected;
+    nobody.then(|| "nobody reviewed it; --include-uncorrected takes its labels as they were measured".into())
+}
+
+/// The classes of several models by name.
+#[derive(Default)]
+struct ClassNames {
+    components: Vec<String>,
+    defects: Vec<String>,
+}
+
+impl ClassNames {
+    fn add(&mut self, taxonomy: &Taxonomy) {
+        for (names, classes) in [(&mut self.components, &taxonomy.components), (&mut self.defects, &taxonomy.defects)] {
+            for class in classes.iter().filter(|class| class.id != 0) {
+                if !names.contains(&class.name) {
+                    names.push(class.name.clone());
+                }
+            }
+        }
+    }
+
+    fn taxonomy(&self) -> Result<Taxonomy, Failure> {
+        let most = usize::from(IGNORE) - 1;
+        for (kind, names) in [("component", &self.components), ("defect", &self.defects)] {
+            if names.len() > most {
+                let count = names.len();
+                return Err(anyhow!("{count} {kind} classes: masks of 8 bits hold {most}").into());
+            }
+        }
+        Ok(Taxonomy::from_names(&self.components, &self.defects))
+    }
+}
+
+/// The classes of a model in those of the data set, by class.
+fn renumbered(labels: &mut CorrectedLabels, own: &[ClassDef], all: &[ClassDef]) {
+    let of = |class: u16| {
+        let name = own.iter().find(|known| known.id == class).map(|known| &known.name);
+        all.iter().find(|known| Some(&known.name) == name).map_or(0, |known| known.id)
+    };
+    let most = own.iter().map(|class| class.id).max().unwrap_or(0);
+    let table: Vec<u16> = (0..=most).map(|class| if class == 0 { 0 } else { of(class) }).collect();
+    for (class, by) in labels.classes.iter_mut().zip(&mut labels.by) {
+        match table.get(usize::from(*class)) {
+            Some(number) => *class = *number,
+            // The file names no such class: nothing is known of it.
+            None => (*class, *by) = (0, semascan_labelling::Labeller::Nobody),
+        }
+    }
+}
+
+/// Writes the views of an inspection.
+fn inspection(
+    writer: &mut Writer,
+    input: &Input,
+    scene: u32,
+    taxonomy: &Taxonomy,
+    options: &Options,
+) -> Result<InspectionEntry, Failure> {
+    let record = &input.record;
+    let (mesh, own) = input.mesh()?;
+    let mut corrected: Corrected = corrected_labels(&mesh, &own, record, &input.entries);
+    renumbered(&mut corrected.components, &own.components, &taxonomy.components);
+    renumbered(&mut corrected.defects, &own.defects, &taxonomy.defects);
+    let name = format!("{scene:06}");
+    let mut entry = begun(input, &name, &mesh, &corrected);
+    let model = LabelledModel::new(&mesh, &corrected, record.voxel.unwrap_or(1e-3), options.selection);
+    writer.begin_scene(&name, taxonomy)?;
+    let mut views = input.views();
+    let mut pixels = PixelCounts::default();
+    for recorded in &record.views {
+        let mut leave_out = |reason: String| entry.left_out.push(ViewLeftOut { view: recorded.index, reason });
+        if !recorded.accepted {
+            leave_out(recorded.reason.clone().unwrap_or_else(|| "the inspection did not use it".into()));
+            continue;
+        }
+        let Some(pose) = recorded.pose.as_ref().and_then(table_from_camera) else {
+            leave_out("the record has no pose of it".into());
+            continue;
+        };
+        let view = match views.view(recorded) {
+            Ok(view) => view,
+            Err(reason) => {
+                leave_out(reason);
+                continue;
+            }
+        };
+        let captured = CapturedView {
+            rgb: &view.rgb,
+            depth: &view.depth.metres,
+            intrinsics: view.intrinsics,
+            table_from_camera: pose,
+            uncertainty: uncertainty(recorded),
+        };
+        let projection = model.project(&captured);
+        let masks = projection.masks_with(&captured, RimTreatment::Refine);
+        pixels.add(&projection.counts);
+        entry.open += masks.components.iter().filter(|label| **label == IGNORE).count() as u64;
+        entry.views += 1;
+        writer.write(&view, pose, recorded.index, &masks, taxonomy)?;
+    }
+    entry.pixels = pixels;
+    writer.finish_scene()?;
+    Ok(entry)
+}
+
+/// What the manifest says of an inspection before its views.
+fn begun(input: &Input, scene: &str, mesh: &SemanticMesh, corrected: &Corrected) -> InspectionEntry {
+    let record = &input.record;
+    InspectionEntry {
+        inspection: record.id,
+        from: input.from.display().to_string(),
+        part: record.part.clone(),
+        scene: scene.to_owned(),
+        model: record.files.as_ref().map(|files| files.generation.clone()),
+        inspected_with: record.software.clone(),
+        networks: networks(record),
+        log: input.log.clone(),
+        entries: input.entries.len() as u64,
+        last_entry: input.entries.last().map_or(0, |entry| entry.sequence),
+        applied: corrected.applied,
+        of_other_model: corrected.of_other_model,
+        vertices: mesh.len() as u64,
+        changed: corrected.changed,
+        contradictions: corrected.contradictions.clone(),
+        without_effect: corrected.without_effect.clone(),
+        views: 0,
+        pixels: PixelCounts::default(),
+        open: 0,
+        left_out: Vec::new(),
+    }
+}
+
+fn networks(record: &InspectionRecord) -> Vec<NetworkVersion> {
+    let models = record.networks.iter().flat_map(|networks| &networks.network.models);
+    let version = models.map(|model| NetworkVersion {
+        name: format!("{} {}", model.name, model.version),
+        sha256: model.networks.iter().map(|file| file.sha256.clone()).collect(),
+    });
+    version.collect()
+}
+
+/// The largest standard deviations of a recorded pose; `None` where it is not said.
+fn uncertainty(recorded: &ViewRecord) -> Option<PoseUncertainty> {
+    let rows = recorded.covariance?;
+    let covariance = Matrix6::from_fn(|row, column| rows[row][column]);
+    let largest = |first: usize| covariance.fixed_view::<3, 3>(first, first).symmetric_eigenvalues().max();
+    Some(PoseUncertainty { rotation: largest(0).max(0.0).sqrt(), translation: largest(3).max(0.0).sqrt() })
+}
+
+/// A data set in one of the formats.
+enum Writer {
+    Bop { folder: PathBuf, scene: Option<(SceneWriter, Vec<SceneEntry>)>, taxonomy: Taxonomy },
+    Labelme { writer: LabelmeWriter, scene: String },
+    Coco { writer: CocoWriter, scene: String },
+}
+
+impl Writer {
+    fn begin(folder: &Path, format: Format, taxonomy: &Taxonomy) -> Result<Self, Failure> {
+        let scene = String::new();
+        Ok(match format {
+            Format::Bop => Self::Bop { folder: folder.to_owned(), scene: None, taxonomy: taxonomy.clone() },
+            Format::Labelme => Self::Labelme { writer: LabelmeWriter::create(folder)?, scene },
+            Format::Coco => Self::Coco { writer: CocoWriter::create(folder, taxonomy)?, scene },
+        })
+    }
+
+    fn begin_scene(&mut self, name: &str, taxonomy: &Taxonomy) -> Result<(), Failure> {
+        match self {
+            Self::Bop { folder, scene, .. } => {
+                let writer = SceneWriter::create(&folder.join(name), taxonomy, Isometry3::identity())?;
+                *scene = Some((writer, Vec::new()));
+            }
+            Self::Labelme { scene, .. } | Self::Coco { scene, .. } => name.clone_into(scene),
+        }
+        Ok(())
+    }
+
+    fn write(
+        &mut self,
+        view: &View,
+        table_from_camera: Isometry3<f64>,
+        index: u32,
+        masks: &ViewMasks,
+        taxonomy: &Taxonomy,
+    ) -> Result<(), Failure> {
+        match self {
+            Self::Bop { scene, .. } => {
+                let Some((writer, entries)) = scene else { return Ok(()) };
+                let labels = RecordedLabels {
+                    components: masks.components.clone(),
+                    defects: masks.defects.clone(),
+                    instances: masks.instances.clone(),
+                };
+                let pose = PoseEvidence::World { table_from_camera, covariance: covariance_of_prior(0.0, 0.0) };
+                let labelled = View { index, pose, labels: Some(Arc::new(labels)), truth: None, ..view.clone() };
+                entries.push(writer.write(&labelled)?);
+            }
+            Self::Labelme { writer, scene } => {
+                let name = format!("{scene}_{index:06}");
+                writer.write(&LabelledPicture { name: &name, rgb: &view.rgb, masks, taxonomy })?;
+            }
+            Self::Coco { writer, scene } => {
+                let name = format!("{scene}_{index:06}");
+                writer.write(&LabelledPicture { name: &name, rgb: &view.rgb, masks, taxonomy })?;
+            }
+        }
+        Ok(())
+    }
+
+    fn finish_scene(&mut self) -> Result<(), Failure> {
+        if let Self::Bop { scene, .. } = self
+            && let Some((writer, entries)) = scene.take()
+        {
+            writer.finish(&entries)?;
+        }
+        Ok(())
+    }
+
+    /// Writes what stands beside the scenes: for the training code what the values of the masks mean.
+    fn finish(self) -> Result<(), Failure> {
+        match self {
+            Self::Bop { folder, taxonomy, .. } => {
+                let names = |classes: &[ClassDef]| classes.iter().map(|c| c.name.clone()).collect::<Vec<_>>();
+                let index = json!({
+                    "schema": 1,
+                    "generator": concat!("semascan dataset ", env!("CARGO_PKG_VERSION")),
+                    "classes": names(&taxonomy.components),
+                    "defects": names(&taxonomy.defects),
+                    "ignore": IGNORE,
+                });
+                let text = serde_json::to_string_pretty(&index)?;
+                write_file(&folder.join("dataset.json"), |file| Ok(writeln!(file, "{text}")?))?;
+            }
+            Self::Labelme { .. } => {}
+            Self::Coco { writer, .. } => writer.finish()?,
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,27 @@
+//! Label once in 3D, train from every view: what people corrected on the model becomes a mask in each view that saw it.
+//!
+//! | file | what |
+//! |---|---|
+//! | `patch.rs` | which vertices of the model a patch of surface has |
+//! | `corrected.rs` | the labels of the model with the log of reviews applied, and who says so |
+//! | `projection.rs` | these labels in a view, tested against the view's own depth |
+//! | `rim.rs` | edges of masks refined by the picture, or left open |
+//! | `queue.rs` | where a label would teach most |
+//!
+//! A pixel of which nothing is known is [`IGNORE`], never background.
+
+mod corrected;
+#[cfg(test)]
+mod fixtures;
+mod patch;
+mod projection;
+mod queue;
+mod rim;
+
+pub use corrected::{Contradiction, Corrected, CorrectedLabels, Labeller, WithoutEffect, corrected_labels};
+pub use projection::{CapturedView, LabelledModel, PixelCounts, PoseUncertainty, Projection, Selection, ViewMasks};
+pub use queue::{Basis, QUEUE_CELL, QueuedRegion, queued_regions};
+pub use rim::RimTreatment;
+
+/// Label of a pixel of which nothing is known: it counts neither in a loss nor in a metric.
+pub const IGNORE: u16 = 255;

@@ -1,0 +1,287 @@
+//! Edges of masks, refined by the picture.
+//!
+//! The labels of a model are sharp to about a voxel, and a pose shifts them in the picture. Within that distance of an edge
+//! the picture knows better: a pixel belongs to the side that looks like it. Each pixel of the rim asks its neighbourhood
+//! (joint bilateral filter, [Petschnigg 2004]): a neighbour votes for its own label, the more the nearer it is,
+//! the more alike its colour is, and the farther it lies from the edge, where its label is certain; a jump of depth between
+//! the two leaves next to nothing of its vote. Where no label has a clear majority, the pixel stays open.
+
+use crate::IGNORE;
+use image::RgbImage;
+use rayon::prelude::*;
+use semascan_perception::view::Intrinsics;
+
+/// What becomes of the rim of a mask.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RimTreatment {
+    /// It stays as the model has it.
+    Keep,
+    /// All of it is left open.
+    Open,
+    /// It is refined by the picture, and left open where that does not tell.
+    Refine,
+}
+
+/// Least share of the votes that a label needs.
+const MAJORITY: f32 = 0.75;
+/// Least deviation of colours, in steps of 255, that still are alike.
+const ALIKE: f32 = 8.0;
+/// The same in units of the noise of the picture.
+const ALIKE_IN_NOISE: f32 = 4.0;
+/// What a jump of depth leaves of a vote.
+const BEYOND_JUMP: f32 = 0.02;
+/// Slope of a surface against the direction of view up to which neighbours lie on the same one, and metres of slack.
+const SLOPE: f32 = 2.0;
+const JUMP: f32 = 2e-3;
+/// Weight of a neighbour that lies at the edge itself; one that lies a rim away counts 1.
+const AT_EDGE: f32 = 0.05;
+
+/// The picture that edges are refined by.
+pub(crate) struct Guide<'a> {
+    pub(crate) rgb: &'a RgbImage,
+    /// Metres, row-major; 0 where nothing was measured.
+    pub(crate) depth: &'a [f32],
+    pub(crate) intrinsics: &'a Intrinsics,
+}
+
+/// `labels` of a picture, row-major, with the pixels at most `rim` away from an edge treated.
+pub(crate) fn treat_rim(labels: &[u16], guide: &Guide<'_>, rim: usize, treatment: RimTreatment) -> Vec<u16> {
+    if treatment == RimTreatment::Keep || labels.is_empty() {
+        return labels.to_vec();
+    }
+    let (width, height) = (guide.intrinsics.width as usize, guide.intrinsics.height as usize);
+    let steps = steps_to_edge(labels, (width, height), rim);
+    let is_rim = |at: usize| labels[at] != IGNORE && steps[at] <= rim;
+    if treatment == RimTreatment::Open {
+        return (0..labels.len()).map(|at| if is_rim(at) { IGNORE } else { labels[at] }).collect();
+    }
+    let voting = Voting::new(labels, &steps, guide, rim);
+    (0..labels.len()).into_par_iter().map(|at| if is_rim(at) { voting.label(at) } else { labels[at] }).collect()
+}
+
+/// Steps from each pixel to the nearest edge between two labels, 1 at the edge; more than `most` where it is farther. Where a
+/// label borders on [`IGNORE`] there is no edge: nothing is known of the other side.
+fn steps_to_edge(labels: &[u16], (width, height): (usize, usize), most: usize) -> Vec<usize> {
+    let mut steps = vec![most + 1; labels.len()];
+    let mut front: Vec<usize> = Vec::new();
+    let mut note = |at: usize| {
+        if steps[at] > 1 {
+            steps[at] = 1;
+            front.push(at);
+        }
+    };
+    let differ = |a: usize, b: usize| labels[a] != labels[b] && labels[a] != IGNORE && labels[b] != IGNORE;
+    for at in 0..labels.len() {
+        for next in [(at % width + 1 < width).then_some(at + 1), (at / width + 1 < height).then_some(at + width)] {
+            if let Some(next) = next.filter(|next| differ(at, *next)) {
+                note(at);
+                note(next);
+            }
+        }
+    }
+    for step in 2..=most {
+        let mut next = Vec::new();
+        for at in front {
+            for beside in neighbours(at, (width, height)) {
+                if steps[beside] > step {
+                    steps[beside] = step;
+                    next.push(beside);
+                }
+            }
+        }
+        front = next;
+    }
+    steps
+}
+
+/// The pixels to the left, right, above and below.
+fn neighbours(at: usize, (width, height): (usize, usize)) -> impl Iterator<Item = usize> {
+    let (u, v) = (at % width, at / width);
+    let list = [
+        (u > 0).then(|| at - 1),
+        (u + 1 < width).then_some(at + 1),
+        (v > 0).then(|| at - width),
+        (v + 1 < height).then_some(at + width),
+    ];
+    list.into_iter().flatten()
+}
+
+/// The votes of neighbourhoods.
+struct Voting<'a> {
+    labels: &'a [u16],
+    steps: &'a [usize],
+    guide: &'a Guide<'a>,
+    rim: usize,
+    /// Half the width of a neighbourhood, pixels.
+    reach: usize,
+    /// Weight by squared distance of colours, in steps of the table.
+    by_color: Vec<f32>,
+    color_step: f32,
+}
+
+impl<'a> Voting<'a> {
+    fn new(labels: &'a [u16], steps: &'a [usize], guide: &'a Guide<'a>, rim: usize) -> Self {
+        const STEPS: usize = 512;
+        let alike = ALIKE.max(ALIKE_IN_NOISE * noise(guide.rgb));
+        // Beyond four deviations nothing is left of a vote.
+        let color_step = 16.0 * alike * alike / STEPS as f32;
+        let by_color = (0..STEPS).map(|k| (-0.5 * k as f32 * color_step / (alike * alike)).exp()).collect();
+        Self { labels, steps, guide, rim, reach: 2 * rim + 2, by_color, color_step }
+    }
+
+    /// The label that the neighbourhood of a pixel votes for; [`IGNORE`] without a majority.
+    fn label(&self, at: usize) -> u16 {
+        let (width, height) = (self.guide.intrinsics.width as usize, self.guide.intrinsics.height as usize);
+        let (u, v) = (at % width, at / width);
+        let pixels = self.guide.rgb.as_raw();
+        let color = |at: usize| [0, 1, 2].map(|k| f32::from(pixels[3 * at + k]));
+        let (own, depth) = (color(at), self.guide.depth[at]);
+        let footprint = self.guide.intrinsics.footprint(f64::from(depth)) as f32;
+        let deviation = 0.5 * self.reach as f32;
+        let mut votes: Vec<(u16, f32)> = Vec::with_capacity(4);
+        for y in v.saturating_sub(self.reach)..(v + self.reach + 1).min(height) {
+            for x in u.saturating_sub(self.reach)..(u + self.reach + 1).min(width) {
+                let other = y * width + x;
+                let label = self.labels[other];
+                if label == IGNORE {
+                    continue;
+                }
+                let difference = color(other).iter().zip(own).map(|(a, b)| (a - b) * (a - b)).sum::<f32>();
+                let Some(by_color) = self.by_color.get((difference / self.color_step) as usize) else { continue };
+                let squared = (x.abs_diff(u).pow(2) + y.abs_diff(v).pow(2)) as f32;
+                let by_distance = (-0.5 * squared / (deviation * deviation)).exp();
+                let certain = (self.steps[other] - 1) as f32 / self.rim as f32;
+                let by_certainty = AT_EDGE + (1.0 - AT_EDGE) * certain.min(1.0).powi(2);
+                let by_depth = match self.guide.depth[other] {
+                    there if there > 0.0 && depth > 0.0 => {
+                        let reach = JUMP + SLOPE * footprint * squared.sqrt();
+                        if (there - depth).abs() > reach { BEYOND_JUMP } else { 1.0 }
+                    }
+                    _ => 1.0,
+                };
+                let vote = by_color * by_distance * by_certainty * by_depth;
+                match votes.iter_mut().find(|(known, _)| *known == label) {
+                    Some((_, sum)) => *sum += vote,
+                    None => votes.push((label, vote)),
+                }
+            }
+        }
+        let all: f32 = votes.iter().map(|(_, vote)| vote).sum();
+        let best = votes.iter().fold((IGNORE, 0.0), |best, one| if one.1 > best.1 { *one } else { best });
+        if best.1 >= MAJORITY * all { best.0 } else { IGNORE }
+    }
+}
+
+/// Standard deviation of a channel by noise, steps of 255: from the median difference of pixels beside each other, which most
+/// often show the same surface.
+fn noise(rgb: &RgbImage) -> f32 {
+    let mut counts = [0_u64; 256];
+    let width = rgb.width() as usize;
+    for row in rgb.as_raw().chunks_exact(3 * width.max(1)) {
+        for (a, b) in row.iter().zip(row.iter().skip(3)) {
+            counts[usize::from(a.abs_diff(*b))] += 1;
+        }
+    }
+    let all: u64 = counts.iter().sum();
+    let mut below = 0;
+    let median = counts.iter().position(|count| {
+        below += count;
+        2 * below >= all
+    });
+    // The median of the absolute value of a normal deviate is 0.674 deviations, and a difference has two.
+    median.unwrap_or(0) as f32 / (0.674 * std::f32::consts::SQRT_2)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use image::Rgb;
+
+    const SIZE: usize = 40;
+    const CAMERA: Intrinsics = Intrinsics { width: 40, height: 40, fx: 600.0, fy: 600.0, cx: 20.0, cy: 20.0 };
+
+    /// A picture whose left part, `edge` columns wide, is of the first colour; with some noise.
+    fn picture(edge: usize, colors: [[u8; 3]; 2]) -> RgbImage {
+        RgbImage::from_fn(SIZE as u32, SIZE as u32, |u, v| {
+            let noise = ((u * 7 + v * 13) % 5) as u8;
+            Rgb(colors[usize::from(u as usize >= edge)].map(|c| c + noise))
+        })
+    }
+
+    fn labels(edge: usize) -> Vec<u16> {
+        (0..SIZE * SIZE).map(|at| 1 + u16::from(at % SIZE >= edge)).collect()
+    }
+
+    fn treated(shown: &RgbImage, depth: &[f32], treatment: RimTreatment) -> Vec<u16> {
+        treat_rim(&labels(18), &Guide { rgb: shown, depth, intrinsics: &CAMERA }, 3, treatment)
+    }
+
+    /// Whether the edge moved from column 18 to 20: no pixel is wrong, and one column at most is left open.
+    fn check_moved(refined: &[u16]) {
+        let wrong = (0..refined.len()).find(|at| refined[*at] != IGNORE && refined[*at] != labels(20)[*at]);
+        assert_eq!(wrong.map(|at| (at % SIZE, at / SIZE)), None);
+        let open = refined.iter().filter(|label| **label == IGNORE).count();
+        assert!(open <= SIZE, "{open} pixels are open");
+    }
+
+    #[test]
+    fn an_edge_moves_to_where_the_colours_change() {
+        let shown = picture(20, [[60, 60, 60], [150, 90, 60]]);
+        let depth = vec![0.3; SIZE * SIZE];
+        let refined = treated(&shown, &depth, RimTreatment::Refine);
+        check_moved(&refined);
+        assert_eq!(treated(&shown, &depth, RimTreatment::Keep), labels(18));
+        let open = treated(&shown, &depth, RimTreatment::Open);
+        let expected = |at: usize| if (15..21).contains(&(at % SIZE)) { IGNORE } else { labels(18)[at] };
+        assert_eq!(open, (0..SIZE * SIZE).map(expected).collect::<Vec<_>>());
+    }
+
+    #[test]
+    fn an_edge_that_the_picture_does_not_show_stays_open() {
+        let shown = picture(20, [[90, 90, 90]; 2]);
+        let refined = treated(&shown, &vec![0.3; SIZE * SIZE], RimTreatment::Refine);
+        for at in 0..SIZE * SIZE {
+            let column = at % SIZE;
+            if (17..19).contains(&column) {
+                assert_eq!(refined[at], IGNORE, "{column}");
+            } else {
+                assert!(
+                    refined[at] == labels(18)[at] || refined[at] == IGNORE && (15..21).contains(&column),
+                    "{column}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn an_edge_moves_to_where_the_depth_jumps() {
+        let shown = picture(20, [[90, 90, 90]; 2]);
+        let depth: Vec<f32> = (0..SIZE * SIZE).map(|at| if at % SIZE < 20 { 0.3 } else { 0.34 }).collect();
+        check_moved(&treated(&shown, &depth, RimTreatment::Refine));
+    }
+
+    #[test]
+    fn what_borders_on_the_unknown_is_no_edge_and_the_unknown_stays() {
+        let mut known = labels(18);
+        known.iter_mut().for_each(|label| *label = if *label == 2 { IGNORE } else { 1 });
+        let shown = picture(20, [[60; 3], [150; 3]]);
+        let depth = vec![0.3; SIZE * SIZE];
+        let guide = Guide { rgb: &shown, depth: &depth, intrinsics: &CAMERA };
+        for treatment in [RimTreatment::Open, RimTreatment::Refine] {
+            assert_eq!(treat_rim(&known, &guide, 3, treatment), known);
+        }
+    }
+
+    #[test]
+    fn noise_is_told_from_pixels_beside_each_other() {
+        let mut state = 1_u32;
+        let mut uniform = || {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            f64::from(state >> 8) / f64::from(1 << 24)
+        };
+        // The sum of twelve uniform deviates is nearly normal with variance 1.
+        let mut normal = || (0..12).map(|_| uniform()).sum::<f64>() - 6.0;
+        let noisy = RgbImage::from_fn(200, 200, |_, _| Rgb([0; 3].map(|_: u8| (120.0 + 5.0 * normal()).round() as u8)));
+        assert!((noise(&noisy) - 5.0).abs() < 0.6, "{}", noise(&noisy));
+    }
+}
