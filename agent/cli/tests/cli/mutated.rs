@@ -191,14 +191,26 @@ fn kinds(root: &Path) -> Vec<Kind> {
         return kinds;
     }
     let models = at("models");
-    let network = models.join("corrosion-edge");
-    copy(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../models/corrosion-edge"), &network);
-    let files = ["corrosion-edge/member-0.onnx", "corrosion-edge/model.toml"];
+    let name = "instance-edge";
+    let network = models.join(name);
+    copy(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../models").join(name), &network);
+    let files =
+        files_of(&models).into_iter().filter(|file| file.ends_with(".onnx") || file.ends_with(".toml")).collect();
     kinds.push(Kind {
         name: "network",
         folder: models,
-        files: files.map(str::to_owned).to_vec(),
-        arguments: vec!["inspect", "ROOT/scene", "--labels", "network", "--models", "@", "--overwrite", "--out", "OUT"],
+        files,
+        arguments: vec![
+            "inspect",
+            "ROOT/captures/x.mcap",
+            "--labels",
+            "network",
+            "--models",
+            "@",
+            "--overwrite",
+            "--out",
+            "OUT",
+        ],
         mend: renew_digest,
     });
     kinds
