@@ -8,18 +8,15 @@
 use anyhow::{Context, Result, bail, ensure};
 use futures_util::SinkExt;
 use prost::Message as _;
-use semascan_protocol::server_message::Body;
-use semascan_protocol::{ChunkId, ClientMessage, HeldChunk, Hello, Phase, SUBPROTOCOL, client_message};
-use semascan_tests::client::{Client, Holdings, Socket, next_body, open_socket};
+use semascan_protocol::{ChunkId, ClientMessage, HeldChunk, Hello, SUBPROTOCOL, client_message};
+use semascan_tests::agent::{Agent, Revisions, follow};
+use semascan_tests::client::{Client, Holdings, open_socket};
 use semascan_tests::process::{peak_resident_bytes, resident_bytes, sockets};
 use serde_json::{Map, Value, json};
-use std::collections::BTreeMap;
-use std::io::{BufRead, BufReader};
 use std::net::SocketAddr;
-use std::path::{Path, PathBuf};
-use std::process::{Child, Command, ExitCode, Stdio};
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Arc, OnceLock};
+use std::path::Path;
+use std::process::{Command, ExitCode};
+use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 use tokio::io::AsyncWriteExt;
 use tokio::net::{TcpSocket, TcpStream};
@@ -80,7 +77,11 @@ fn run(arguments: &[String]) -> Result<bool> {
 async fn attack(program: &Path, addresses: &[String]) -> Result<bool> {
     let files = tempfile::tempdir()?;
     std::fs::write(files.path().join("large.wasm"), vec![7; DOWNLOAD_BYTES])?;
-    let agent = Agent::start(program, files.path())?;
+    let mut command = Command::new(program);
+    command
+        .args(["demo", "--no-open", "--port", "0", "--source", SOURCE, "--pace", PACE, "--web-dir"])
+        .arg(files.path());
+    let agent = Agent::start(command)?;
     let address = agent.address;
     let mut report = Report { figures: Map::new(), agent: &agent, bounds: Vec::new() };
     report.put("start");
@@ -192,33 +193,6 @@ async fn attack(program: &Path, addresses: &[String]) -> Result<bool> {
     Ok(held)
 }
 
-/// Revisions of the chunks that a viewer holds.
-type Revisions = BTreeMap<[i32; 3], u32>;
-
-/// Follows the stream to its end, and says when that came, without decoding the chunks: 200 decoders would be measured instead of the agent.
-async fn follow(mut socket: Socket) -> Result<(Revisions, Instant)> {
-    let hello = ClientMessage { body: Some(client_message::Body::Hello(Hello::default())) };
-    socket.send(Message::Binary(hello.encode_to_vec().into())).await?;
-    let mut revisions = Revisions::new();
-    loop {
-        match next_body(&mut socket).await?.0 {
-            Body::Clear(_) => revisions.clear(),
-            Body::Chunk(chunk) => {
-                revisions.insert(chunk.id.context("a chunk without id")?.to_array(), chunk.revision);
-            }
-            Body::Gone(gone) => {
-                revisions.remove(&gone.id.context("a tombstone without id")?.to_array());
-            }
-            Body::Progress(progress) if matches!(progress.phase(), Phase::Finished | Phase::Failed) => {
-                return Ok((revisions, Instant::now()));
-            }
-            Body::Refused(refused) => bail!("refused: {}", refused.reason),
-            // What says nothing of the model.
-            _ => {}
-        }
-    }
-}
-
 /// Viewers from `addresses`, which vanish without a word.
 async fn half_open(report: &mut Report<'_>, addresses: &[String]) -> Result<()> {
     let agent = report.agent;
@@ -275,82 +249,6 @@ fn file_limit() -> Result<usize> {
     let limits = std::fs::read_to_string("/proc/self/limits").context("/proc/self/limits")?;
     let line = limits.lines().find_map(|line| line.strip_prefix("Max open files")).context("no limit of open files")?;
     line.split_whitespace().next().and_then(|n| n.parse().ok()).context("a limit that is no number")
-}
-
-/// An agent that runs until this is dropped.
-struct Agent {
-    process: Child,
-    address: SocketAddr,
-    log_bytes: Arc<AtomicU64>,
-    panicked: Arc<AtomicBool>,
-    ended: Arc<OnceLock<Instant>>,
-}
-
-impl Agent {
-    fn start(program: &Path, files: &Path) -> Result<Self> {
-        let mut command = Command::new(program);
-        command.args(["demo", "--no-open", "--port", "0", "--source", SOURCE, "--pace", PACE, "--web-dir"]).arg(files);
-        let process = command.stderr(Stdio::piped()).stdin(Stdio::null()).spawn();
-        let mut process = process.with_context(|| PathBuf::from(program).display().to_string())?;
-        let mut log = BufReader::new(process.stderr.take().context("no stderr")?);
-        let mut line = Vec::new();
-        let address = loop {
-            line.clear();
-            ensure!(log.read_until(b'\n', &mut line)? > 0, "the agent ended before it listened");
-            let text = String::from_utf8_lossy(&line);
-            if let Some((_, rest)) = text.split_once("listening on http://") {
-                // Nothing, a line end or a colour follows.
-                let end = rest.find(|c: char| !(c.is_ascii_digit() || c == '.' || c == ':')).unwrap_or(rest.len());
-                break rest[..end].parse().with_context(|| text.clone().into_owned())?;
-            }
-        };
-        let (log_bytes, ended) = (Arc::new(AtomicU64::new(0)), Arc::new(OnceLock::new()));
-        let panicked = Arc::new(AtomicBool::new(false));
-        let (bytes, end, panics) = (Arc::clone(&log_bytes), Arc::clone(&ended), Arc::clone(&panicked));
-        std::thread::spawn(move || {
-            let mut line = Vec::new();
-            while log.read_until(b'\n', &mut line).is_ok_and(|n| n > 0) {
-                bytes.fetch_add(line.len() as u64, Ordering::Relaxed);
-                let text = String::from_utf8_lossy(&line);
-                if text.contains(" finished: ") {
-                    let _ = end.set(Instant::now());
-                }
-                if text.contains(" panicked at ") {
-                    panics.store(true, Ordering::Relaxed);
-                }
-                line.clear();
-            }
-        });
-        Ok(Self { process, address, log_bytes, panicked, ended })
-    }
-
-    /// When the agent said that the inspection is finished.
-    async fn ended(&self) -> Result<Instant> {
-        for _ in 0..600 {
-            if let Some(at) = self.ended.get() {
-                return Ok(*at);
-            }
-            tokio::time::sleep(Duration::from_millis(100)).await;
-        }
-        bail!("the agent did not say that the inspection is finished")
-    }
-
-    /// Processor time that it took so far, at Linux's 100 ticks a second.
-    fn processor_seconds(&self) -> Result<f64> {
-        let path = format!("/proc/{}/stat", self.process.id());
-        let stat = std::fs::read_to_string(&path).with_context(|| path.clone())?;
-        let fields: Vec<&str> = stat.rsplit(')').next().unwrap_or_default().split_whitespace().collect();
-        let ticks = |i: usize| fields.get(i).and_then(|f| f.parse::<f64>().ok()).with_context(|| path.clone());
-        Ok((ticks(11)? + ticks(12)?) / 100.0)
-    }
-}
-
-impl Drop for Agent {
-    fn drop(&mut self) {
-        // It has ended already where this fails.
-        let _ = self.process.kill();
-        let _ = self.process.wait();
-    }
 }
 
 /// What was measured.

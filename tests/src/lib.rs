@@ -1,6 +1,7 @@
 //! What the whole-system tests and the benchmarks of latency and accuracy share: inspections, a served agent, a
 //! native client.
 
+pub mod agent;
 pub mod client;
 pub mod data;
 pub mod inspect;

@@ -18,6 +18,18 @@ pub fn peak_resident_bytes(id: u32) -> Result<u64> {
     status_kilobytes(id, "VmHWM:").map(|kilobytes| kilobytes << 10)
 }
 
+/// Processor time that process `id` took so far, in seconds, at Linux's 100 ticks a second.
+///
+/// # Errors
+/// If the system does not say it.
+pub fn processor_seconds(id: u32) -> Result<f64> {
+    let path = format!("/proc/{id}/stat");
+    let stat = std::fs::read_to_string(&path).with_context(|| path.clone())?;
+    let fields: Vec<&str> = stat.rsplit(')').next().unwrap_or_default().split_whitespace().collect();
+    let ticks = |i: usize| fields.get(i).and_then(|f| f.parse::<f64>().ok()).with_context(|| path.clone());
+    Ok((ticks(11)? + ticks(12)?) / 100.0)
+}
+
 /// Sockets that process `id` has open.
 ///
 /// # Errors

@@ -45,6 +45,7 @@ impl Served {
             tls: None,
             files,
             limits,
+            metrics: None,
         })
     }
 

@@ -68,6 +68,7 @@ impl Secured {
             tls: Some(Arc::clone(&tls)),
             files: WebFiles::Embedded(|_| None),
             limits,
+            metrics: None,
         })?;
         Ok(Self { served, accounts, tls, files, root })
     }

@@ -363,3 +363,58 @@ fn read(
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::CaptureWriter;
+    use proptest::prelude::*;
+    use semascan_inspection::source::Source;
+    use semascan_simulation::{VirtualCell, VirtualCellSpec};
+    use std::sync::LazyLock;
+
+    /// A capture of two views, with what is true.
+    static VALID: LazyLock<Vec<u8>> = LazyLock::new(|| {
+        let spec = VirtualCellSpec::parse("virtual:starter-motor?seed=3&views=2&size=32x24&cell=10").expect("a source");
+        let mut source = VirtualCell::open(&spec).expect("opens");
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("x.mcap");
+        let info = CaptureInfo::new(source.info(), source.truth());
+        let mut writer = CaptureWriter::create(&path, &info, source.truth()).expect("made");
+        while let Some(view) = source.next_view() {
+            writer.append(&view, &[]).expect("taken in");
+            writer.sync().expect("written");
+        }
+        writer.finish().expect("finished");
+        std::fs::read(&path).expect("reads")
+    });
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(64))]
+
+        #[test]
+        fn damaged_captures_are_read_to_their_damage_or_refused(
+            damage in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 0..6),
+            cut in any::<prop::sample::Index>(),
+            is_cut in any::<bool>(),
+            is_in_front in any::<bool>(),
+        ) {
+            let mut bytes = VALID.clone();
+            // What comes first says how the rest is read.
+            let reach = if is_in_front { bytes.len().min(4096) } else { bytes.len() };
+            damage.iter().for_each(|(at, byte)| bytes[at.index(reach)] = *byte);
+            if is_cut {
+                bytes.truncate(cut.index(bytes.len() + 1));
+            }
+            let folder = tempfile::tempdir().expect("a folder");
+            let path = folder.path().join("x.mcap");
+            std::fs::write(&path, bytes).expect("written");
+            if let Ok(mut reader) = CaptureReader::open(&path) {
+                let views = std::iter::from_fn(|| reader.next_view()).count();
+                // Two views, and at most one word about what is wrong with the rest.
+                prop_assert!(views <= 3);
+            }
+            let _ = CaptureReader::find(&path, Wanted::Index(1), 1);
+        }
+    }
+}

@@ -167,6 +167,7 @@ fn share(field: &str, value: Option<f64>) -> Result<(), CriteriaError> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use proptest::prelude::*;
 
     const HEAD: &str = "version = 1\nname = \"motor\"\nrevision = \"3\"\n";
 
@@ -227,5 +228,28 @@ mod tests {
         assert!(other.contains("version = 2"), "{other}");
         let empty = CheckedCriteria::parse(&HEAD.replace("motor", " ")).err().expect("refused").to_string();
         assert!(empty.contains("name"), "{empty}");
+    }
+
+    proptest! {
+        #[test]
+        fn damaged_criteria_are_read_or_refused(
+            damage in prop::collection::vec(
+                (any::<prop::sample::Index>(), prop::sample::select(vec!["0", "-1", "1e308", "nan", "99999999999999999999", "null", "[[[[[[[[", "\"", "\u{0}ä", ""])),
+                1..6,
+            ),
+            cut in any::<prop::sample::Index>(),
+            is_cut in any::<bool>(),
+        ) {
+            let mut text: Vec<char> = format!("{HEAD}[[defect]]\ndefect = \"wear\"\nlargest_area_mm2 = 50.5\nlargest_count = 2\nthen = \"reject\"\n").chars().collect();
+            for (at, word) in damage {
+                let at = at.index(text.len());
+                drop(text.splice(at..=at, word.chars()));
+            }
+            if is_cut {
+                text.truncate(cut.index(text.len() + 1));
+            }
+            let text: String = text.into_iter().collect();
+            let _ = CheckedCriteria::parse(&text);
+        }
     }
 }

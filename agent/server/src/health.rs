@@ -78,7 +78,7 @@ struct Readiness {
 
 /// 200 where the agent could work; 503 while it starts or ends, and where what it keeps cannot be written.
 pub(super) async fn readiness(State(shared): State<Shared>, headers: HeaderMap) -> Response {
-    let unready = shared.unready();
+    let unready = shared.unready().await;
     let status = if unready.is_none() { StatusCode::OK } else { StatusCode::SERVICE_UNAVAILABLE };
     let is_known = shared.entry.identify(&headers).await.is_ok();
     let readiness = Readiness { ready: unready.is_none(), reason: unready.filter(|_| is_known).unwrap_or_default() };

@@ -2,13 +2,23 @@
 //!
 //! Counters count from the start of the process. What is known elsewhere (connections, how the inspection stands) is read when
 //! it is asked for.
+//!
+//! The agent's own address answers it to who may read it; a listener of its own, where one is asked for, to everybody who reaches
+//! that: scrapers need no token then.
 
 use super::client_log::Kind;
 use super::connections::Doing;
 use super::server::Shared;
+use axum::body::Body;
 use axum::extract::State;
-use axum::http::{StatusCode, header};
+use axum::http::{HeaderValue, Request, StatusCode, header};
 use axum::response::{IntoResponse, Response};
+use axum::routing::get;
+use axum::{Router, middleware};
+use hyper::body::Incoming;
+use hyper::server::conn::http1;
+use hyper::service::service_fn;
+use hyper_util::rt::{TokioIo, TokioTimer};
 use prometheus_client::encoding::text::encode;
 use prometheus_client::metrics::counter::{ConstCounter, Counter};
 use prometheus_client::metrics::family::Family;
@@ -19,7 +29,22 @@ use prometheus_client::registry::{Registry, Unit};
 use semascan_inspection::event::{EventKind, StageStatus};
 use semascan_model::record::Outcome;
 use semascan_protocol::Phase;
+use std::sync::Arc;
 use std::sync::atomic::Ordering;
+use std::time::Duration;
+use tokio::net::TcpListener;
+use tokio::sync::Semaphore;
+use tokio::time::{sleep, timeout};
+use tower_service::Service;
+
+/// Connections to the listener of metrics at once; more are ended at once.
+const SCRAPERS: usize = 8;
+/// Time for one of them.
+const SCRAPE: Duration = Duration::from_secs(10);
+/// Bytes that the head of a request may have.
+const HEAD: usize = 8 << 10;
+/// Pause after the system had no connection to give.
+const EXHAUSTED: Duration = Duration::from_millis(100);
 
 /// What `/metrics` answers.
 const CONTENT_TYPE: &str = "application/openmetrics-text; version=1.0.0; charset=utf-8";
@@ -114,7 +139,7 @@ impl Metrics {
 /// `GET /metrics`.
 pub(super) async fn metrics(State(shared): State<Shared>) -> Response {
     let mut text = String::new();
-    match encode(&mut text, &registry(&shared)) {
+    match encode(&mut text, &registry(&shared, shared.unready().await.is_none())) {
         Ok(()) => ([(header::CONTENT_TYPE, CONTENT_TYPE), (header::CACHE_CONTROL, "no-store")], text).into_response(),
         Err(error) => {
             tracing::error!("metrics could not be written: {error}");
@@ -123,8 +148,38 @@ pub(super) async fn metrics(State(shared): State<Shared>) -> Response {
     }
 }
 
+/// Answers `/metrics` and nothing else on `listener`, whoever asks.
+pub(super) async fn listen(listener: TcpListener, shared: Shared) {
+    let places = Arc::new(Semaphore::new(SCRAPERS));
+    let unsniffed = |mut response: Response| async move {
+        response.headers_mut().insert(header::X_CONTENT_TYPE_OPTIONS, HeaderValue::from_static("nosniff"));
+        response
+    };
+    let router =
+        Router::new().route("/metrics", get(metrics)).layer(middleware::map_response(unsniffed)).with_state(shared);
+    loop {
+        let Ok((stream, _)) = listener.accept().await else {
+            sleep(EXHAUSTED).await;
+            continue;
+        };
+        let Ok(place) = Arc::clone(&places).try_acquire_owned() else { continue };
+        let router = router.clone();
+        tokio::spawn(async move {
+            let service = service_fn(move |request: Request<Incoming>| router.clone().call(request.map(Body::new)));
+            let served = http1::Builder::new()
+                .timer(TokioTimer::new())
+                .header_read_timeout(SCRAPE)
+                .max_buf_size(HEAD)
+                .serve_connection(TokioIo::new(stream), service);
+            // Who is late, or speaks no HTTP, is ended.
+            let _ = timeout(SCRAPE, served).await;
+            drop(place);
+        });
+    }
+}
+
 /// Everything that is known at this moment.
-fn registry(shared: &Shared) -> Registry {
+fn registry(shared: &Shared, is_ready: bool) -> Registry {
     let Metrics { views, inspections, stages, superseded, requests } = shared.live.metrics().clone();
     let mut registry = Registry::with_prefix("semascan");
     registry.register("build", "The program", Info::new([("version", env!("CARGO_PKG_VERSION"))]));
@@ -165,7 +220,7 @@ fn registry(shared: &Shared) -> Registry {
         Unit::Seconds,
         ConstGauge::new(still),
     );
-    registry.register("ready", "Whether /readyz answers 200", ConstGauge::new(i64::from(shared.unready().is_none())));
+    registry.register("ready", "Whether /readyz answers 200", ConstGauge::new(i64::from(is_ready)));
     registry.register(
         "model_points",
         "Points of the model that is shown",

@@ -2,7 +2,11 @@
 
 use semascan_inspection::ports::{Archive, Catalogue, Remake, Reports, ReviewLog};
 use semascan_inspection::review::ReviewDesk;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, Instant};
+
+/// How long it is believed what was found when it was tried to write.
+const AGAIN: Duration = Duration::from_millis(500);
 
 /// What is kept of inspections.
 pub struct Past {
@@ -16,6 +20,8 @@ pub struct Past {
     pub(super) remake: Arc<dyn Remake>,
     /// Makes reports with what people decided.
     pub(super) reports: Arc<dyn Reports>,
+    /// When it was last tried whether more can be kept, and why not; nothing (an empty text) where it can.
+    tried: Mutex<Option<(Instant, String)>>,
 }
 
 impl Past {
@@ -27,7 +33,25 @@ impl Past {
         remake: Arc<dyn Remake>,
         reports: Arc<dyn Reports>,
     ) -> Self {
-        Self { catalogue, archive, desk: ReviewDesk::new(reviews), remake, reports }
+        Self { catalogue, archive, desk: ReviewDesk::new(reviews), remake, reports, tried: Mutex::default() }
+    }
+}
+
+impl Past {
+    /// Why nothing more can be kept; an empty text where it can. Tried at most once in [`AGAIN`], however many ask.
+    pub(super) fn obstacle(&self) -> String {
+        let mut tried = self.tried.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some((at, reason)) = tried.as_ref()
+            && at.elapsed() < AGAIN
+        {
+            return reason.clone();
+        }
+        let reason = match self.archive.writable() {
+            Ok(()) => String::new(),
+            Err(error) => format!("nothing more can be kept: {error}"),
+        };
+        *tried = Some((Instant::now(), reason.clone()));
+        reason
     }
 }
 

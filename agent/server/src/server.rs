@@ -10,7 +10,7 @@ use super::guard::{AccessRule, guard};
 use super::health::{health, readiness};
 use super::limits::{LimitError, Limits, seconds};
 use super::live::LiveModel;
-use super::metrics::metrics;
+use super::metrics::{self, metrics};
 use super::past::Past;
 use super::plain_answer::{plain_answer, reason_of, say_and_close};
 use super::replay::{Pace, Replays};
@@ -84,6 +84,8 @@ pub struct ServerConfig {
     pub files: WebFiles,
     /// How much of it clients may take.
     pub limits: Limits,
+    /// A second address, at which `/metrics` alone is answered, to everybody who reaches it, without TLS.
+    pub metrics: Option<SocketAddr>,
 }
 
 /// Why the server cannot run.
@@ -132,6 +134,7 @@ pub struct Server {
     shared: Shared,
     tls: Option<Arc<Tls>>,
     refusals: Arc<Semaphore>,
+    metrics: Option<TcpListener>,
 }
 
 /// Marks a request that came without TLS to an agent that speaks it.
@@ -189,8 +192,17 @@ impl Shared {
     }
 
     /// Why the agent is not ready for work.
-    pub(super) fn unready(&self) -> Option<String> {
-        let reason = if self.connections.is_ending() { "the agent ends".to_owned() } else { self.live.unready() };
+    pub(super) async fn unready(&self) -> Option<String> {
+        if self.connections.is_ending() {
+            return Some("the agent ends".to_owned());
+        }
+        let mut reason = self.live.unready();
+        if reason.is_empty()
+            && let Some(past) = self.past.clone()
+        {
+            let tried = tokio::task::spawn_blocking(move || past.obstacle()).await;
+            reason = tried.unwrap_or_else(|error| format!("it cannot be said whether more can be kept: {error}"));
+        }
         Some(reason).filter(|reason| !reason.is_empty())
     }
 
@@ -220,7 +232,7 @@ impl Server {
         live: Arc<LiveModel>,
         past: Option<Arc<Past>>,
     ) -> Result<Self, ServeError> {
-        let ServerConfig { address, access, entry, tls, files, limits } = config.clone();
+        let ServerConfig { address, access, entry, tls, files, limits, metrics: scraped } = config.clone();
         limits.check()?;
         access.check_origins()?;
         files.check()?;
@@ -232,6 +244,8 @@ impl Server {
         let bind = |source| ServeError::Bind { address, source };
         let listener = listen(address).map_err(bind)?;
         let port = listener.local_addr().map_err(bind)?.port();
+        let listen_to = |address| listen(address).map_err(|source| ServeError::Bind { address, source });
+        let scraped = scraped.map(listen_to).transpose()?;
         let secure = tls.is_some();
         let shared = Shared {
             live,
@@ -248,7 +262,8 @@ impl Server {
             commands: Arc::new(Semaphore::new(api::COMMANDS)),
             files: Arc::new(files),
         };
-        Ok(Self { listener, router: router(&shared), shared, tls, refusals: Arc::new(Semaphore::new(REFUSALS)) })
+        let refusals = Arc::new(Semaphore::new(REFUSALS));
+        Ok(Self { listener, router: router(&shared), shared, tls, refusals, metrics: scraped })
     }
 
     /// The address that was bound.
@@ -259,9 +274,24 @@ impl Server {
         self.listener.local_addr()
     }
 
+    /// The address at which metrics alone are answered, where there is one.
+    ///
+    /// # Errors
+    /// The underlying I/O error.
+    pub fn metrics_address(&self) -> std::io::Result<Option<SocketAddr>> {
+        self.metrics.as_ref().map(TcpListener::local_addr).transpose()
+    }
+
     /// Answers until `shutdown` completes. Then no connection is taken any more, answers are finished, and viewers are sent a
     /// Close frame (1001, going away); what has not ended 2 s later is cut off.
-    pub async fn run(self, shutdown: impl Future<Output = ()> + Send + 'static) {
+    pub async fn run(mut self, shutdown: impl Future<Output = ()> + Send + 'static) {
+        let scraped = self.metrics.take();
+        let scraped = async {
+            match scraped {
+                Some(listener) => metrics::listen(listener, self.shared.clone()).await,
+                None => std::future::pending().await,
+            }
+        };
         let sweep = async {
             loop {
                 tokio::time::sleep(SWEEP).await;
@@ -288,6 +318,7 @@ impl Server {
         tokio::select! {
             () = sweep => {}
             () = accept => {}
+            () = scraped => {}
             () = shutdown => {}
         }
         drop(self.listener);

@@ -1,6 +1,7 @@
 //! Why a result cannot be written.
 
 use semascan_formats::WriteError;
+use semascan_inspection::ports::Obstacle;
 use semascan_perception::fuse::FuseError;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -77,6 +78,14 @@ pub enum StoreError {
 }
 
 impl StoreError {
+    /// The state of the machine that is the reason; `None` where it is none.
+    pub fn obstacle(&self) -> Option<Obstacle> {
+        match self {
+            Self::Port(error) => error.obstacle,
+            error => Obstacle::of(error),
+        }
+    }
+
     /// An I/O error with the file that it is about.
     pub(crate) fn io(path: &Path) -> impl FnOnce(io::Error) -> Self {
         let path = path.to_owned();

@@ -34,6 +34,8 @@ pub(crate) struct ServeSection {
     pub(crate) allow_origins: Vec<String>,
     /// Other agents that this agent's pages may follow.
     pub(crate) allow_agents: Vec<String>,
+    /// A second address at which metrics alone are answered.
+    pub(crate) metrics: Option<SocketAddr>,
     /// Serve the viewer from this folder.
     pub(crate) web_dir: Option<PathBuf>,
     /// The certificate to show, and its key.
@@ -83,6 +85,7 @@ fn explained(error: &toml::de::Error) -> anyhow::Error {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use proptest::prelude::*;
     use semascan_inspection::spec::{NetworkSpec, PreparationSpec, RegionSpec, SourceSpec};
     use semascan_perception::fuse::OutlierFilter;
 
@@ -182,5 +185,28 @@ mod tests {
         assert_eq!(config.serve.allow_hosts, ["cell"]);
         assert_eq!(config.serve.limits, Limits { connections: 9, slow_s: 2.5, ..Limits::default() });
         assert_eq!(config.inspection.network.threads, Some(2));
+    }
+
+    proptest! {
+        #[test]
+        fn damaged_configurations_are_read_or_refused(
+            damage in prop::collection::vec(
+                (any::<prop::sample::Index>(), prop::sample::select(vec!["0", "-1", "1e308", "nan", "99999999999999999999", "null", "[[[[[[[[", "\"", "\u{0}ä", ""])),
+                1..6,
+            ),
+            cut in any::<prop::sample::Index>(),
+            is_cut in any::<bool>(),
+        ) {
+            let mut text: Vec<char> = SAMPLE.chars().collect();
+            for (at, word) in damage {
+                let at = at.index(text.len());
+                drop(text.splice(at..=at, word.chars()));
+            }
+            if is_cut {
+                text.truncate(cut.index(text.len() + 1));
+            }
+            let text: String = text.into_iter().collect();
+            let _ = parse(&text);
+        }
     }
 }

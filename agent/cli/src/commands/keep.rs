@@ -32,7 +32,8 @@ pub(crate) fn anchored(mut spec: InspectionSpec) -> InspectionSpec {
 /// `told` learns of what keeps it from being kept.
 ///
 /// # Errors
-/// [`Failure`] if it cannot begin. An interrupted one is then closed as such.
+/// [`Failure`] if it cannot begin. An interrupted one is then closed as such, unless an obstacle is the reason, which may be over
+/// later.
 pub(crate) fn prepare(
     spec: InspectionSpec,
     data: &Arc<DataFolder>,
@@ -41,7 +42,9 @@ pub(crate) fn prepare(
 ) -> Result<(Inspection, Target), Failure> {
     match begin(spec, data, interrupted, told) {
         Err(failure) => {
-            if let Some(Interrupted { row, .. }) = interrupted {
+            if let Some(Interrupted { row, .. }) = interrupted
+                && failure.obstacle().is_none()
+            {
                 let reason = format!("it was cut off and cannot be continued: {}", failure.reason());
                 tracing::warn!("inspection {}: {reason}", row.id);
                 data.close_interrupted(row, &reason)?;
@@ -110,7 +113,9 @@ fn begin(
         let kept = Keeping::new(Arc::clone(data), kept.captures);
         Ok((inspection, Target::open(&folder, true, false)?.kept(kept)))
     });
-    if let (Err(failure), None) = (&made, interrupted) {
+    if let (Err(failure), None) = (&made, interrupted)
+        && failure.obstacle().is_none()
+    {
         data.close_interrupted(&row, &failure.reason())?;
     }
     made

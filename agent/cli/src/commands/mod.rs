@@ -53,6 +53,7 @@ mod verbosity;
 use anyhow::Context;
 use clap::{Parser, Subcommand};
 use semascan_inspection::SetupFailure;
+use semascan_inspection::ports::{Obstacle, PortError};
 use semascan_inspection::source::SourceError;
 use semascan_perception::segment::network::SelectError;
 use semascan_perception::segment::network::engine::EngineError;
@@ -155,6 +156,13 @@ impl Failure {
     pub(crate) fn reason(&self) -> String {
         let (Self::Work(error) | Self::Call(error) | Self::Stopped(_, error)) = self;
         format_error(error)
+    }
+
+    /// The state of the machine that keeps the result from being kept, where that is the reason: it may be over later.
+    pub(crate) fn obstacle(&self) -> Option<Obstacle> {
+        let (Self::Work(error) | Self::Call(error) | Self::Stopped(_, error)) = self;
+        let store = error.downcast_ref::<StoreError>().and_then(StoreError::obstacle);
+        store.or_else(|| error.downcast_ref::<PortError>().and_then(|error| error.obstacle))
     }
 
     /// Work that ended early: by a signal, or because somebody stopped it otherwise.

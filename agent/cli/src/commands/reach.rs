@@ -33,6 +33,9 @@ pub(crate) struct ReachArgs {
     /// Another agent that this agent's page may follow with ?ws=, as ws://HOST:PORT (repeatable)
     #[arg(long = "allow-agent", value_name = "AGENT")]
     allow_agents: Vec<String>,
+    /// A second address at which /metrics alone is answered, without a login and TLS, to everybody who reaches it
+    #[arg(long, value_name = "ADDRESS:PORT")]
+    metrics: Option<SocketAddr>,
     /// Serve the viewer's files from this folder instead of the built-in ones
     #[arg(long, value_name = "DIR")]
     web_dir: Option<PathBuf>,
@@ -99,7 +102,8 @@ impl ReachArgs {
         let tls = self.tls(file, address.ip(), &entry, &access.allowed_hosts, users)?.map(Arc::new);
         let web_dir = self.web_dir.clone().or_else(|| file.web_dir.clone());
         let files = web_dir.map_or(WebFiles::Embedded(viewer), WebFiles::folder);
-        Ok(ServerConfig { address, access, entry, tls, files, limits: self.limits.apply(file.limits.clone()) })
+        let (limits, metrics) = (self.limits.apply(file.limits.clone()), self.metrics.or(file.metrics));
+        Ok(ServerConfig { address, access, entry, tls, files, limits, metrics })
     }
 
     /// Who is let in at `address`; the server refuses it where that is too many.

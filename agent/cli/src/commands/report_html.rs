@@ -151,7 +151,7 @@ pub(super) fn reviewed(data: &DataFolder, record: &InspectionRecord) -> Result<R
         Some(verdict) => data.criteria(&verdict.criteria.sha256)?,
         None => None,
     };
-    let entries = log.entries(record.id)?;
+    let entries = log.all_entries(record.id)?;
     let state = reviewed_state(record, &entries, criteria.as_ref());
     let Audited { entries: number, head, fault } = log.audit(None)?;
     let audit = match fault {

@@ -18,7 +18,7 @@ use semascan_model::Taxonomy;
 use semascan_model::finding::Finding;
 use semascan_model::record::{InspectionRecord, Outcome, RunRecord};
 use semascan_perception::segment::network::select;
-use semascan_store::{Additions, Kept, ResultFolder, StoreError};
+use semascan_store::{Additions, Kept, ResultFolder};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
@@ -152,8 +152,8 @@ impl Output {
         &self.given
     }
 
-    /// Writes the inspection. A save that fails is tried again, `tries` times or, where that is absent, until it succeeds or
-    /// `stop` is set; then once more for the last time. `failed` is told of each failure.
+    /// Writes the inspection and closes it where it is kept. What fails is tried again, `tries` times or, where that is absent,
+    /// until it succeeds or `stop` is set; then once more for the last time. `failed` is told of each failure.
     ///
     /// # Errors
     /// [`Failure::Work`] with the reason of the last failure.
@@ -164,30 +164,35 @@ impl Output {
         stop: &StopSwitch,
         failed: &dyn Fn(&str),
     ) -> Result<(), Failure> {
-        let mut pause = FIRST_PAUSE;
-        for number in 1.. {
-            let (model, mesh, taxonomy) = (&inspected.model, &inspected.mesh, &inspected.source.info().taxonomy);
-            let report = |record: &InspectionRecord| report_html::of_inspected(model, mesh, taxonomy, record);
-            let additions = Additions { view_clouds: self.view_clouds, report: Some(&report) };
-            let published = self.folder.publish(inspected, additions);
-            let error = match published {
-                Ok(record) => {
-                    inspected.record = record;
-                    return self.close(&inspected.record);
-                }
-                Err(error) => error,
-            };
-            if stop.is_set() || tries.is_some_and(|tries| number >= tries) {
-                return Err(self.give_up(inspected, &error));
+        let mut is_written = false;
+        let saved = until_done(tries, stop, failed, || {
+            if !is_written {
+                let (model, mesh, taxonomy) = (&inspected.model, &inspected.mesh, &inspected.source.info().taxonomy);
+                let report = |record: &InspectionRecord| report_html::of_inspected(model, mesh, taxonomy, record);
+                let additions = Additions { view_clouds: self.view_clouds, report: Some(&report) };
+                inspected.record = self.folder.publish(inspected, additions)?;
+                is_written = true;
             }
-            failed(&format!(
-                "the inspection could not be saved: {error}; its model is kept in memory, the next try is in {} s",
-                pause.as_secs()
-            ));
-            sleep_unless_stopped(pause, stop);
-            pause = (2 * pause).min(LONGEST_PAUSE);
-        }
-        Ok(())
+            self.close(&inspected.record)
+        });
+        // One that is written and not closed is closed by the next start.
+        saved.map_err(|failure| if is_written { failure } else { self.give_up(inspected, &failure) })
+    }
+
+    /// Notes an inspection without a model and closes it where it is kept, tried again as in [`save`](Self::save).
+    fn save_record(
+        &self,
+        record: &InspectionRecord,
+        tries: Option<u32>,
+        stop: &StopSwitch,
+        failed: &dyn Fn(&str),
+    ) -> Result<(), Failure> {
+        until_done(tries, stop, failed, || {
+            if self.folder.publish_record(record)? == Kept::EarlierModel {
+                tracing::warn!("{} still holds the earlier inspection, unchanged", self.given.display());
+            }
+            self.close(record)
+        })
     }
 
     /// Closes the inspection where it is kept.
@@ -195,8 +200,8 @@ impl Output {
         self.kept.as_ref().map_or(Ok(()), |kept| kept.close(record, self.criteria.as_ref()))
     }
 
-    fn give_up(&self, inspected: &Inspected, error: &StoreError) -> Failure {
-        let reason = format!("the inspection could not be saved: {error}");
+    fn give_up(&self, inspected: &Inspected, failure: &Failure) -> Failure {
+        let reason = format!("the inspection could not be saved: {}", failure.reason());
         let outcome = Outcome::Failed { reason: reason.clone() };
         // Its model is nowhere: the record must not name points that nobody has.
         let record = InspectionRecord { outcome, points: 0, ..inspected.record.clone() };
@@ -214,6 +219,30 @@ impl Output {
             Err(error) => tracing::error!("the record could not be written: {error}"),
         }
     }
+}
+
+/// Does `work`, and again after a pause where it fails, as [`Output::save`] says.
+fn until_done(
+    tries: Option<u32>,
+    stop: &StopSwitch,
+    failed: &dyn Fn(&str),
+    mut work: impl FnMut() -> Result<(), Failure>,
+) -> Result<(), Failure> {
+    let mut pause = FIRST_PAUSE;
+    for number in 1.. {
+        let Err(failure) = work() else { break };
+        if stop.is_set() || tries.is_some_and(|tries| number >= tries) {
+            return Err(failure);
+        }
+        failed(&format!(
+            "the inspection could not be saved: {}; its model is kept in memory, the next try is in {} s",
+            failure.reason(),
+            pause.as_secs()
+        ));
+        sleep_unless_stopped(pause, stop);
+        pause = (2 * pause).min(LONGEST_PAUSE);
+    }
+    Ok(())
 }
 
 fn sleep_unless_stopped(pause: Duration, stop: &StopSwitch) {
@@ -250,8 +279,9 @@ pub(crate) fn finish(
                     ..output.begun.clone()
                 };
                 let record = record.unwrap_or_else(lost);
-                output.note(&record);
-                output.close(&record)?;
+                if let Err(failure) = output.save_record(&record, tries, &stop, failed) {
+                    tracing::error!("the record could not be written: {}", failure.reason());
+                }
             }
             return Err(if stopped { Failure::stopped(signals, failure) } else { Failure::Work(failure) });
         }

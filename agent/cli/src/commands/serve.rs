@@ -14,9 +14,11 @@ use semascan_model::record::Outcome;
 use semascan_server::{EmbeddedFiles, Entry, LiveModel, LiveStream, OpenError, ServeError, Server, Tls, publish_saved};
 use semascan_store::data::{DataFolder, Interrupted};
 use semascan_store::{SavedInspection, read_inspection};
+use std::cell::Cell;
 use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::sync::Arc;
+use std::time::Duration;
 
 /// Arguments of `semascan serve`.
 #[derive(Debug, Args)]
@@ -120,6 +122,9 @@ pub(crate) fn serve(
         let scheme = if settings.tls.is_some() { "https" } else { "http" };
         let url = format!("{scheme}://{address}");
         tracing::info!("listening on {url}");
+        if let Some(address) = server.metrics_address()? {
+            tracing::info!("metrics at http://{address}/metrics, for everybody who reaches it");
+        }
         say_who_is_let_in(&settings.entry, address);
         if let Some(tls) = settings.tls.clone() {
             tokio::spawn(read_certificate_again(tls));
@@ -169,6 +174,9 @@ pub(crate) fn serve(
         }
     })
 }
+
+/// How long after an obstacle was met it is tried again.
+const AGAIN: Duration = Duration::from_millis(500);
 
 /// What is said while a source is opened.
 const STARTS: &str = "the agent starts: it opens what is to be inspected";
@@ -220,25 +228,53 @@ fn keep_all(
     signals: &Signals,
 ) -> Result<(), Failure> {
     let mut result = Ok(());
-    let interrupted = data.interrupted()?.into_iter().map(Some);
-    let asked = spec.as_ref().map(|_| None);
-    live.set_unready("");
-    for interrupted in interrupted.chain(asked) {
+    let interrupted = unless_hindered(live, signals, || Ok(data.interrupted()?))?;
+    for interrupted in interrupted {
         if signals.exit_code().is_some() {
             return result;
         }
-        live.say(STARTS);
-        let settings = match (&interrupted, &spec) {
-            (Some(Interrupted { row, .. }), _) => match serde_json::from_str(&row.spec) {
-                Ok(settings) => settings,
-                Err(error) => {
-                    data.close_interrupted(row, &format!("its settings cannot be read: {error}"))?;
-                    continue;
-                }
-            },
-            (None, Some(spec)) => (**spec).clone(),
-            (None, None) => break,
+        let settings = match serde_json::from_str(&interrupted.row.spec) {
+            Ok(settings) => settings,
+            Err(error) => {
+                let reason = format!("its settings cannot be read: {error}");
+                unless_hindered(live, signals, || Ok(data.close_interrupted(&interrupted.row, &reason)?))?;
+                continue;
+            }
         };
+        // One that cannot be continued is closed, and fails nothing else.
+        if let Ok(running) = begin(&settings, data, Some(interrupted), live, signals) {
+            result = follow(running, live, signals);
+        }
+    }
+    match spec {
+        Some(spec) if signals.exit_code().is_none() => follow(begin(&spec, data, None, live, signals)?, live, signals),
+        _ => {
+            live.set_unready("");
+            result
+        }
+    }
+}
+
+/// Begins an inspection as `spec` says that is kept in `data`; it continues `interrupted` if that is given. An obstacle is waited
+/// for.
+fn begin(
+    spec: &InspectionSpec,
+    data: &Arc<DataFolder>,
+    mut interrupted: Option<Interrupted>,
+    live: &Arc<LiveModel>,
+    signals: &Signals,
+) -> Result<Running, Failure> {
+    let mut is_first = true;
+    let begun = unless_hindered(live, signals, || {
+        // What an earlier try has left is gone on with.
+        if !is_first && interrupted.is_none() {
+            interrupted = data.interrupted()?.pop();
+        }
+        if is_first {
+            live.say(STARTS);
+            live.set_unready(STARTS);
+        }
+        is_first = false;
         let told = {
             let live = Arc::clone(live);
             move |text: &str| {
@@ -249,21 +285,40 @@ fn keep_all(
                 live.set_unready(text);
             }
         };
-        live.set_unready(STARTS);
-        let prepared = keep::prepare(settings, data, interrupted.as_ref(), Box::new(told));
+        let (inspection, target) = keep::prepare(spec.clone(), data, interrupted.as_ref(), Box::new(told))?;
+        let running = run::start(inspection, Some(target), signals)?;
         live.set_unready("");
         live.say("");
-        result = match prepared.and_then(|(inspection, target)| run::start(inspection, Some(target), signals)) {
-            Ok(running) => follow(running, live, signals),
-            Err(failure) => {
-                tracing::error!("{}", failure.reason());
-                live.say(&failure.reason());
-                // One that cannot be continued is closed, and fails nothing else.
-                if interrupted.is_some() { Ok(()) } else { Err(failure) }
-            }
+        Ok(running)
+    });
+    begun.inspect_err(|failure| {
+        tracing::error!("{}", failure.reason());
+        live.set_unready("");
+        live.say(&failure.reason());
+    })
+}
+
+/// Does `work`; where an obstacle is in the way, which `/readyz` then tells, again until it is gone or a signal comes.
+fn unless_hindered<T>(
+    live: &LiveModel,
+    signals: &Signals,
+    mut work: impl FnMut() -> Result<T, Failure>,
+) -> Result<T, Failure> {
+    let mut told = String::new();
+    loop {
+        let failure = match work() {
+            Err(failure) if failure.obstacle().is_some() && signals.exit_code().is_none() => failure,
+            done => return done,
         };
+        let reason = format!("nothing can be kept: {}; it is tried again", failure.reason());
+        if told != reason {
+            tracing::error!("{reason}");
+        }
+        live.say(&reason);
+        live.set_unready(&reason);
+        told = reason;
+        std::thread::sleep(AGAIN);
     }
-    result
 }
 
 /// Publishes a saved inspection to `live`.
@@ -294,12 +349,20 @@ fn follow(running: Running, live: &LiveModel, signals: &Signals) -> Result<(), F
     let _in_span = running.span().entered();
     let Running { events, handle, output } = running;
     LiveStream::new(live).follow(events);
+    let was_hindered = Cell::new(false);
     let not_saved = |reason: &str| {
+        was_hindered.set(true);
         tracing::error!("{reason}");
         live.say(reason);
+        live.set_unready(reason);
     };
-    match run::finish(handle, output.as_deref(), None, &not_saved, signals) {
+    let finished = run::finish(handle, output.as_deref(), None, &not_saved, signals);
+    live.set_unready("");
+    match finished {
         Ok(inspected) => {
+            if was_hindered.get() {
+                live.say("");
+            }
             let totals = live.totals();
             tracing::info!(
                 "{} finished: {} points; {} chunks sent in {} kB, final model {} kB",

@@ -334,3 +334,27 @@ fn the_unit_is_one_that_systemd_takes() {
         Err(error) => eprintln!("SKIPPED: systemd-analyze is not here: {error}"),
     }
 }
+
+#[test]
+fn metrics_have_an_address_of_their_own_where_one_is_asked_for() {
+    let root = tempfile::tempdir().expect("temporary folder");
+    let data = cell(root.path());
+    let arguments = ["serve", "--port", "0", "--login", "--users", &data, "--metrics", "127.0.0.1:0"];
+    let mut agent = Agent::start(&arguments);
+    assert!(agent.ask("GET /metrics", "").starts_with("HTTP/1.1 401"), "the agent's own asks for a login");
+    let scraped = loop {
+        let line = agent.log.recv_timeout(Duration::from_secs(60)).expect("it says where");
+        if let Some((_, rest)) = line.split_once("metrics at http://") {
+            break rest.split('/').next().expect("an address").parse().expect("an address");
+        }
+    };
+    agent.address = scraped;
+    let metrics = agent.ask("GET /metrics", "");
+    assert!(metrics.starts_with("HTTP/1.1 200") && metrics.ends_with("# EOF\n"), "{metrics}");
+    for path in ["/", "/healthz", "/api/v1/me", "/api/v1/inspections", "/ws"] {
+        let answer = agent.ask(&format!("GET {path}"), "");
+        assert!(answer.starts_with("HTTP/1.1 404"), "{path}: {answer}");
+    }
+    assert!(agent.ask("POST /metrics", "x").starts_with("HTTP/1.1 405"));
+    agent.end();
+}

@@ -7,14 +7,18 @@ mod export;
 mod file_kinds;
 mod first_steps;
 mod full_disk;
+#[cfg(target_os = "linux")]
+mod hindered;
 mod inspect;
 mod judge;
 mod kept;
 mod kills;
 mod log;
+mod mutated;
 mod outcome;
 mod past;
 mod report;
+mod serving;
 mod signals;
 mod stdout;
 mod synth;

@@ -1,5 +1,6 @@
 //! `serve --data`: past inspections are listed, shown, reviewed and streamed again.
 
+use crate::serving::{ask, review, serve};
 use crate::{MOTOR, semascan, stderr};
 use image::{DynamicImage, ImageFormat};
 use semascan_captures::CaptureReader;
@@ -14,119 +15,12 @@ use semascan_tests::client::{Client, Holdings};
 use serde_json::{Value, json};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
-use std::io::{BufRead, BufReader, Read, Write};
-use std::net::{SocketAddr, TcpStream};
 use std::path::Path;
-use std::process::{Child, Command, Stdio};
 use std::time::Duration;
 
 const CRITERIA: &str = "version = 1\nname = \"motor\"\nrevision = \"3\"\n\
     [[defect]]\ndefect = \"corrosion\"\nlargest_area_mm2 = 1\nthen = \"rework\"\n\
     [[defect]]\ndefect = \"wear\"\nlargest_area_mm2 = 1\nthen = \"rework\"\n";
-
-/// A server, ended when it is dropped.
-struct Serving {
-    child: Child,
-    address: SocketAddr,
-}
-
-impl Drop for Serving {
-    fn drop(&mut self) {
-        let _ = self.child.kill();
-        let _ = self.child.wait();
-    }
-}
-
-fn serve(data: &Path) -> Serving {
-    let mut child = Command::new(env!("CARGO_BIN_EXE_semascan"))
-        .args(["serve", "--port", "0", "--data", data.to_str().expect("UTF-8")])
-        .stderr(Stdio::piped())
-        .stdout(Stdio::null())
-        .spawn()
-        .expect("starts");
-    let mut lines = BufReader::new(child.stderr.take().expect("a pipe")).lines();
-    let address = lines.by_ref().map_while(Result::ok).find_map(|line| {
-        let (_, address) = line.split_once("listening on http://")?;
-        address.trim().parse().ok()
-    });
-    // What follows is read, so that the server does not wait for a reader.
-    std::thread::spawn(move || lines.map_while(Result::ok).for_each(drop));
-    Serving { child, address: address.expect("it says where it listens") }
-}
-
-#[derive(Debug)]
-struct Answer {
-    status: u16,
-    headers: BTreeMap<String, String>,
-    body: Vec<u8>,
-}
-
-impl Answer {
-    fn json(&self) -> Value {
-        serde_json::from_slice(&self.body).unwrap_or_else(|_| panic!("{}", String::from_utf8_lossy(&self.body)))
-    }
-
-    /// The field that a problem names.
-    fn field(&self) -> String {
-        assert_eq!(self.headers["content-type"], "application/problem+json", "{self:?}");
-        assert_eq!(self.json()["status"], self.status);
-        self.json()["field"].as_str().unwrap_or_default().to_owned()
-    }
-}
-
-impl Serving {
-    fn ask(&self, method: &str, path: &str, headers: &[(&str, &str)], body: &[u8]) -> Answer {
-        ask(self.address, method, path, headers, body).expect("an answer")
-    }
-
-    fn get(&self, path: &str) -> Answer {
-        self.ask("GET", path, &[], &[])
-    }
-
-    fn review(&self, id: InspectionId, review: &Value) -> Answer {
-        let path = format!("/api/v1/inspections/{id}/reviews");
-        self.ask("POST", &path, &[("Content-Type", "application/json")], review.to_string().as_bytes())
-    }
-}
-
-/// The answer to a request; an error where the server is gone or ends in the middle of it.
-fn ask(
-    address: SocketAddr,
-    method: &str,
-    path: &str,
-    headers: &[(&str, &str)],
-    body: &[u8],
-) -> std::io::Result<Answer> {
-    let mut stream = TcpStream::connect(address)?;
-    let mut head = format!("{method} {path} HTTP/1.1\r\nHost: {address}\r\nConnection: close\r\n");
-    headers.iter().for_each(|(name, value)| head.push_str(&format!("{name}: {value}\r\n")));
-    if method == "POST" {
-        head.push_str(&format!("Content-Length: {}\r\n", body.len()));
-    }
-    stream.write_all(format!("{head}\r\n").as_bytes())?;
-    // A server that refuses what it has not read closes early.
-    let _ = stream.write_all(body);
-    let mut bytes = Vec::new();
-    stream.read_to_end(&mut bytes)?;
-    let broken = || std::io::Error::from(std::io::ErrorKind::UnexpectedEof);
-    let end = bytes.windows(4).position(|w| w == b"\r\n\r\n").ok_or_else(broken)?;
-    let head = String::from_utf8_lossy(&bytes[..end]).into_owned();
-    let mut lines = head.lines();
-    let status = lines.next().and_then(|line| line.split(' ').nth(1)).and_then(|s| s.parse().ok());
-    let headers = lines.filter_map(|line| line.split_once(": "));
-    Ok(Answer {
-        status: status.ok_or_else(broken)?,
-        headers: headers.map(|(name, value)| (name.to_lowercase(), value.to_owned())).collect(),
-        body: bytes[end + 4..].to_vec(),
-    })
-}
-
-fn review(number: u64, subject: Value, seen: u64, action: Value) -> Value {
-    json!({
-        "id": format!("00000000-0000-4000-8000-{number:012x}"), "subject": subject, "seen": seen, "action": action,
-        "person": "A. Reviewer", "reason": "can be ground"
-    })
-}
 
 /// A motor that was inspected and judged in `data`.
 fn inspected(data: &Path) -> InspectionId {
@@ -437,9 +331,10 @@ fn a_review_that_was_answered_survives_a_kill() {
     let audited = semascan(&["audit", "verify", "--data", data.to_str().expect("UTF-8")]);
     assert_eq!(audited.status.code(), Some(0), "{}", stderr(&audited));
     let log = DataFolder::open_beside(&data).expect("a data folder");
-    let kept = log.catalogue().entries(id).expect("reads");
+    let kept = log.catalogue().entries(id, 0, u32::MAX).expect("reads");
     let kept: BTreeMap<String, Value> = kept
         .into_iter()
+        .map(|logged| logged.entry)
         .map(|entry| (entry.review.id.to_string(), serde_json::to_value(&entry.review).expect("plain data")))
         .collect();
     for remark in &answered {

@@ -61,6 +61,9 @@ pub trait Archive: Send + Sync {
     /// The view with this number in the capture order of the inspection.
     fn view(&self, id: InspectionId, index: u32) -> Result<Option<ArchivedView>, PortError>;
 
+    /// Whether something more can be kept: tried by writing a little and removing it again.
+    fn writable(&self) -> Result<(), PortError>;
+
     /// The criteria whose text has this SHA-256, hexadecimal.
     fn criteria(&self, sha256: &str) -> Result<Option<CheckedCriteria>, PortError>;
 }

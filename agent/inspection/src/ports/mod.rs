@@ -9,6 +9,7 @@ mod blobs;
 mod bus;
 mod captures;
 mod catalogue;
+mod error;
 mod reviews;
 
 pub use accounts::{Accounts, SecretDigest, SessionRow, TokenRow, UserRow};
@@ -20,21 +21,5 @@ pub use catalogue::{
     Catalogue, Commit, EventRow, FindingRow, InspectionFilter, InspectionRow, InspectionState, ResultRow, ResultRows,
     ViewRow,
 };
-pub use reviews::ReviewLog;
-
-/// Why something cannot be kept or found: the file, table or object, and the reason.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{place}: {reason}")]
-pub struct PortError {
-    /// What could not be used: a file, a table, an object.
-    pub place: String,
-    /// Why.
-    pub reason: String,
-}
-
-impl PortError {
-    /// An error about `place`.
-    pub fn new(place: impl ToString, reason: impl ToString) -> Self {
-        Self { place: place.to_string(), reason: reason.to_string() }
-    }
-}
+pub use error::{Obstacle, PortError};
+pub use reviews::{LoggedReview, ReviewLog, ReviewResult};

@@ -76,25 +76,25 @@ pub struct Link {
     pub hash: String,
 }
 
-/// What is wrong with `link`, which should follow the `place - 1`-th entry with the hash `previous`; `None` where nothing is.
-pub fn fault(link: &Link, place: u64, previous: &str) -> Option<String> {
+/// The entry of `link`, which should follow the `place - 1`-th entry with the hash `previous`.
+///
+/// # Errors
+/// What is wrong with it, in words.
+pub fn read(link: &Link, place: u64, previous: &str) -> Result<ReviewEntry, String> {
     if link.sequence != place {
-        return Some(format!("stands where entry {place} is expected: entries are missing or were moved"));
+        return Err(format!("stands where entry {place} is expected: entries are missing or were moved"));
     }
     if link.previous != previous {
-        return Some("does not follow the entry before it: that one, or the link to it, was changed".to_owned());
+        return Err("does not follow the entry before it: that one, or the link to it, was changed".to_owned());
     }
     if link.hash != hash(&link.previous, &link.entry) {
-        return Some("was changed: it does not have its hash".to_owned());
+        return Err("was changed: it does not have its hash".to_owned());
     }
-    let entry: ReviewEntry = match serde_json::from_str(&link.entry) {
-        Ok(entry) => entry,
-        Err(error) => return Some(format!("cannot be read: {error}")),
-    };
+    let entry: ReviewEntry = serde_json::from_str(&link.entry).map_err(|error| format!("cannot be read: {error}"))?;
     let agrees = entry.sequence == link.sequence
         && entry.review.id.to_string() == link.id
         && entry.inspection.to_string() == link.inspection;
-    (!agrees).then(|| "is listed under another place, name or inspection than it says".to_owned())
+    if agrees { Ok(entry) } else { Err("is listed under another place, name or inspection than it says".to_owned()) }
 }
 
 #[cfg(test)]

@@ -6,10 +6,12 @@
 //! | `rules.rs` | which reviews can be taken in |
 //! | `standing.rs` | which decisions stand, and which contradict each other |
 //! | `state.rs` | findings and verdict with everything that people decided |
+//! | `held.rs` | what is held of inspections between two requests |
 //! | `chain.rs` | entries as bytes, and the hashes that chain them |
 //! | `mod.rs` | [`ReviewDesk`], which takes reviews in |
 
 pub mod chain;
+mod held;
 mod rules;
 mod standing;
 mod state;
@@ -18,12 +20,14 @@ pub use rules::FieldError;
 pub use state::{drawn_name, reviewed_state};
 
 use crate::criteria::CheckedCriteria;
-use crate::ports::{BusMessage, FindingRow, PortError, ResultRow, ResultRows, ReviewLog};
+use crate::ports::{BusMessage, FindingRow, PortError, ResultRow, ReviewLog, ReviewResult};
+use held::{Held, Standing, changes_findings};
 use jiff::Timestamp;
 use semascan_model::InspectionId;
+use semascan_model::finding::Finding;
 use semascan_model::record::{InspectionRecord, Outcome, SoftwareRecord};
 use semascan_model::review::{NetworkVersion, Review, ReviewEntry, ReviewedState, ReviewedVersions};
-use standing::Standings;
+use state::Judged;
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// Why a review is not taken in.
@@ -63,13 +67,14 @@ pub struct Taken {
 /// Takes reviews in, one after the other: the only one who appends to the log.
 pub struct ReviewDesk {
     log: Arc<dyn ReviewLog>,
+    held: Held,
     taking: Mutex<()>,
 }
 
 impl ReviewDesk {
     /// The desk of `log`.
     pub fn new(log: Arc<dyn ReviewLog>) -> Self {
-        Self { log, taking: Mutex::new(()) }
+        Self { log, held: Held::default(), taking: Mutex::new(()) }
     }
 
     /// The log.
@@ -87,7 +92,8 @@ impl ReviewDesk {
         record: &InspectionRecord,
         criteria: Option<&CheckedCriteria>,
     ) -> Result<ReviewedState, PortError> {
-        Ok(reviewed_state(record, &self.log.entries(record.id)?, criteria))
+        let Standing { standings, judged } = self.held.standing(self.log.as_ref(), record, criteria)?;
+        Ok(judged.state(&standings))
     }
 
     /// Takes `review` of the inspection with `record` in. One that was sent before is answered as it was then.
@@ -118,41 +124,43 @@ impl ReviewDesk {
         {
             return Err(ReviewError::Model { now: now.clone() });
         }
-        let mut entries = self.log.entries(record.id)?;
+        let Standing { mut standings, mut judged } = self.held.standing(self.log.as_ref(), record, criteria)?;
         let last = self.log.last()?;
-        let standings = Standings::of(&entries);
-        let findings = state::amended(record, &entries, &standings);
         // A finding that was found in error can be called one again.
         let measured = record.findings.iter().flat_map(|findings| &findings.list);
-        let mut known = findings.findings.unwrap_or_default();
-        known.extend(measured.filter(|finding| findings.found_in_error.contains(&finding.id)).cloned());
+        let in_error = measured.filter(|finding| judged.amended.found_in_error.contains(&finding.id));
+        let known: Vec<&Finding> = judged.amended.findings.iter().flatten().chain(in_error).collect();
         rules::check(&review, record, &known, &standings, last)?;
         let conflicts_with =
             standings.of_subject(&review.subject).map_or_else(Vec::new, |standing| standing.contradicted_by(&review));
-        drop(standings);
         let entry = ReviewEntry { sequence: last + 1, inspection: record.id, at, versions, conflicts_with, review };
-        entries.push(entry.clone());
-        let state = reviewed_state(record, &entries, criteria);
+        Arc::make_mut(&mut standings).extend(&Arc::new(entry.clone()));
+        let is_changed = changes_findings(&entry);
+        if is_changed {
+            judged = Arc::new(Judged::of(record, &standings, criteria));
+        }
+        let state = judged.state(&standings);
         let message = BusMessage {
             id: format!("review:{}", entry.review.id),
             subject: format!("inspection.{}.reviewed", record.id),
             // What is plain data always serialises.
             payload: chain::canonical(&entry).unwrap_or_default(),
         };
-        self.log.append(&entry, &rows(record, &state), &message)?;
+        let hash = self.log.append(&entry, &result(record, &state, is_changed), &message)?;
+        self.held.appended(&entry, hash, Standing { standings, judged }, record, criteria);
         Ok(Taken { entry, is_known: false, state })
     }
 }
 
-/// What is listed of an inspection in this state.
-fn rows(record: &InspectionRecord, state: &ReviewedState) -> ResultRows {
+/// What is listed of an inspection in this state, its findings where they are others than before.
+fn result(record: &InspectionRecord, state: &ReviewedState, is_changed: bool) -> ReviewResult {
     let row = ResultRow {
         decision: state.decision,
         automatic: record.verdict.as_ref().map(|verdict| verdict.automatic),
         conflicts: state.conflicts,
         findings: state.findings.as_ref().map(|list| list.len() as u32),
     };
-    ResultRows { row, findings: state.findings.iter().flatten().map(FindingRow::of).collect() }
+    ReviewResult { row, findings: is_changed.then(|| state.findings.iter().flatten().map(FindingRow::of).collect()) }
 }
 
 fn versions(record: &InspectionRecord) -> ReviewedVersions {

@@ -12,8 +12,8 @@ const LONGEST_NAME: usize = 200;
 const LONGEST_REASON: usize = 10_000;
 /// Points that an outline or a patch may have, and cells.
 const MOST_POINTS: usize = 20_000;
-/// Reviews that one may settle.
-const MOST_RESOLVED: usize = 100;
+/// Reviews that one may settle, and that may contradict each other about one subject.
+pub(super) const MOST_RESOLVED: usize = 100;
 /// Farthest coordinate of a point in the table frame, metres.
 const FARTHEST: f64 = 1e3;
 /// Least area of an outline, as a share of its squared length: below that it is a line.
@@ -38,8 +38,8 @@ fn fail<T>(field: impl Into<String>, reason: impl Into<String>) -> Result<T, Fie
 pub(super) fn check(
     review: &Review,
     record: &InspectionRecord,
-    findings: &[Finding],
-    standings: &Standings<'_>,
+    findings: &[&Finding],
+    standings: &Standings,
     last: u64,
 ) -> Result<(), FieldError> {
     check_words(review)?;
@@ -117,7 +117,7 @@ fn check_words(review: &Review) -> Result<(), FieldError> {
 fn check_subject<'a>(
     subject: &Subject,
     record: &InspectionRecord,
-    findings: &'a [Finding],
+    findings: &[&'a Finding],
 ) -> Result<Option<&'a Finding>, FieldError> {
     match subject {
         Subject::Part => Ok(None),
@@ -125,7 +125,7 @@ fn check_subject<'a>(
             check_class("subject.component", Some(component), &record.components, false)?;
             Ok(None)
         }
-        Subject::Finding { finding } => match findings.iter().find(|one| one.id == *finding) {
+        Subject::Finding { finding } => match findings.iter().copied().find(|one| one.id == *finding) {
             Some(found) => Ok(Some(found)),
             None => fail("subject.finding", format!("the inspection has no finding {finding}")),
         },
@@ -211,7 +211,15 @@ pub(super) fn flat_figures(outline: &[[f64; 3]]) -> (f64, f64) {
 }
 
 /// Reviews that are settled must stand about the same subject, and be of the same kind.
-fn check_resolved(review: &Review, standings: &Standings<'_>) -> Result<(), FieldError> {
+fn check_resolved(review: &Review, standings: &Standings) -> Result<(), FieldError> {
+    let contradicted =
+        standings.of_subject(&review.subject).map_or(0, |standing| standing.contradicted_by(review).len());
+    // One more could not be settled by one review any more.
+    if contradicted >= MOST_RESOLVED {
+        let reason =
+            format!("{contradicted} reviews about {} contradict each other: settle them first", review.subject);
+        return fail("resolves", reason);
+    }
     if review.resolves.is_empty() {
         return Ok(());
     }

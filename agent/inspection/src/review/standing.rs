@@ -3,23 +3,27 @@
 //! A person decides about the version of a subject that they saw. Where somebody else has decided about that version
 //! meanwhile, both decisions are kept and neither counts, until a later one names both. Changes of a finding's class are told
 //! apart from decisions about it: each has its own place here.
+//!
+//! What stands is extended entry by entry, and keeps of the log only what counts: the cost of an entry does not grow with the
+//! number of those before it.
 
 use semascan_model::finding::FindingId;
 use semascan_model::review::{Review, ReviewAction, ReviewEntry, ReviewId, Subject};
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 /// What stands about one subject.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Standing<'a> {
+pub(super) struct Standing {
     /// Decisions: one, or several that contradict each other.
-    pub(super) decisions: Vec<&'a ReviewEntry>,
+    pub(super) decisions: Vec<Arc<ReviewEntry>>,
     /// Changes of the class, the same.
-    pub(super) changes: Vec<&'a ReviewEntry>,
+    pub(super) changes: Vec<Arc<ReviewEntry>>,
     /// Place of the last of both.
     pub(super) version: u64,
 }
 
-impl Standing<'_> {
+impl Standing {
     /// The decisions and changes that contradict each other.
     pub(super) fn conflict(&self) -> Vec<ReviewId> {
         let several = [&self.decisions, &self.changes].into_iter().filter(|list| list.len() > 1);
@@ -27,7 +31,7 @@ impl Standing<'_> {
     }
 
     /// What stands of the kind of `action`; `None` where it decides nothing.
-    pub(super) fn of_kind(&self, action: &ReviewAction) -> Option<&[&ReviewEntry]> {
+    pub(super) fn of_kind(&self, action: &ReviewAction) -> Option<&[Arc<ReviewEntry>]> {
         match action {
             ReviewAction::Reclassify { .. } => Some(&self.changes),
             action if action.decision().is_some() => Some(&self.decisions),
@@ -48,36 +52,47 @@ impl Standing<'_> {
 }
 
 /// Everything that stands after the entries of one inspection.
-#[derive(Debug, Default)]
-pub(super) struct Standings<'a> {
-    pub(super) subjects: BTreeMap<Subject, Standing<'a>>,
+#[derive(Clone, Debug, Default)]
+pub(super) struct Standings {
+    pub(super) subjects: BTreeMap<Subject, Standing>,
+    /// Entries that draw a finding, in order.
+    pub(super) drawn: Vec<Arc<ReviewEntry>>,
+    /// Place of the last entry; 0 where there is none.
+    pub(super) last: u64,
 }
 
-impl<'a> Standings<'a> {
-    pub(super) fn of(entries: &'a [ReviewEntry]) -> Self {
+impl Standings {
+    pub(super) fn of(entries: &[ReviewEntry]) -> Self {
         let mut all = Self::default();
-        for entry in entries {
-            let standing = all.subjects.entry(entry.review.subject.clone()).or_default();
-            let list = match entry.review.action {
-                ReviewAction::Reclassify { .. } => &mut standing.changes,
-                _ if entry.review.action.decision().is_some() => &mut standing.decisions,
-                _ => continue,
-            };
-            if entry.conflicts_with.is_empty() {
-                list.clear();
-            }
-            list.push(entry);
-            standing.version = entry.sequence;
-        }
+        entries.iter().for_each(|entry| all.extend(&Arc::new(entry.clone())));
         all
     }
 
-    pub(super) fn of_subject(&self, subject: &Subject) -> Option<&Standing<'a>> {
+    /// Takes in the entry that follows.
+    pub(super) fn extend(&mut self, entry: &Arc<ReviewEntry>) {
+        self.last = entry.sequence;
+        if matches!(entry.review.action, ReviewAction::NewFinding { .. }) {
+            self.drawn.push(Arc::clone(entry));
+        }
+        let standing = self.subjects.entry(entry.review.subject.clone()).or_default();
+        let list = match entry.review.action {
+            ReviewAction::Reclassify { .. } => &mut standing.changes,
+            _ if entry.review.action.decision().is_some() => &mut standing.decisions,
+            _ => return,
+        };
+        if entry.conflicts_with.is_empty() {
+            list.clear();
+        }
+        list.push(Arc::clone(entry));
+        standing.version = entry.sequence;
+    }
+
+    pub(super) fn of_subject(&self, subject: &Subject) -> Option<&Standing> {
         self.subjects.get(subject)
     }
 
     /// The change of a finding's class that counts.
-    pub(super) fn change(&self, finding: FindingId) -> Option<&'a ReviewEntry> {
+    pub(super) fn change(&self, finding: FindingId) -> Option<&ReviewEntry> {
         match self.of_subject(&Subject::Finding { finding })?.changes.as_slice() {
             [one] => Some(one),
             _ => None,

@@ -13,6 +13,7 @@ use semascan_model::review::{
 use semascan_model::verdict::{Decision, JudgedFigure, Override, Verdict, VerdictLine};
 use sha2::{Digest, Sha256};
 use std::collections::BTreeSet;
+use std::sync::Arc;
 
 /// The findings as people changed them.
 #[derive(Clone, Debug, Default)]
@@ -33,46 +34,70 @@ pub fn reviewed_state(
     criteria: Option<&CheckedCriteria>,
 ) -> ReviewedState {
     let standings = Standings::of(entries);
-    let Amended { findings, drawn, found_in_error, is_changed } = amended(record, entries, &standings);
-    let (measured, is_verdict_outdated) = verdict_of(record, findings.as_ref().filter(|_| is_changed), criteria);
-    let verdict = measured.map(|verdict| with_people(verdict, &standings));
-    let part = standings.of_subject(&Subject::Part);
-    let decision = match (&verdict, part.map(|part| part.decisions.as_slice())) {
-        (Some(verdict), _) => Some(verdict.decision()),
-        (None, Some([one])) => one.review.action.decision(),
-        (None, Some([_, _, ..])) => Some(Decision::Person),
-        (None, _) => None,
-    };
-    let mut subjects: Vec<SubjectState> = Vec::new();
-    if part.is_none() {
-        subjects.push(SubjectState { subject: Subject::Part, version: 0, decision: None, conflict: Vec::new() });
+    Judged::of(record, &standings, criteria).state(&standings)
+}
+
+/// What is found and judged with the classes that people changed and the findings that they drew, before decisions. It changes
+/// with the record and with reviews that change findings, and with no others.
+#[derive(Clone, Debug)]
+pub(super) struct Judged {
+    pub(super) amended: Amended,
+    /// The verdict on the findings as they are now.
+    verdict: Option<Verdict>,
+    is_outdated: bool,
+}
+
+impl Judged {
+    pub(super) fn of(record: &InspectionRecord, standings: &Standings, criteria: Option<&CheckedCriteria>) -> Self {
+        let amended = amended(record, standings);
+        let changed = amended.findings.as_ref().filter(|_| amended.is_changed);
+        let (verdict, is_outdated) = verdict_of(record, changed, criteria);
+        Self { amended, verdict, is_outdated }
     }
-    for (subject, standing) in &standings.subjects {
-        let decision = match standing.decisions.as_slice() {
-            [one] => one.review.action.decision(),
-            _ => None,
+
+    /// The state with the decisions of people.
+    pub(super) fn state(&self, standings: &Standings) -> ReviewedState {
+        let Self { amended, verdict, is_outdated } = self.clone();
+        let Amended { findings, drawn, found_in_error, is_changed: _ } = amended;
+        let verdict = verdict.map(|verdict| with_people(verdict, standings));
+        let part = standings.of_subject(&Subject::Part);
+        let decision = match (&verdict, part.map(|part| part.decisions.as_slice())) {
+            (Some(verdict), _) => Some(verdict.decision()),
+            (None, Some([one])) => one.review.action.decision(),
+            (None, Some([_, _, ..])) => Some(Decision::Person),
+            (None, _) => None,
         };
-        let (version, conflict) = (standing.version, standing.conflict());
-        subjects.push(SubjectState { subject: subject.clone(), version, decision, conflict });
-    }
-    ReviewedState {
-        sequence: entries.last().map_or(0, |entry| entry.sequence),
-        subjects,
-        findings,
-        drawn,
-        found_in_error,
-        verdict,
-        is_verdict_outdated,
-        decision,
-        conflicts: standings.conflicts(),
+        let mut subjects: Vec<SubjectState> = Vec::new();
+        if part.is_none() {
+            subjects.push(SubjectState { subject: Subject::Part, version: 0, decision: None, conflict: Vec::new() });
+        }
+        for (subject, standing) in &standings.subjects {
+            let decision = match standing.decisions.as_slice() {
+                [one] => one.review.action.decision(),
+                _ => None,
+            };
+            let (version, conflict) = (standing.version, standing.conflict());
+            subjects.push(SubjectState { subject: subject.clone(), version, decision, conflict });
+        }
+        ReviewedState {
+            sequence: standings.last,
+            subjects,
+            findings,
+            drawn,
+            found_in_error,
+            verdict,
+            is_verdict_outdated: is_outdated,
+            decision,
+            conflicts: standings.conflicts(),
+        }
     }
 }
 
 /// The measured findings with the classes that people gave them, and those that people drew.
-pub(super) fn amended(record: &InspectionRecord, entries: &[ReviewEntry], standings: &Standings<'_>) -> Amended {
+fn amended(record: &InspectionRecord, standings: &Standings) -> Amended {
     let mut list = record.findings.as_ref().map(|findings| findings.list.clone());
     let (mut drawn, mut found_in_error, mut is_changed) = (Vec::new(), Vec::new(), false);
-    for entry in entries {
+    for entry in &standings.drawn {
         let ReviewAction::NewFinding { outline, component, defect } = &entry.review.action else { continue };
         let (Some(component), defect) =
             (class(&record.components, component), defect.as_deref().and_then(|defect| class(&record.defects, defect)))
@@ -140,7 +165,7 @@ fn verdict_of(
 }
 
 /// The verdict with what people decided: about findings and components line by line, about the part in place of all lines.
-fn with_people(mut verdict: Verdict, standings: &Standings<'_>) -> Verdict {
+fn with_people(mut verdict: Verdict, standings: &Standings) -> Verdict {
     let mut used = BTreeSet::new();
     for line in &mut verdict.lines {
         decide_line(line, standings, &mut used);
@@ -183,7 +208,7 @@ fn with_people(mut verdict: Verdict, standings: &Standings<'_>) -> Verdict {
 }
 
 /// Puts what people decided about all findings of a line in its place, or else what they decided about its component.
-fn decide_line<'a>(line: &mut VerdictLine, standings: &'a Standings<'_>, used: &mut BTreeSet<&'a Subject>) {
+fn decide_line<'a>(line: &mut VerdictLine, standings: &'a Standings, used: &mut BTreeSet<&'a Subject>) {
     let of_subject = |subject: Subject| {
         let (subject, standing) = standings.subjects.get_key_value(&subject)?;
         (!standing.decisions.is_empty()).then_some((subject, standing.decisions.as_slice()))
@@ -211,7 +236,7 @@ fn decide_line<'a>(line: &mut VerdictLine, standings: &'a Standings<'_>, used: &
 
 /// What decisions about one subject come to, and in words: one counts; of several that contradict each other none does, and a
 /// person decides.
-fn together(standing: &[&ReviewEntry]) -> (Decision, String) {
+fn together(standing: &[Arc<ReviewEntry>]) -> (Decision, String) {
     let words: Vec<String> = standing.iter().map(|entry| in_words(entry)).collect();
     match standing {
         [one] => (one.review.action.decision().unwrap_or(Decision::Person), words.join("")),

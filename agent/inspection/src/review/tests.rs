@@ -1,34 +1,44 @@
 use super::*;
+use crate::ports::LoggedReview;
 use crate::verdict::judge;
 use crate::verdict::tests::{CRACK, GEAR, HEAD, WEAR, defect, record, rule};
 use semascan_model::finding::{FindingId, FindingKind};
 use semascan_model::record::{ClassSummary, FilesRecord};
 use semascan_model::review::{ReviewAction, ReviewId, Subject, SurfacePatch};
 use semascan_model::verdict::Decision;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use uuid::Uuid;
 
-/// A log in memory.
+/// A log in memory; it counts the entries that were read.
 #[derive(Default)]
-struct MemoryLog(Mutex<Vec<(ReviewEntry, ResultRows)>>);
+struct MemoryLog(Mutex<Vec<(LoggedReview, ReviewResult)>>, AtomicUsize);
 
 impl ReviewLog for MemoryLog {
-    fn entries(&self, inspection: InspectionId) -> Result<Vec<ReviewEntry>, PortError> {
+    fn entries(&self, inspection: InspectionId, first: u64, limit: u32) -> Result<Vec<LoggedReview>, PortError> {
         let log = self.0.lock().expect("whole");
-        Ok(log.iter().map(|(entry, _)| entry).filter(|e| e.inspection == inspection).cloned().collect())
+        let about = log.iter().map(|(logged, _)| logged).filter(|logged| logged.entry.inspection == inspection);
+        let read: Vec<_> = about.filter(|l| l.entry.sequence >= first).take(limit as usize).cloned().collect();
+        self.1.fetch_add(read.len(), Ordering::Relaxed);
+        Ok(read)
     }
 
     fn entry(&self, review: ReviewId) -> Result<Option<ReviewEntry>, PortError> {
         let log = self.0.lock().expect("whole");
-        Ok(log.iter().map(|(entry, _)| entry).find(|entry| entry.review.id == review).cloned())
+        let found = log.iter().map(|(logged, _)| &logged.entry).find(|entry| entry.review.id == review).cloned();
+        self.1.fetch_add(usize::from(found.is_some()), Ordering::Relaxed);
+        Ok(found)
     }
 
     fn last(&self) -> Result<u64, PortError> {
         Ok(self.0.lock().expect("whole").len() as u64)
     }
 
-    fn append(&self, entry: &ReviewEntry, result: &ResultRows, _: &BusMessage) -> Result<(), PortError> {
-        self.0.lock().expect("whole").push((entry.clone(), result.clone()));
-        Ok(())
+    fn append(&self, entry: &ReviewEntry, result: &ReviewResult, _: &BusMessage) -> Result<String, PortError> {
+        let mut log = self.0.lock().expect("whole");
+        let previous = log.last().map_or(chain::FIRST, |(logged, _)| &logged.hash);
+        let hash = chain::hash(previous, &chain::canonical(entry).expect("plain data"));
+        log.push((LoggedReview { entry: entry.clone(), hash: hash.clone() }, result.clone()));
+        Ok(hash)
     }
 }
 
@@ -63,6 +73,11 @@ fn desk() -> Desk {
 impl Desk {
     fn take(&self, review: Review) -> Result<Taken, ReviewError> {
         self.desk.take(&self.record, Some(&self.criteria), review, Timestamp::UNIX_EPOCH)
+    }
+
+    fn entries(&self) -> Vec<ReviewEntry> {
+        let logged = self.log.entries(self.record.id, 0, u32::MAX).expect("reads");
+        logged.into_iter().map(|logged| logged.entry).collect()
     }
 
     /// The name of the field that a review is refused for.
@@ -161,7 +176,7 @@ fn two_decisions_about_one_version_are_a_conflict_until_a_later_one_names_both()
     let all = desk.take(Review { resolves: ids(&[1, 2, 3]), ..partly }).expect("taken");
     assert!(all.entry.conflicts_with.is_empty());
     assert_eq!((all.state.conflicts, all.state.decision), (0, Some(Decision::Accept)));
-    assert_eq!(desk.desk.log().entries(desk.record.id).expect("reads").len(), 4, "all are kept");
+    assert_eq!(desk.entries().len(), 4, "all are kept");
     // Decisions about different subjects, and remarks, are no conflict.
     for (number, subject) in [(5, gear()), (6, on(1)), (7, on(2))] {
         let taken = desk.take(review(number, subject, 0, ReviewAction::Accept)).expect("taken");
@@ -246,7 +261,7 @@ fn a_drawn_finding_has_its_outline_and_no_figure_that_nobody_measured() {
     // Where nobody looked for defects, what a person drew is what there is.
     let mut blind = desk.record.clone();
     (blind.findings, blind.verdict) = (None, None);
-    let log = desk.log.entries(desk.record.id).expect("reads");
+    let log = desk.entries();
     assert_eq!(reviewed_state(&blind, &log, None).findings.map(|list| list.len()), Some(1));
     assert_eq!(reviewed_state(&blind, &[], None).findings, None);
 }
@@ -338,4 +353,84 @@ fn surface_without_a_defect_is_said_to_have_none_though_the_record_lists_no_such
     desk.take(relabel(1, None, Some("none"))).expect("taken");
     desk.take(relabel(2, Some("none"), None)).expect("taken");
     assert_eq!(desk.refused(relabel(3, None, Some("rust"))), "action.defect");
+}
+
+/// An action of every kind, in turn.
+fn any_review(number: u128) -> Review {
+    let some = |name: &str| Some(name.to_owned());
+    let (subject, action) = match number % 7 {
+        0 => (Subject::Part, ReviewAction::Comment),
+        1 => (on(1), ReviewAction::Accept),
+        2 => (on(2), ReviewAction::Reclassify { component: None, defect: some("crack") }),
+        3 => (gear(), ReviewAction::Rework),
+        4 => (Subject::Part, ReviewAction::Accept),
+        5 => {
+            let patch = SurfacePatch::Points { points: vec![[0.0; 3]], radius: 0.1 };
+            (Subject::Part, ReviewAction::Relabel { patch, component: some("cap"), defect: None })
+        }
+        _ => {
+            let action =
+                ReviewAction::NewFinding { outline: SQUARE.to_vec(), component: "cap".into(), defect: some("wear") };
+            (Subject::Part, action)
+        }
+    };
+    // Each was decided by a person who saw all before it.
+    review(number, subject, (number - 1) as u64, action)
+}
+
+#[test]
+fn a_review_reads_as_many_entries_after_a_thousand_as_after_ten() {
+    let desk = desk();
+    let mut read = Vec::new();
+    for number in 1..=1000 {
+        let before = desk.log.1.load(Ordering::Relaxed);
+        desk.take(any_review(number)).expect("taken");
+        read.push(desk.log.1.load(Ordering::Relaxed) - before);
+    }
+    assert!(read[2..].iter().all(|entries| *entries == 1), "the last one, to see that it is still there: {read:?}");
+    // What is held is what follows from the whole log.
+    let before = desk.log.1.load(Ordering::Relaxed);
+    let held = desk.desk.state(&desk.record, Some(&desk.criteria)).expect("reads");
+    assert_eq!(desk.log.1.load(Ordering::Relaxed) - before, 1);
+    assert_eq!(held, reviewed_state(&desk.record, &desk.entries(), Some(&desk.criteria)));
+    // Findings are listed anew by those alone that change them.
+    let log = desk.log.0.lock().expect("whole");
+    assert!(log.iter().all(|(logged, result)| result.findings.is_some() == changes_findings(&logged.entry)));
+}
+
+#[test]
+fn a_log_that_is_another_one_is_read_again_and_another_record_is_judged_again() {
+    let mut desk = desk();
+    (1..=20).for_each(|number| drop(desk.take(any_review(number)).expect("taken")));
+    let mut log = desk.log.0.lock().expect("whole");
+    let (last, _) = log.last_mut().expect("entries");
+    (last.entry.review.action, last.hash) = (ReviewAction::Reject, "another".into());
+    drop(log);
+    let state = |desk: &Desk| desk.desk.state(&desk.record, Some(&desk.criteria)).expect("reads");
+    assert_eq!(state(&desk), reviewed_state(&desk.record, &desk.entries(), Some(&desk.criteria)));
+    // Entries that are gone are not held on to.
+    desk.log.0.lock().expect("whole").truncate(5);
+    assert_eq!(state(&desk), reviewed_state(&desk.record, &desk.entries(), Some(&desk.criteria)));
+    desk.log.0.lock().expect("whole").clear();
+    assert_eq!(state(&desk).sequence, 0);
+    (1..=3).for_each(|number| drop(desk.take(any_review(number)).expect("taken")));
+    // It was judged again meanwhile, and then has another model.
+    desk.record.verdict.as_mut().expect("judged").automatic = Decision::Accept;
+    assert_eq!(state(&desk), reviewed_state(&desk.record, &desk.entries(), Some(&desk.criteria)));
+    desk.record.files = Some(FilesRecord { generation: "g2".into(), names: Vec::new() });
+    desk.record.findings.as_mut().expect("looked").list.remove(0);
+    assert_eq!(state(&desk), reviewed_state(&desk.record, &desk.entries(), Some(&desk.criteria)));
+}
+
+#[test]
+fn what_contradicts_each_other_stays_so_few_that_one_review_settles_it() {
+    let desk = desk();
+    for number in 1..=rules::MOST_RESOLVED as u128 {
+        desk.take(review(number, Subject::Part, 0, ReviewAction::Accept)).expect("taken");
+    }
+    let more = review(500, Subject::Part, 0, ReviewAction::Reject);
+    assert_eq!(desk.refused(more.clone()), "resolves");
+    let resolves = (1..=rules::MOST_RESOLVED as u128).map(|number| ReviewId(Uuid::from_u128(number))).collect();
+    let settled = desk.take(Review { resolves, ..more }).expect("settles all of them").state;
+    assert_eq!((settled.conflicts, settled.decision), (0, Some(Decision::Reject)));
 }

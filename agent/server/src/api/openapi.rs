@@ -28,12 +28,13 @@ const PROBLEMS: [(&str, &str); 5] = [
     ("503", "What is kept cannot be read now, or too many ask at once"),
 ];
 /// And the route that takes content.
-const PROBLEMS_OF_CONTENT: [(&str, &str); 5] = [
+const PROBLEMS_OF_CONTENT: [(&str, &str); 6] = [
     ("408", "The content did not come in time"),
     ("409", "There is another review with this identifier, the model is another one by now, or the inspection runs"),
     ("413", "The content is too large"),
     ("415", "The content is no JSON"),
     ("422", "A field cannot be used"),
+    ("507", "The disk is full: nothing was taken in, and the same can be sent again later"),
 ];
 
 /// The document, with `paths` from the handlers.

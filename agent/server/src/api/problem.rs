@@ -5,7 +5,7 @@ use axum::extract::rejection::QueryRejection;
 use axum::http::{HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use schemars::JsonSchema;
-use semascan_inspection::ports::PortError;
+use semascan_inspection::ports::{Obstacle, PortError};
 use serde::Serialize;
 
 const MEDIA_TYPE: &str = "application/problem+json";
@@ -52,10 +52,16 @@ impl Problem {
         Self::new(StatusCode::NOT_FOUND, what)
     }
 
-    /// What is kept could not be read or written. The log has the file's path; a client learns the reason.
+    /// What is kept could not be read or written. The log has the file's path; a client learns the reason, and may send the
+    /// same again later.
     pub(super) fn unavailable(error: &PortError) -> Self {
         tracing::error!("{error}");
-        Self::new(StatusCode::SERVICE_UNAVAILABLE, format!("what is kept cannot be used: {}", error.reason))
+        let (status, what) = match error.obstacle {
+            Some(Obstacle::Space) => (StatusCode::INSUFFICIENT_STORAGE, "nothing more can be kept"),
+            Some(Obstacle::ReadOnly) => (StatusCode::SERVICE_UNAVAILABLE, "what is kept cannot be changed"),
+            _ => (StatusCode::SERVICE_UNAVAILABLE, "what is kept cannot be used"),
+        };
+        Self::new(status, format!("{what}: {}", error.reason))
     }
 }
 
@@ -74,7 +80,7 @@ impl IntoResponse for Problem {
         let headers = response.headers_mut();
         headers.insert(header::CONTENT_TYPE, HeaderValue::from_static(MEDIA_TYPE));
         headers.insert(header::CACHE_CONTROL, HeaderValue::from_static("no-store"));
-        if status == StatusCode::SERVICE_UNAVAILABLE {
+        if matches!(status, StatusCode::SERVICE_UNAVAILABLE | StatusCode::INSUFFICIENT_STORAGE) {
             headers.insert(header::RETRY_AFTER, HeaderValue::from_static("5"));
         }
         response

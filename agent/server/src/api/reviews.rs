@@ -91,13 +91,12 @@ pub(super) async fn list(
     let id = inspection_id(&id)?;
     let Query(query) = query.map_err(|rejection| Problem::of_query(&rejection))?;
     let after: u64 = parsed("after", query.after.as_deref())?.unwrap_or(0);
-    let page = limit(query.limit.as_deref(), PAGE.0, PAGE.1)? as usize;
+    let page = limit(query.limit.as_deref(), PAGE.0, PAGE.1)?;
     blocking(&shared, move |past| {
         let (record, state) = past.reviewed(id)?;
-        let mut items = past.desk.log().entries(id)?;
-        items.retain(|entry| entry.sequence > after);
-        let is_more = items.len() > page;
-        items.truncate(page);
+        let logged = past.desk.log().entries(id, after.saturating_add(1), page + 1)?;
+        let is_more = logged.len() > page as usize;
+        let items: Vec<_> = logged.into_iter().take(page as usize).map(|logged| logged.entry).collect();
         let next = items.last().map(|entry| entry.sequence).filter(|_| is_more);
         let model = record.files.map(|files| files.generation);
         answer::json(&headers, &ReviewList { items, next, subjects: state.subjects, model })
@@ -239,6 +238,7 @@ fn change(entry: &ReviewEntry, decision: Option<Decision>, conflicts: u32) -> Re
 #[cfg(test)]
 mod tests {
     use super::*;
+    use proptest::prelude::*;
 
     #[test]
     fn what_is_no_review_is_refused_by_its_field() {
@@ -257,6 +257,30 @@ mod tests {
             let problem = parse(right.replace(from, to).as_bytes()).expect_err(to);
             let said = serde_json::to_string(&problem).expect("plain data");
             assert!(said.contains(word) && said.contains("\"status\":400"), "{to}: {said}");
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn damaged_reviews_are_read_or_refused(
+            damage in prop::collection::vec(
+                (any::<prop::sample::Index>(), prop::sample::select(vec!["0", "-1", "1e308", "nan", "99999999999999999999", "null", "[[[[[[[[", "\"", "\u{0}ä", ""])),
+                1..6,
+            ),
+            cut in any::<prop::sample::Index>(),
+            is_cut in any::<bool>(),
+        ) {
+            let mut text: Vec<char> = r#"{"id":"018f3f6e-0000-7000-8000-000000000001","subject":{"kind":"part"},"seen":0,"action":{"type":"relabel",
+                "patch":{"kind":"points","points":[[0,0.1,-2]],"radius":0.1},"component":"gear"},"person":"A","reason":"fine"}"#.chars().collect();
+            for (at, word) in damage {
+                let at = at.index(text.len());
+                drop(text.splice(at..=at, word.chars()));
+            }
+            if is_cut {
+                text.truncate(cut.index(text.len() + 1));
+            }
+            let text: String = text.into_iter().collect();
+            let _ = parse(text.as_bytes());
         }
     }
 }

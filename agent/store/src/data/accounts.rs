@@ -40,7 +40,7 @@ impl SqliteAccounts {
     }
 
     fn error(&self) -> impl Fn(rusqlite::Error) -> PortError {
-        |error| PortError::new(self.path.display(), error)
+        |error| connection::failed(&self.path, &error)
     }
 
     /// The rows that `sql` selects.

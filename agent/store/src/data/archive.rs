@@ -2,6 +2,7 @@
 
 use super::DataFolder;
 use crate::contents::RECORD;
+use crate::lock::beside;
 use crate::{SavedError, StoreError, read_inspection};
 use semascan_captures::{CaptureReader, Wanted};
 use semascan_formats::regular_file;
@@ -10,13 +11,18 @@ use semascan_inspection::ports::{Archive, ArchivedFile, ArchivedView, BlobDigest
 use semascan_inspection::spec::InspectionSpec;
 use semascan_model::record::{InspectionRecord, ViewRecord};
 use semascan_model::{InspectionId, SemanticCloud, Taxonomy};
-use std::io;
+use std::fs::{self, File};
+use std::io::{self, Write};
+
+/// Bytes for which there must be room, so that something more can be kept.
+const ROOM: usize = 1 << 20;
 
 impl Archive for DataFolder {
     fn record(&self, id: InspectionId) -> Result<Option<InspectionRecord>, PortError> {
         DataFolder::record(self, id).map_err(|error| match error {
             StoreError::Port(error) => error,
-            error => PortError::new(self.result_path(id).display(), error),
+            StoreError::Io { path, source } => PortError::of(path.display(), &source),
+            error => PortError::of(self.result_path(id).display(), &error),
         })
     }
 
@@ -33,9 +39,9 @@ impl Archive for DataFolder {
         let path = match regular_file::inside(&folder, name) {
             Ok(path) => path,
             Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
-            Err(error) => return Err(PortError::new(folder.join(name).display(), error)),
+            Err(error) => return Err(PortError::of(folder.join(name).display(), &error)),
         };
-        let failed = |error: io::Error| PortError::new(path.display(), error);
+        let failed = |error: io::Error| PortError::of(path.display(), &error);
         let content = match regular_file::open(&path) {
             Ok(content) => content,
             Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
@@ -54,7 +60,7 @@ impl Archive for DataFolder {
             Ok(saved) => Ok(Some((saved.taxonomy, saved.cloud)).filter(|(_, cloud)| !cloud.is_empty())),
             Err(SavedError::NoRecord { .. }) => Ok(None),
             Err(SavedError::Io { source, .. }) if source.kind() == io::ErrorKind::NotFound => Ok(None),
-            Err(error) => Err(PortError::new(folder.display(), error)),
+            Err(error) => Err(PortError::of(folder.display(), &error)),
         }
     }
 
@@ -81,6 +87,17 @@ impl Archive for DataFolder {
             Wanted::Index(index)
         };
         CaptureReader::find(&path, wanted, index).map_err(super::captures::named)
+    }
+
+    fn writable(&self) -> Result<(), PortError> {
+        let error = |error: io::Error| PortError::of(self.path().display(), &error);
+        // A name that whoever opens the folder next removes.
+        let probe = beside(&self.path().join("probe"), &uuid::Uuid::now_v7().to_string());
+        let probe = probe.ok_or_else(|| error(io::Error::from(io::ErrorKind::InvalidFilename)))?;
+        let written = File::create_new(&probe).and_then(|mut file| file.write_all(&vec![0; ROOM]));
+        let removed = fs::remove_file(&probe);
+        // Where it could not be made there is nothing to be removed.
+        written.and(removed).map_err(error)
     }
 
     fn criteria(&self, sha256: &str) -> Result<Option<CheckedCriteria>, PortError> {

@@ -3,10 +3,10 @@
 
 use object_store::local::LocalFileSystem;
 use object_store::path::Path as ObjectPath;
-use object_store::{Error, ObjectStore, ObjectStoreExt, PutMode, PutOptions, PutPayload};
+use object_store::{Error as ObjectError, ObjectStore, ObjectStoreExt, PutMode, PutOptions, PutPayload};
 use semascan_inspection::ports::{BlobDigest, Blobs, PortError};
 use sha2::{Digest, Sha256};
-use std::fmt::Display;
+use std::error::Error;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -26,7 +26,7 @@ impl LocalBlobs {
     /// # Errors
     /// [`PortError`] naming the folder.
     pub fn open(folder: &Path) -> Result<Self, PortError> {
-        let error = |error: &dyn Display| PortError::new(folder.display(), error);
+        let error = |error: &(dyn Error + 'static)| PortError::of(folder.display(), error);
         fs::create_dir_all(folder).map_err(|e| error(&e))?;
         let store = LocalFileSystem::new_with_prefix(folder).map_err(|e| error(&e))?.with_fsync(true);
         let runtime = Builder::new_multi_thread().worker_threads(1).build().map_err(|e| error(&e))?;
@@ -36,20 +36,19 @@ impl LocalBlobs {
     /// Runs `work` to its end, also where the caller runs on a runtime of its own.
     fn wait<T: Send + 'static>(
         &self,
-        work: impl Future<Output = Result<T, Error>> + Send + 'static,
-    ) -> Result<T, Error> {
+        work: impl Future<Output = Result<T, ObjectError>> + Send + 'static,
+    ) -> Result<T, ObjectError> {
         let (sender, receiver) = std::sync::mpsc::channel();
         if let Some(runtime) = &self.runtime {
             runtime.spawn(async move { sender.send(work.await) });
         }
-        receiver
-            .recv()
-            .unwrap_or_else(|_| Err(Error::Generic { store: "local", source: "its runtime ended unexpectedly".into() }))
+        receiver.recv().unwrap_or_else(|_| {
+            Err(ObjectError::Generic { store: "local", source: "its runtime ended unexpectedly".into() })
+        })
     }
 
-    fn error(&self, digest: &BlobDigest) -> impl Fn(&dyn Display) -> PortError {
-        let place = self.folder.join(path(digest).as_ref()).display().to_string();
-        move |reason| PortError::new(&place, reason)
+    fn place(&self, digest: &BlobDigest) -> String {
+        self.folder.join(path(digest).as_ref()).display().to_string()
     }
 }
 
@@ -71,8 +70,8 @@ impl Blobs for LocalBlobs {
             store.put_opts(&path(&digest), payload, options).await
         });
         match put {
-            Ok(_) | Err(Error::AlreadyExists { .. }) => Ok(digest),
-            Err(error) => Err(self.error(&digest)(&error)),
+            Ok(_) | Err(ObjectError::AlreadyExists { .. }) => Ok(digest),
+            Err(error) => Err(PortError::of(self.place(&digest), &error)),
         }
     }
 
@@ -80,18 +79,18 @@ impl Blobs for LocalBlobs {
         let (store, digest) = (Arc::clone(&self.store), *digest);
         let content = match self.wait(async move { store.get(&path(&digest)).await?.bytes().await }) {
             Ok(content) => content,
-            Err(Error::NotFound { .. }) => return Ok(None),
-            Err(error) => return Err(self.error(&digest)(&error)),
+            Err(ObjectError::NotFound { .. }) => return Ok(None),
+            Err(error) => return Err(PortError::of(self.place(&digest), &error)),
         };
         if digest.0 != <[u8; 32]>::from(Sha256::digest(&content)) {
-            return Err(self.error(&digest)(&"is damaged: its content does not have its digest"));
+            return Err(PortError::new(self.place(&digest), "is damaged: its content does not have its digest"));
         }
         Ok(Some(content.to_vec()))
     }
 
     fn list(&self) -> Result<Vec<BlobDigest>, PortError> {
         let store = Arc::clone(&self.store);
-        let error = |error: &dyn Display| PortError::new(self.folder.display(), error);
+        let error = |error: &(dyn Error + 'static)| PortError::of(self.folder.display(), error);
         let groups = self.wait(async move { store.list_with_delimiter(None).await }).map_err(|e| error(&e))?;
         let mut found: Vec<BlobDigest> = Vec::new();
         for group in groups.common_prefixes {
@@ -108,8 +107,8 @@ impl Blobs for LocalBlobs {
     fn remove(&self, digest: &BlobDigest) -> Result<(), PortError> {
         let (store, digest) = (Arc::clone(&self.store), *digest);
         match self.wait(async move { store.delete(&path(&digest)).await }) {
-            Ok(()) | Err(Error::NotFound { .. }) => Ok(()),
-            Err(error) => Err(self.error(&digest)(&error)),
+            Ok(()) | Err(ObjectError::NotFound { .. }) => Ok(()),
+            Err(error) => Err(PortError::of(self.place(&digest), &error)),
         }
     }
 }

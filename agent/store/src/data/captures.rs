@@ -40,8 +40,8 @@ impl Captures for CaptureFile {
 
 pub(super) fn named(error: CaptureError) -> PortError {
     match error {
-        CaptureError::Io { path, source } => PortError::new(path.display(), source),
-        CaptureError::Mcap { path, source } => PortError::new(path.display(), source),
+        CaptureError::Io { path, source } => PortError::of(path.display(), &source),
+        CaptureError::Mcap { path, source } => PortError::of(path.display(), &source),
         CaptureError::Format { path, reason } => PortError::new(path.display(), reason),
     }
 }

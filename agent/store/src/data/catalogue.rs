@@ -60,7 +60,7 @@ impl SqliteCatalogue {
     }
 
     pub(super) fn error(&self) -> impl Fn(rusqlite::Error) -> PortError {
-        |error| PortError::new(self.path.display(), error)
+        |error| connection::failed(&self.path, &error)
     }
 
     pub(super) fn in_transaction(
@@ -92,10 +92,10 @@ impl SqliteCatalogue {
     pub(super) fn copy_to(&self, target: &Path) -> Result<(), PortError> {
         let name = target.to_str().ok_or_else(|| PortError::new(target.display(), "the name is no UTF-8"))?;
         // An empty file is taken as one that is not there.
-        connection::make_private(target).map_err(|error| PortError::new(target.display(), error))?;
+        connection::make_private(target).map_err(|error| PortError::of(target.display(), &error))?;
         self.connection().execute("VACUUM INTO ?1", [name]).map_err(self.error())?;
         let copy = connection::open(target, false)?;
-        copy.execute("DELETE FROM sessions", []).map_err(|error| PortError::new(target.display(), error))?;
+        copy.execute("DELETE FROM sessions", []).map_err(|error| connection::failed(target, &error))?;
         Ok(())
     }
 
@@ -354,20 +354,30 @@ fn conditions(filter: &InspectionFilter) -> (String, Vec<String>) {
 }
 
 /// Puts what is listed of an inspection in place of what was listed before.
-pub(super) fn note_result(
+fn note_result(transaction: &Transaction<'_>, id: InspectionId, result: &ResultRows) -> rusqlite::Result<()> {
+    note_row(transaction, id, &result.row)?;
+    note_findings(transaction, id, &result.findings)?;
+    let listed = "UPDATE inspections SET listed = 1 WHERE id = ?1";
+    transaction.execute(listed, [id.to_string()]).map(drop)
+}
+
+/// Notes in short what an inspection comes to.
+pub(super) fn note_row(transaction: &Transaction<'_>, id: InspectionId, row: &ResultRow) -> rusqlite::Result<()> {
+    let ResultRow { decision, automatic, conflicts, findings } = row;
+    let changed = transaction.execute(
+        "UPDATE inspections SET decision = ?2, automatic = ?3, conflicts = ?4, findings = ?5 WHERE id = ?1",
+        params![id.to_string(), decision.map(Decision::name), automatic.map(Decision::name), conflicts, findings],
+    )?;
+    if changed == 0 { Err(rusqlite::Error::QueryReturnedNoRows) } else { Ok(()) }
+}
+
+/// Puts the findings of an inspection in place of those that were listed before.
+pub(super) fn note_findings(
     transaction: &Transaction<'_>,
     id: InspectionId,
-    ResultRows { row, findings }: &ResultRows,
+    findings: &[FindingRow],
 ) -> rusqlite::Result<()> {
     let id = id.to_string();
-    let ResultRow { decision, automatic, conflicts, findings: count } = row;
-    let changed = transaction.execute(
-        "UPDATE inspections SET listed = 1, decision = ?2, automatic = ?3, conflicts = ?4, findings = ?5 WHERE id = ?1",
-        params![id, decision.map(Decision::name), automatic.map(Decision::name), conflicts, count],
-    )?;
-    if changed == 0 {
-        return Err(rusqlite::Error::QueryReturnedNoRows);
-    }
     transaction.execute("DELETE FROM findings WHERE inspection = ?1", [&id])?;
     let mut insert = transaction.prepare(
         "INSERT INTO findings (inspection, id, kind, component, defect, area) VALUES (?1, ?2, ?3, ?4, ?5, ?6)",
@@ -570,78 +580,6 @@ mod tests {
         catalogue.remove(id(2)).expect("removed");
         assert_eq!(list(InspectionFilter { defect: some("wear"), ..all() }), []);
         assert_eq!(catalogue.faults(), Ok(vec![]));
-    }
-
-    /// 10 000 inspections with ten findings each: what lists and filters take.
-    #[test]
-    #[ignore = "prints times: run with --ignored --nocapture"]
-    fn ten_thousand_inspections() {
-        use std::time::Instant;
-        let root = tempfile::tempdir().expect("a folder");
-        let path = root.path().join("semascan.db");
-        let catalogue = SqliteCatalogue::open(&path).expect("opens");
-        let components = ["gear", "shell", "solenoid", "axle", "plug"];
-        let decisions = [Decision::Accept, Decision::Rework, Decision::Person, Decision::Reject];
-        for n in 0..10_000_u64 {
-            let row = InspectionRow {
-                spec: "x".repeat(2000),
-                ..row(1_700_000_000_000 + 1000 * n, &format!("motor {}", n % 300))
-            };
-            // All at once: what is measured are lists.
-            let connection = catalogue.connection();
-            connection.pragma_update(None, "synchronous", "OFF").expect("set");
-            drop(connection);
-            catalogue.begin(&row).expect("begun");
-            let state = if n % 50 == 0 { InspectionState::Failed } else { InspectionState::Finished };
-            catalogue.close(row.id, row.began, state, None).expect("closed");
-            let defect =
-                |k: u64| if n % 1000 == 7 && k == 0 { "crack" } else { ["wear", "corrosion"][(k % 2) as usize] };
-            let findings: Vec<_> = (0..10)
-                .map(|k| FindingRow { id: format!("{n}-{k}"), ..found(components[(k % 5) as usize], defect(k), 1e-5) })
-                .collect();
-            catalogue.set_result(row.id, &result(decisions[(n % 4) as usize], 0, &findings)).expect("noted");
-        }
-        drop(catalogue);
-        let begun = Instant::now();
-        let catalogue = SqliteCatalogue::open(&path).expect("opens");
-        eprintln!("opened in {:.1} ms", 1e3 * begun.elapsed().as_secs_f64());
-        let all = || InspectionFilter { limit: 50, ..InspectionFilter::default() };
-        let some = |text: &str| Some(text.to_owned());
-        let middle = Timestamp::from_millisecond(1_700_005_000_000).expect("in range");
-        for (name, filter) in [
-            ("first page", all()),
-            ("page in the middle", InspectionFilter { until: Some(middle), ..all() }),
-            ("part", InspectionFilter { part: some("motor 7"), ..all() }),
-            ("state", InspectionFilter { state: Some(InspectionState::Failed), ..all() }),
-            ("verdict", InspectionFilter { decision: Some(Decision::Reject), ..all() }),
-            ("common defect", InspectionFilter { defect: some("wear"), ..all() }),
-            ("rare defect", InspectionFilter { defect: some("crack"), ..all() }),
-            ("unknown defect", InspectionFilter { defect: some("dent"), ..all() }),
-            ("component", InspectionFilter { component: some("gear"), ..all() }),
-            (
-                "all at once",
-                InspectionFilter {
-                    part: some("motor 7"),
-                    state: Some(InspectionState::Finished),
-                    decision: Some(Decision::Reject),
-                    component: some("gear"),
-                    defect: some("wear"),
-                    from: Some(middle),
-                    ..all()
-                },
-            ),
-            ("conflict", InspectionFilter { in_conflict: true, ..all() }),
-            ("all 10 000", InspectionFilter::default()),
-        ] {
-            let mut times = Vec::new();
-            let mut rows = 0;
-            for _ in 0..5 {
-                let begun = Instant::now();
-                rows = catalogue.inspections(&filter).expect("reads").len();
-                times.push(1e3 * begun.elapsed().as_secs_f64());
-            }
-            eprintln!("{name}: {rows} rows, first {:.2} ms, then {:.2} ms", times[0], times[4]);
-        }
     }
 
     #[test]

@@ -2,8 +2,8 @@
 //! a loss of power, and readers do not wait for the writer. Only its owner may read it: it holds hashes of passwords.
 
 use super::migrations::migrate;
-use rusqlite::{Connection, OpenFlags};
-use semascan_inspection::ports::PortError;
+use rusqlite::{Connection, ErrorCode, OpenFlags};
+use semascan_inspection::ports::{Obstacle, PortError};
 use std::fmt::Display;
 use std::path::Path;
 use std::time::Duration;
@@ -16,22 +16,33 @@ const BUSY: Duration = Duration::from_secs(10);
 /// # Errors
 /// [`PortError`] naming the file: it cannot be opened, is none of semascan, or was made by a newer version.
 pub(super) fn open(path: &Path, create: bool) -> Result<Connection, PortError> {
-    let error = |error: &dyn Display| PortError::new(path.display(), error);
+    let error = |error: rusqlite::Error| failed(path, &error);
+    let other = |error: &dyn Display| PortError::new(path.display(), error);
     if create {
-        make_private(path).map_err(|e| error(&e))?;
+        make_private(path).map_err(|e| PortError::of(path.display(), &e))?;
     }
     let flags = OpenFlags::SQLITE_OPEN_READ_WRITE | OpenFlags::SQLITE_OPEN_NO_MUTEX;
-    let mut connection = Connection::open_with_flags(path, flags).map_err(|e| error(&e))?;
-    connection.busy_timeout(BUSY).map_err(|e| error(&e))?;
+    let mut connection = Connection::open_with_flags(path, flags).map_err(error)?;
+    connection.busy_timeout(BUSY).map_err(error)?;
     let mode: String =
-        connection.pragma_update_and_check(None, "journal_mode", "WAL", |row| row.get(0)).map_err(|e| error(&e))?;
+        connection.pragma_update_and_check(None, "journal_mode", "WAL", |row| row.get(0)).map_err(error)?;
     if mode != "wal" {
-        return Err(error(&format!("its journal is {mode}; a write-ahead log is needed")));
+        return Err(other(&format!("its journal is {mode}; a write-ahead log is needed")));
     }
-    connection.pragma_update(None, "synchronous", "FULL").map_err(|e| error(&e))?;
-    connection.pragma_update(None, "foreign_keys", "ON").map_err(|e| error(&e))?;
-    migrate(&mut connection).map_err(|e| error(&e))?;
+    connection.pragma_update(None, "synchronous", "FULL").map_err(error)?;
+    connection.pragma_update(None, "foreign_keys", "ON").map_err(error)?;
+    migrate(&mut connection).map_err(|e| other(&e))?;
     Ok(connection)
+}
+
+/// `error` of the database at `path`.
+pub(super) fn failed(path: &Path, error: &rusqlite::Error) -> PortError {
+    let obstacle = match error.sqlite_error_code() {
+        Some(ErrorCode::DiskFull) => Some(Obstacle::Space),
+        Some(ErrorCode::ReadOnly) => Some(Obstacle::ReadOnly),
+        _ => None,
+    };
+    PortError::new(path.display(), error).because_of(obstacle)
 }
 
 /// Makes the file at `path` if it is not there, and keeps others than its owner from reading it. SQLite gives its other files

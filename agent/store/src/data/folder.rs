@@ -11,7 +11,7 @@ use semascan_formats::regular_file;
 use semascan_inspection::criteria::CheckedCriteria;
 use semascan_inspection::journal::SharedCaptures;
 use semascan_inspection::ports::{
-    Blobs, Catalogue, InspectionFilter, InspectionRow, InspectionState, PortError, ResultRows,
+    Blobs, Catalogue, InspectionFilter, InspectionRow, InspectionState, Obstacle, PortError, ResultRows,
 };
 use semascan_inspection::source::Source;
 use semascan_model::InspectionId;
@@ -63,6 +63,7 @@ impl DataFolder {
             let path = folder.join(name);
             fs::create_dir_all(&path).map_err(StoreError::io(&path))?;
         }
+        crate::write::remove_temporary_files(folder)?;
         let catalogue = Arc::new(SqliteCatalogue::open(&folder.join(DATABASE))?);
         crate::write::sync_folder(folder)?;
         let blobs = LocalBlobs::open(&folder.join("blobs"))?;
@@ -192,10 +193,10 @@ impl DataFolder {
         let mut rows = self.catalogue.inspections(&filter)?;
         rows.reverse();
         let with_captures = |row: InspectionRow| {
-            let captured = whole_views(&self.capture_path(row.id));
-            Interrupted { row, captured }
+            let captured = whole_views(&self.capture_path(row.id))?;
+            Ok(Interrupted { row, captured })
         };
-        Ok(rows.into_iter().map(with_captures).collect())
+        rows.into_iter().map(with_captures).collect()
     }
 
     /// Keeps the text of criteria that an inspection was judged by; keeping it twice is harmless.
@@ -278,14 +279,19 @@ impl DataFolder {
     }
 }
 
-/// The whole views of a capture; `None` where it does not even say what its source is.
-fn whole_views(path: &Path) -> Option<u32> {
-    let mut reader = CaptureReader::open(path).ok()?;
+/// The whole views of a capture; `None` where it does not even say what its source is, or is not there. One that cannot be read
+/// now is an error: its views are not lost.
+fn whole_views(path: &Path) -> Result<Option<u32>, StoreError> {
+    let mut reader = match CaptureReader::open(path) {
+        Ok(reader) => reader,
+        Err(error) if Obstacle::of(&error).is_some() => return Err(error.into()),
+        Err(_) => return Ok(None),
+    };
     let mut views = 0;
     while let Some(Ok(_)) = reader.next_view() {
         views += 1;
     }
-    Some(views)
+    Ok(Some(views))
 }
 
 /// The row of the file at `path`, which is called `name` in the data folder.

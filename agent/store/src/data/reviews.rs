@@ -2,9 +2,9 @@
 //! behind the database's back.
 
 use super::SqliteCatalogue;
-use super::catalogue::{note_result, post};
+use super::catalogue::{note_findings, note_row, post};
 use rusqlite::{OptionalExtension, Row, params};
-use semascan_inspection::ports::{BusMessage, PortError, ResultRows, ReviewLog};
+use semascan_inspection::ports::{BusMessage, LoggedReview, PortError, ReviewLog, ReviewResult};
 use semascan_inspection::review::chain::{self, FIRST, Link};
 use semascan_model::InspectionId;
 use semascan_model::review::{ReviewEntry, ReviewId};
@@ -49,7 +49,7 @@ impl SqliteCatalogue {
         while let Some(row) = rows.next().map_err(self.error())? {
             let link = link(row).map_err(self.error())?;
             entries += 1;
-            if let Some(reason) = chain::fault(&link, entries, &head) {
+            if let Err(reason) = chain::read(&link, entries, &head) {
                 let fault = Some(BadEntry { sequence: link.sequence, id: link.id, reason });
                 return Ok(Audited { entries, head, fault });
             }
@@ -69,13 +69,15 @@ impl SqliteCatalogue {
 }
 
 impl ReviewLog for SqliteCatalogue {
-    fn entries(&self, inspection: InspectionId) -> Result<Vec<ReviewEntry>, PortError> {
-        let connection = self.connection();
-        let sql = format!("{LINK} WHERE inspection = ?1 ORDER BY sequence");
-        let mut select = connection.prepare(&sql).map_err(self.error())?;
-        let rows = select.query_map([inspection.to_string()], link);
-        let links: Vec<Link> = rows.and_then(Iterator::collect).map_err(self.error())?;
-        links.iter().map(|link| self.read(link)).collect()
+    fn entries(&self, inspection: InspectionId, first: u64, limit: u32) -> Result<Vec<LoggedReview>, PortError> {
+        let links: Vec<Link> = {
+            let connection = self.connection();
+            let sql = format!("{LINK} WHERE inspection = ?1 AND sequence >= ?2 ORDER BY sequence LIMIT ?3");
+            let mut select = connection.prepare(&sql).map_err(self.error())?;
+            let rows = select.query_map(params![inspection.to_string(), first, limit], link);
+            rows.and_then(Iterator::collect).map_err(self.error())?
+        };
+        links.into_iter().map(|link| Ok(LoggedReview { entry: self.read(&link)?, hash: link.hash })).collect()
     }
 
     fn entry(&self, review: ReviewId) -> Result<Option<ReviewEntry>, PortError> {
@@ -89,12 +91,14 @@ impl ReviewLog for SqliteCatalogue {
         self.connection().query_row(sql, [], |row| row.get(0)).map_err(self.error())
     }
 
-    fn append(&self, entry: &ReviewEntry, result: &ResultRows, message: &BusMessage) -> Result<(), PortError> {
+    fn append(&self, entry: &ReviewEntry, result: &ReviewResult, message: &BusMessage) -> Result<String, PortError> {
         let text = chain::canonical(entry).map_err(|error| PortError::new(self.path().display(), error))?;
+        let mut hash = String::new();
         self.in_transaction(|transaction| {
             let sql = "SELECT hash FROM reviews ORDER BY sequence DESC LIMIT 1";
             let previous: Option<String> = transaction.query_row(sql, [], |row| row.get(0)).optional()?;
             let previous = previous.as_deref().unwrap_or(FIRST);
+            hash = chain::hash(previous, &text);
             transaction.execute(
                 "INSERT INTO reviews (sequence, id, inspection, entry, previous, hash) VALUES (?1, ?2, ?3, ?4, ?5, ?6)",
                 params![
@@ -103,12 +107,16 @@ impl ReviewLog for SqliteCatalogue {
                     entry.inspection.to_string(),
                     text,
                     previous,
-                    chain::hash(previous, &text)
+                    hash
                 ],
             )?;
-            note_result(transaction, entry.inspection, result)?;
+            note_row(transaction, entry.inspection, &result.row)?;
+            if let Some(findings) = &result.findings {
+                note_findings(transaction, entry.inspection, findings)?;
+            }
             post(transaction, std::slice::from_ref(message))
-        })
+        })?;
+        Ok(hash)
     }
 }
 
@@ -120,10 +128,7 @@ impl SqliteCatalogue {
                 format!("{}: entry {} of the log of reviews ({})", self.path().display(), link.sequence, link.id);
             PortError::new(place, reason)
         };
-        if let Some(reason) = chain::fault(link, link.sequence, &link.previous) {
-            return Err(wrong(&reason));
-        }
-        serde_json::from_str(&link.entry).map_err(|error| wrong(&error))
+        chain::read(link, link.sequence, &link.previous).map_err(|reason| wrong(&reason))
     }
 }
 
@@ -184,7 +189,7 @@ mod tests {
     fn append(catalogue: &SqliteCatalogue, sequence: u64) -> Result<(), PortError> {
         let row = ResultRow { decision: Some(Decision::Accept), conflicts: 3, ..ResultRow::default() };
         let message = BusMessage { id: format!("review:{sequence}"), subject: "reviewed".into(), payload: "{}".into() };
-        catalogue.append(&entry(sequence), &ResultRows { row, findings: Vec::new() }, &message)
+        catalogue.append(&entry(sequence), &ReviewResult { row, findings: None }, &message).map(drop)
     }
 
     /// A database with two inspections and a log of ten entries.
@@ -215,8 +220,13 @@ mod tests {
     fn entries_come_back_as_they_were_appended_and_an_inspection_is_listed_with_its_decision() {
         let root = tempfile::tempdir().expect("a folder");
         let catalogue = SqliteCatalogue::open(&database(root.path())).expect("opens");
-        let odd = catalogue.entries(inspection(2)).expect("reads");
-        assert_eq!(odd, [1, 3, 5, 7, 9].map(entry));
+        let entries = |id: InspectionId, first: u64, limit: u32| {
+            let logged = catalogue.entries(id, first, limit).expect("reads");
+            logged.into_iter().map(|logged| logged.entry).collect::<Vec<_>>()
+        };
+        assert_eq!(entries(inspection(2), 0, u32::MAX), [1, 3, 5, 7, 9].map(entry));
+        assert_eq!(entries(inspection(2), 4, 2), [5, 7].map(entry));
+        assert_eq!(entries(inspection(2), 7, 9), [7, 9].map(entry));
         assert_eq!(catalogue.entry(entry(4).review.id), Ok(Some(entry(4))));
         assert_eq!(catalogue.entry(ReviewId(Uuid::from_u128(99))), Ok(None));
         assert_eq!(catalogue.last(), Ok(10));
@@ -231,7 +241,7 @@ mod tests {
         assert!(lost.sequence == 11 && lost.reason.contains("abab"), "{lost:?}");
         // The log outlives the inspections that it speaks of.
         catalogue.remove(inspection(1)).expect("removed");
-        assert_eq!(catalogue.entries(inspection(1)).expect("reads").len(), 5);
+        assert_eq!(entries(inspection(1), 0, u32::MAX).len(), 5);
         assert!(append(&catalogue, 12).is_err(), "there is a gap");
         assert!(append(&catalogue, 11).is_ok() && append(&catalogue, 12).is_err(), "its inspection is gone");
         assert_eq!(catalogue.last(), Ok(11));

@@ -142,6 +142,7 @@ fn named(value: &Value, names: &[&str]) -> Value {
 mod tests {
     use super::*;
     use crate::record::{LabelSource, Outcome, RegistrationRecord, Stage};
+    use proptest::prelude::*;
 
     const VERSION_1: &str = include_str!("fixtures/version1.json");
     const WITH_NETWORKS: &str = include_str!("fixtures/version1_networks.json");
@@ -195,6 +196,29 @@ mod tests {
         let record = serde_json::to_value(record).expect("plain data");
         for field in record.as_object().expect("an object").keys() {
             assert!(schema["properties"].get(field).is_some(), "{field}");
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn damaged_records_are_read_or_refused(
+            damage in prop::collection::vec(
+                (any::<prop::sample::Index>(), prop::sample::select(vec!["0", "-1", "1e308", "nan", "99999999999999999999", "null", "[[[[[[[[", "\"", "\u{0}ä", ""])),
+                1..6,
+            ),
+            cut in any::<prop::sample::Index>(),
+            is_cut in any::<bool>(),
+        ) {
+            let mut text: Vec<char> = VERSION_1.chars().collect();
+            for (at, word) in damage {
+                let at = at.index(text.len());
+                drop(text.splice(at..=at, word.chars()));
+            }
+            if is_cut {
+                text.truncate(cut.index(text.len() + 1));
+            }
+            let text: String = text.into_iter().collect();
+            let _ = InspectionRecord::from_json(&text);
         }
     }
 }

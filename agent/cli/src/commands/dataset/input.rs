@@ -133,7 +133,7 @@ fn of_data(from: &Path, data: &Path, chosen: &[InspectionId], inputs: &mut Input
                 from: from.to_owned(),
                 folder,
                 record,
-                entries: catalogue.entries(row.id)?,
+                entries: catalogue.all_entries(row.id)?,
                 log: Some(LogRecord { entries: audited.entries, head: audited.head.clone() }),
                 data: Some(Arc::clone(&opened)),
             });
