@@ -108,9 +108,9 @@ fn surface(mesh: &SemanticMesh, corrected: &Corrected, voxel: f64) -> Vec<Queued
         .collect()
 }
 
-/// The uncertainty of a label that was measured and that nobody corrected.
+/// The uncertainty of a label that nobody corrected; labels that were dropped because they are uncertain have theirs too.
 fn known_sigma(by: Labeller, sigma: f32) -> Option<f64> {
-    (by == Labeller::Measured && sigma.is_finite()).then(|| f64::from(sigma))
+    (!by.is_person() && sigma.is_finite()).then(|| f64::from(sigma))
 }
 
 #[derive(Default)]
@@ -125,6 +125,7 @@ mod tests {
     use super::*;
     use crate::corrected_labels;
     use crate::fixtures::{entry, plate, record, taxonomy, worn_finding};
+    use semascan_model::PointFlags;
     use semascan_model::finding::Spread;
     use semascan_model::review::{ReviewAction, SurfacePatch};
 
@@ -142,6 +143,15 @@ mod tests {
         assert!(regions.windows(2).all(|pair| pair[0].worth >= pair[1].worth));
         let area: f64 = regions.iter().map(|r| r.area).sum();
         assert!((area - 1.6e-3).abs() < 0.1e-3, "{area}");
+        // Labels that were dropped as uncertain teach most of all.
+        let mut dropped = mesh.clone();
+        for v in (0..mesh.len()).filter(|v| mesh.vertices.positions[*v][0] < -0.001) {
+            dropped.vertices.sigma[v] = 1.0;
+            dropped.vertices.flags[v] = PointFlags(PointFlags::UNLABELLED);
+        }
+        let unlabelled = corrected_labels(&dropped, &taxonomy(), &record(vec![]), &[]);
+        let first = &queued_regions(&dropped, &unlabelled, &record(vec![]), &[])[0];
+        assert!(first.position[0] < 0.0 && first.sigma > 0.8, "{first:?}");
         // A person labels the uncertain quarter.
         let patch = SurfacePatch::Voxels { edge: 0.05, cells: vec![[0, 0, 0]] };
         let action = |component: &str, defect: &str| ReviewAction::Relabel {
