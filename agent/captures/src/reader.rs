@@ -375,7 +375,7 @@ mod tests {
 
     /// A capture of two views, with what is true.
     static VALID: LazyLock<Vec<u8>> = LazyLock::new(|| {
-        let spec = VirtualCellSpec::parse("virtual:starter-motor?seed=3&views=2&size=32x24&cell=10").expect("a source");
+        let spec = VirtualCellSpec::parse("virtual:starter-motor?seed=3&views=2&size=96x72&cell=5").expect("a source");
         let mut source = VirtualCell::open(&spec).expect("opens");
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("x.mcap");
