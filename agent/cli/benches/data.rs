@@ -123,14 +123,14 @@ fn copy(database: &Transaction<'_>, first: InspectionId, id: InspectionId, numbe
     let (first, id) = (first.to_string(), id.to_string());
     let part = format!("motor {}", number % 300);
     database.execute("INSERT INTO parts (name) VALUES (?1) ON CONFLICT (name) DO NOTHING", [&part])?;
-    let state = if number % 50 == 0 { "failed" } else { "finished" };
+    let state = if number.is_multiple_of(50) { "failed" } else { "finished" };
     let decision = ["accept", "rework", "person", "reject"][number as usize % 4];
     database.execute(
         "INSERT INTO inspections (id, part, source, spec, began, ended, state, reason, held, views, listed, decision, \
          automatic, conflicts, findings) \
          SELECT ?1, (SELECT id FROM parts WHERE name = ?2), source, spec, began, ended, ?3, reason, held, views, 1, ?4, ?4, \
          ?5, 10 FROM inspections WHERE id = ?6",
-        params![id, part, state, decision, u32::from(number % 500 == 0), first],
+        params![id, part, state, decision, u32::from(number.is_multiple_of(500)), first],
     )?;
     for (table, columns) in
         [("views", "number, accepted, record"), ("events", "sequence, time, kind"), ("files", "name, sha256, bytes")]
