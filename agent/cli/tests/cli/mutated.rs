@@ -403,7 +403,7 @@ fn in_words(bytes: Vec<u8>, dice: &mut Dice) -> Vec<u8> {
                 if kind == 4 {
                     lines.insert(at, lines[at]);
                 } else {
-                    drop(lines.remove(at));
+                    lines.remove(at);
                 }
                 text = lines.concat();
             }
