@@ -153,7 +153,7 @@ impl Samples {
     }
 
     /// Whether the surface at a sample shows its outside.
-    pub(crate) fn shows_outside(&self, scene: &Scene<'_>, sample: usize) -> bool {
+    fn shows_outside(&self, scene: &Scene<'_>, sample: usize) -> bool {
         let number = self.triangles.get(sample).copied().unwrap_or(NOTHING);
         let triangle = scene.triangles.get(number as usize).filter(|_| number != NOTHING);
         triangle.and_then(|t| whole(&self.corners, *t)).is_some_and(is_outside)

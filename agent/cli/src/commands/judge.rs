@@ -62,13 +62,8 @@ impl JudgeArgs {
         if !self.folder.is_dir() {
             return Err(Failure::Call(anyhow!("{}: is no folder of an inspection", self.folder.display())));
         }
-        if let Some(data) = report_html::kept_in(&self.folder).filter(|_| !self.print_only) {
-            let why = format!(
-                "{}: is kept in the data folder {}, whose files stay as they are; see what follows with --print-only, decide in a review",
-                self.folder.display(),
-                data.display()
-            );
-            return Err(Failure::Call(anyhow!(why)));
+        if !self.print_only {
+            report_html::refuse_kept(&self.folder, "see what follows with --print-only, decide in a review")?;
         }
         let checked = criteria_file::read(&self.criteria)?;
         let judged = amend_record(&self.folder, |record| {

@@ -40,15 +40,7 @@ impl ReportArgs {
         if !self.folder.is_dir() {
             return Err(Failure::Call(anyhow!("{}: is no folder of an inspection", self.folder.display())));
         }
-        // What is kept is what was measured: its digests are noted.
-        if let (Some(data), None) = (report_html::kept_in(&self.folder), &self.out) {
-            let why = format!(
-                "{}: is kept in the data folder {}, whose files stay as they are; name what to write with --out",
-                self.folder.display(),
-                data.display()
-            );
-            return Err(Failure::Call(anyhow!(why)));
-        }
+        report_html::refuse_kept(self.written_into(), "name what to write elsewhere with --out")?;
         let record = read_record(&self.folder)?;
         match self.format {
             Format::Html => {
@@ -59,6 +51,15 @@ impl ReportArgs {
             Format::Csv => self.write_tables(&record),
             Format::Dfq => write(&self.path("report.dfq"), &made(dfq(&record))?),
             Format::Qif => write(&self.path("report.qif"), &made(qif(&record))?),
+        }
+    }
+
+    /// The folder that files are written into.
+    fn written_into(&self) -> &Path {
+        match (&self.out, self.format) {
+            (None, _) => &self.folder,
+            (Some(folder), Format::Csv) => folder,
+            (Some(file), _) => file.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new(".")),
         }
     }
 

@@ -161,8 +161,19 @@ pub(super) fn reviewed(data: &DataFolder, record: &InspectionRecord) -> Result<R
     Ok(Reviewed { entries, state, audit })
 }
 
+/// Refuses to write into `folder` if it is an inspection's in a data folder: what is kept is what was measured, and its digests are
+/// noted. `instead` says what can be done.
+///
+/// # Errors
+/// [`Failure::Call`] naming both folders.
+pub(super) fn refuse_kept(folder: &Path, instead: &str) -> Result<(), Failure> {
+    let Some(data) = kept_in(folder) else { return Ok(()) };
+    let (folder, data) = (folder.display(), data.display());
+    Err(Failure::Call(anyhow!("{folder}: is kept in the data folder {data}, whose files stay as they are; {instead}")))
+}
+
 /// The data folder that keeps the inspection in `folder`, `DATA/inspections/ID`.
-pub(super) fn kept_in(folder: &Path) -> Option<PathBuf> {
+fn kept_in(folder: &Path) -> Option<PathBuf> {
     let folder = folder.canonicalize().ok()?;
     let inspections = folder.parent().filter(|parent| parent.ends_with("inspections"))?;
     let data = inspections.parent()?;

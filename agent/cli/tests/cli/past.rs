@@ -254,7 +254,13 @@ fn reviews_are_taken_in_once_told_to_viewers_and_audited() {
     let folder = data.to_str().expect("UTF-8");
     let set = data.join("inspections").join(id.to_string());
     let set = set.to_str().expect("UTF-8");
-    for refused in [&["report", set][..], &["judge", set, "--criteria", "criteria.toml"]] {
+    let inside = format!("{set}/report.html");
+    for refused in [
+        &["report", set][..],
+        &["report", set, "--out", &inside],
+        &["report", set, "--format", "csv", "--out", set],
+        &["judge", set, "--criteria", "criteria.toml"],
+    ] {
         let refused = semascan(refused);
         assert_eq!(refused.status.code(), Some(2));
         assert!(stderr(&refused).contains("is kept in the data folder"), "{}", stderr(&refused));
