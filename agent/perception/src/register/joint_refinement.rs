@@ -35,7 +35,9 @@ struct Stage {
 const STAGES: [Stage; 3] = [
     Stage { level: 2, gates: &[6e-3, 4e-3, 3e-3, 2e-3], rounds: 8 },
     Stage { level: 1, gates: &[2e-3], rounds: 8 },
-    Stage { level: 0, gates: &[2e-3], rounds: 12 },
+    // The finest pictures are noisiest: more rounds follow the noise (on `shelf-eye-in-hand` a median of 1.30 pixels after
+    // twelve rounds, 1.26 after two, between features that take no part).
+    Stage { level: 0, gates: &[2e-3], rounds: 2 },
 ];
 /// The widest and the narrowest gate.
 const WIDEST: f64 = STAGES[0].gates[0];

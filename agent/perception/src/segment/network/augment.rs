@@ -7,7 +7,6 @@ use super::preprocess::bilinear;
 use rand::{Rng, RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 pub use semascan_model::record::Augmentation;
-use std::borrow::Cow;
 
 /// Largest turn of a warp, radians: 6 degrees.
 const TURN: f32 = 0.105;
@@ -74,7 +73,11 @@ impl Drawn {
         let channels = || input.channels.iter().zip(tensor.chunks_exact(plane));
         match *self {
             Self::Identity => tensor.to_vec(),
-            Self::Flip => flipped(tensor, size.0),
+            Self::Flip => {
+                let mut flipped = tensor.to_vec();
+                flip(&mut flipped, size.0);
+                flipped
+            }
             Self::Warp { turn } => channels()
                 .flat_map(|(channel, values)| {
                     // Depth is never interpolated.
@@ -105,10 +108,13 @@ impl Drawn {
     }
 
     /// What was predicted on the changed input, at the pixels of the picture. `planes` are any number of planes of `size`.
-    pub(super) fn undo<'a>(&self, planes: &'a [f32], size: (usize, usize)) -> Cow<'a, [f32]> {
+    pub(super) fn undo(&self, mut planes: Vec<f32>, size: (usize, usize)) -> Vec<f32> {
         match self {
-            Self::Identity | Self::Light { .. } => planes.into(),
-            Self::Flip => flipped(planes, size.0).into(),
+            Self::Identity | Self::Light { .. } => planes,
+            Self::Flip => {
+                flip(&mut planes, size.0);
+                planes
+            }
             Self::Warp { turn } => {
                 let back = inverse(*turn);
                 let plane = (size.0 * size.1).max(1);
@@ -140,11 +146,9 @@ fn inverse((c, s): (f32, f32)) -> (f32, f32) {
     (c / square, -s / square)
 }
 
-/// Rows of `width` values, each turned round.
-fn flipped(planes: &[f32], width: usize) -> Vec<f32> {
-    let mut flipped = planes.to_vec();
-    flipped.chunks_exact_mut(width.max(1)).for_each(<[f32]>::reverse);
-    flipped
+/// Turns each row of `width` values round.
+fn flip(planes: &mut [f32], width: usize) {
+    planes.chunks_exact_mut(width.max(1)).for_each(<[f32]>::reverse);
 }
 
 /// `turn` applied about the middle of a picture of `size`.
@@ -218,7 +222,7 @@ mod tests {
             for seed in 0..5 {
                 let drawn = Drawn::new(kind, seed);
                 let changed = drawn.apply(&tensor, &input(), SIZE);
-                let (back, valid) = (drawn.undo(&changed, SIZE), drawn.known(SIZE));
+                let (back, valid) = (drawn.undo(changed.clone(), SIZE), drawn.known(SIZE));
                 let known = |i: usize| valid.as_ref().is_none_or(|v| v[i % n]);
                 let masked = (0..n).filter(|&i| !known(i)).count();
                 assert!(masked < n / 4, "{kind:?} masks {masked}");

@@ -37,9 +37,9 @@ pub(super) fn ask(
         Tensor { shape: shape.clone(), data: drawn.apply(&plain, &input, frame.size) }
     };
     let take = |t: usize, answer: Answer| {
-        let plane = frame.restore(&augmentations[t].undo(&answer.probabilities.data, frame.size));
+        let plane = frame.restore(augmentations[t].undo(answer.probabilities.data, frame.size));
         // The picture as it is shows best what each stream contributes, and where objects are.
-        let contribution = answer.contribution.filter(|_| t == 0).map(|share| frame.restore(&share.data));
+        let contribution = answer.contribution.filter(|_| t == 0).map(|share| frame.restore(share.data));
         (plane, contribution, answer.objects.filter(|_| t == 0))
     };
     let answers = model.ask_each(augmentations.len(), picture, take)?;
@@ -53,7 +53,7 @@ pub(super) fn ask(
     }
     let known = |drawn: &Drawn| {
         let known: Vec<f32> = drawn.known(frame.size)?.into_iter().map(|k| f32::from(u8::from(k))).collect();
-        Some(frame.restore(&known).into_iter().map(|k| k == 1.0).collect())
+        Some(frame.restore(known).into_iter().map(|k| k == 1.0).collect())
     };
     let predictions = Predictions {
         classes,

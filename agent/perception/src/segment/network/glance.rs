@@ -55,7 +55,7 @@ pub(super) fn glance(model: &mut NetworkModel, view: &View, margin: u32) -> Resu
     let frame = Frame::new(Window::whole(size.0, size.1), size, input);
     let shape = vec![1, input.channels.len(), frame.size.1, frame.size.0];
     let answer = model.ask_first(&Tensor { shape, data: frame.tensor(&coarse, input) })?;
-    let probabilities = frame.restore(&answer.probabilities.data);
+    let probabilities = frame.restore(answer.probabilities.data);
     let classes = model.manifest().classes.len();
     let Some(seen) = extent(&probabilities, (size.0 as usize, size.1 as usize)) else { return Ok(None) };
     let window = seen.widened(1, size).enlarged(factor, picture).widened((MARGIN + margin) * fine, picture);

@@ -102,26 +102,34 @@ impl Frame {
     }
 
     /// The window's pixels of planes of the output, plane after plane, row-major.
-    pub(super) fn restore(&self, planes: &[f32]) -> Vec<f32> {
+    pub(super) fn restore(&self, mut planes: Vec<f32>) -> Vec<f32> {
         let (width, height) = self.size;
-        let count = planes.len() / (width * height).max(1);
-        let mut window = Vec::with_capacity(count * self.window.pixels());
-        let (right, down) = ((self.window.left - self.seen.left) as usize, (self.window.top - self.seen.top) as usize);
-        let (sx, sy) = self.scale();
-        for plane in planes.chunks_exact((width * height).max(1)) {
-            for v in 0..self.window.height as usize {
-                if !self.stretched {
-                    let start = (down + v) * width + right;
-                    window.extend_from_slice(&plane[start..start + self.window.width as usize]);
-                    continue;
-                }
-                for u in 0..self.window.width {
-                    let (x, y) = ((u as f32 + 0.5) / sx - 0.5, (v as f32 + 0.5) / sy - 0.5);
-                    window.push(bilinear(width, height, x, y, |x, y| plane[y * width + x]));
+        let size = (width * height).max(1);
+        if self.stretched {
+            let (sx, sy) = self.scale();
+            let mut window = Vec::with_capacity(planes.len() / size * self.window.pixels());
+            for plane in planes.chunks_exact(size) {
+                for v in 0..self.window.height {
+                    for u in 0..self.window.width {
+                        let (x, y) = ((u as f32 + 0.5) / sx - 0.5, (v as f32 + 0.5) / sy - 0.5);
+                        window.push(bilinear(width, height, x, y, |x, y| plane[y * width + x]));
+                    }
                 }
             }
+            return window;
         }
-        window
+        // Rows move forward within the same memory: they are many, and fresh memory costs more than the move.
+        let (right, down) = ((self.window.left - self.seen.left) as usize, (self.window.top - self.seen.top) as usize);
+        let mut end = 0;
+        for plane in 0..planes.len() / size {
+            for v in 0..self.window.height as usize {
+                let start = plane * size + (down + v) * width + right;
+                planes.copy_within(start..start + self.window.width as usize, end);
+                end += self.window.width as usize;
+            }
+        }
+        planes.truncate(end);
+        planes
     }
 
     /// The window's pixels of labels that lie on the input.
@@ -224,7 +232,7 @@ mod tests {
         assert_eq!(frame.size, (32, 16));
         assert_eq!(frame.seen, Window { left: 0, top: 24, width: 32, height: 16 });
         let tensor = frame.tensor(&view, &input);
-        let green = frame.restore(&tensor[32 * 16..2 * 32 * 16]);
+        let green = frame.restore(tensor[32 * 16..2 * 32 * 16].to_vec());
         assert_eq!(green.len(), 200);
         assert!((green[0] - 120.0 / 255.0).abs() < 1e-6 && (green[199] - 156.0 / 255.0).abs() < 1e-6);
         // A picture smaller than the padded size repeats its rim.
@@ -241,7 +249,7 @@ mod tests {
         let frame = Frame::new(Window::whole(WIDTH, HEIGHT), (WIDTH, HEIGHT), &input);
         let tensor = frame.tensor(&view, &input);
         assert_eq!(tensor.len(), 4 * 100 * 80);
-        let red = frame.restore(&tensor[..100 * 80]);
+        let red = frame.restore(tensor[..100 * 80].to_vec());
         for u in 2..48 {
             let wanted = (u as f32 * 4.0 / 255.0 - 0.5) / 0.25;
             assert!((red[5 * WIDTH as usize + u] - wanted).abs() < 0.01, "column {u}: {}", red[u]);
