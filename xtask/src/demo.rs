@@ -4,13 +4,13 @@
 use crate::first_page::FirstPage;
 use crate::process::{line, run as run_command};
 use crate::report::{heading, note};
-use crate::workspace::cargo;
+use crate::workspace::{Workspace, cargo};
 use crate::{onnx_runtime, web};
 use anyhow::{Context, Result};
 use clap::Args;
 use std::ffi::OsString;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
-use std::process::Command;
+use std::process::{Child, Command, Stdio};
 
 /// The agent's port where none is said.
 const DEFAULT_PORT: u16 = 8787;
@@ -40,6 +40,8 @@ pub(crate) fn run(options: &Options) -> Result<()> {
         }
         None => None,
     };
+    // All of the agent but the embedding of the viewer's files: the viewer's long last step has work for one core only.
+    let ahead = Ahead::begin(cargo_for(&Workspace::find()?, "build", options.dev).arg("--lib"))?;
     let workspace = web::run(&web::Options { dev: options.dev })?;
     heading("Agent");
     let library = onnx_runtime::prepare(&workspace);
@@ -50,17 +52,10 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     if let Some(page) = &page {
         page.say("The agent is being built.");
     }
-    let cargo = |command: &str| {
-        let mut cargo = cargo();
-        cargo.current_dir(&workspace.root).args([command, "--package", "semascan-cli", "--bin", "semascan"]);
-        if !options.dev {
-            cargo.arg("--release");
-        }
-        cargo
-    };
-    run_command(&mut cargo("build"))?;
-    let mut agent = cargo("run");
-    agent.args(["--", "demo"]);
+    ahead.end();
+    run_command(cargo_for(&workspace, "build", options.dev).args(["--bin", "semascan"]))?;
+    let mut agent = cargo_for(&workspace, "run", options.dev);
+    agent.args(["--bin", "semascan", "--", "demo"]);
     if options.dev {
         agent.arg("--web-dir").arg(workspace.dist());
     }
@@ -72,6 +67,39 @@ pub(crate) fn run(options: &Options) -> Result<()> {
         page.end();
     }
     become_command(&mut agent)
+}
+
+/// Cargo's `command` for the agent.
+fn cargo_for(workspace: &Workspace, command: &str, dev: bool) -> Command {
+    let mut cargo = cargo();
+    cargo.current_dir(&workspace.root).args([command, "--package", "semascan-cli"]);
+    if !dev {
+        cargo.arg("--release");
+    }
+    cargo
+}
+
+/// A build in the background, which another build of the same will follow: that one says what is wrong.
+struct Ahead(Child);
+
+impl Ahead {
+    fn begin(command: &mut Command) -> Result<Self> {
+        let command = command.arg("--quiet").stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
+        Ok(Self(command.spawn().with_context(|| format!("cannot start `{}`", line(command)))?))
+    }
+
+    /// Waits until it is done, well or not.
+    fn end(mut self) {
+        let _ = self.0.wait();
+    }
+}
+
+impl Drop for Ahead {
+    /// Where the demo fails, the build is not left behind.
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
 }
 
 /// Where the agent will listen; `None` where it picks a free port itself, only prints its help, or refuses what is said.
