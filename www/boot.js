@@ -1,17 +1,7 @@
-// Starts the viewer. A classic script in the head, because the chosen theme must stand before the first paint; the
-// module itself is imported when the page has been parsed.
+// Starts the viewer. A classic script in the head, so that whatever fails from then on is said; the module itself is imported
+// when the page has been parsed.
 (() => {
   "use strict";
-
-  const THEMES = ["system", "light", "dark"];
-  const asked = new URLSearchParams(location.search).get("theme");
-  let theme = THEMES.includes(asked) ? asked : null;
-  try {
-    theme ??= localStorage.getItem("semascan.theme");
-  } catch {
-    // Storage may be forbidden; the system's theme is a good one.
-  }
-  if (THEMES.includes(theme)) document.documentElement.dataset.theme = theme;
 
   // Says in place of the model that there will be none. The panels may be gone or dead: nothing of them is used.
   const fail = (title, text) => {

@@ -8,13 +8,6 @@
   const DECISIONS = { accept: "accept", rework: "rework", reject: "reject", person: "a person decides" };
   const DAY_MS = 86_400_000;
 
-  try {
-    const theme = localStorage.getItem("semascan.theme");
-    if (["light", "dark"].includes(theme)) document.documentElement.dataset.theme = theme;
-  } catch {
-    // Storage may be forbidden; the system's theme is a good one.
-  }
-
   // Counts requests: an answer to an earlier one comes too late.
   let latest = 0;
   let next = null;

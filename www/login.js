@@ -6,13 +6,6 @@
   const said = element("said");
   const HEADERS = { "content-type": "application/json", "x-semascan-request": "1" };
 
-  try {
-    const theme = localStorage.getItem("semascan.theme");
-    if (["light", "dark"].includes(theme)) document.documentElement.dataset.theme = theme;
-  } catch {
-    // Storage may be forbidden; the system's theme is a good one.
-  }
-
   // Where to go after a login. An address elsewhere, however it is written, has another origin.
   const destination = () => {
     const asked = new URLSearchParams(location.search).get("next") ?? "./";

@@ -23,6 +23,8 @@ pub(crate) struct Block {
     pub(crate) centre: Point3<f64>,
     /// Its radius, metres.
     pub(crate) radius: f64,
+    /// Where the triangles face in the mean, table frame; its length says nothing.
+    pub(crate) facing: Vector3<f64>,
 }
 
 /// A mesh, ready to be drawn.
@@ -110,15 +112,18 @@ impl<'a> Scene<'a> {
 fn block(mesh: &SemanticMesh, triangles: &[[u32; 3]], i: usize) -> Block {
     let range = i * BLOCK..((i + 1) * BLOCK).min(triangles.len());
     let (mut low, mut high) = (Vector3::repeat(f32::INFINITY), Vector3::repeat(f32::NEG_INFINITY));
-    for v in triangles[range.clone()].iter().flatten() {
-        let p = Vector3::from(mesh.vertices.positions[*v as usize]);
-        (low, high) = (low.inf(&p), high.sup(&p));
+    let mut facing = Vector3::zeros();
+    for triangle in &triangles[range.clone()] {
+        let [a, b, c] = triangle.map(|v| Vector3::from(mesh.vertices.positions[v as usize]));
+        (low, high) = (low.inf(&a.inf(&b).inf(&c)), high.sup(&a.sup(&b).sup(&c)));
+        facing += (b - a).cross(&(c - a));
     }
     let (low, high) = (low.cast::<f64>(), high.cast::<f64>());
     Block {
         triangles: range.start as u32..range.end as u32,
         centre: Point3::from((low + high) / 2.0),
         radius: (high - low).norm() / 2.0,
+        facing: facing.cast(),
     }
 }
 

@@ -3,13 +3,15 @@
 use crate::camera::Camera;
 use crate::scene::{Block, Scene};
 use crate::shading::lamp;
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix3, Point3, Vector3};
 use rayon::prelude::*;
 use semascan_model::SemanticCloud;
 use std::ops::RangeInclusive;
 
 /// Rows of a band, the unit of work.
 const BAND: usize = 32;
+/// Samples along an edge of a square of the curtain.
+const SQUARE: usize = 16;
 /// Marks a sample without a triangle.
 const NOTHING: u32 = u32::MAX;
 
@@ -90,37 +92,22 @@ impl Samples {
         let (width, height) = (camera.intrinsics.width as usize, camera.intrinsics.height as usize);
         let lamp = lamp(camera);
         let eye = Eye::of(camera, &lamp);
-        // Only what the picture may show is looked at: a picture of one place needs little of the mesh.
-        let mut corners: Vec<Projected> = vec![Projected::NotAsked; scene.mesh.len()];
-        let mut of_band: Vec<Vec<u32>> = vec![Vec::new(); height.div_ceil(BAND)];
-        for block in scene.blocks.iter().filter(|block| eye.may_see(block)) {
-            for number in block.triangles.clone() {
-                let triangle = scene.triangles[number as usize];
-                for vertex in triangle.map(|v| v as usize) {
-                    if let Projected::NotAsked = corners[vertex] {
-                        corners[vertex] = eye.project(&scene.mesh.vertices, vertex);
-                    }
-                }
-                let Some(corners) = whole(&corners, triangle) else { continue };
-                if let Some(rows) = rows_with_samples(corners, (width, height)) {
-                    of_band[rows.start() / BAND..=rows.end() / BAND].iter_mut().for_each(|band| band.push(number));
-                }
-            }
-        }
-        // The buffer holds 1 / depth while triangles are drawn, because that is linear along a row; 0 is infinitely far.
-        let mut depths = vec![0.0_f32; width * height];
-        let mut triangles = vec![NOTHING; width * height];
-        depths
-            .par_chunks_mut(BAND * width)
-            .zip(triangles.par_chunks_mut(BAND * width))
-            .zip(of_band.par_iter().enumerate())
-            .for_each(|((depths, triangles), (band, numbers))| {
-                for number in numbers {
-                    if let Some(corners) = whole(&corners, scene.triangles[*number as usize]) {
-                        fill(depths, triangles, width, band * BAND, *number, corners);
-                    }
-                }
-            });
+        let mut canvas = Canvas {
+            scene,
+            eye: &eye,
+            size: (width, height),
+            corners: vec![Projected::NotAsked; scene.mesh.len()],
+            inverse_depths: vec![0.0; width * height],
+            triangles: vec![NOTHING; width * height],
+        };
+        // Only what the picture may show is looked at: a picture of one place needs little of the mesh. What faces the camera
+        // comes first, because it hides most of the rest.
+        let seen = scene.blocks.iter().filter(|block| eye.may_see(block));
+        let (front, back): (Vec<&Block>, Vec<&Block>) = seen.partition(|block| eye.is_faced_by(block));
+        canvas.draw(&front);
+        let curtain = Curtain::of(&canvas.inverse_depths, (width, height));
+        canvas.draw(&back.into_iter().filter(|block| !curtain.hides(&eye, block)).collect::<Vec<_>>());
+        let Canvas { corners, inverse_depths: mut depths, triangles, .. } = canvas;
         depths.par_iter_mut().for_each(|depth| *depth = 1.0 / *depth);
         Self { depth: DepthBuffer { width, height, depths, camera: *camera }, triangles, lamp, corners }
     }
@@ -157,6 +144,95 @@ impl Samples {
         let number = self.triangles.get(sample).copied().unwrap_or(NOTHING);
         let triangle = scene.triangles.get(number as usize).filter(|_| number != NOTHING);
         triangle.and_then(|t| whole(&self.corners, *t)).is_some_and(is_outside)
+    }
+}
+
+/// A picture while triangles are drawn into it.
+struct Canvas<'a> {
+    scene: &'a Scene<'a>,
+    eye: &'a Eye,
+    /// Columns and rows.
+    size: (usize, usize),
+    corners: Vec<Projected>,
+    /// 1 / depth of each sample, because that is linear along a row; 0 is infinitely far.
+    inverse_depths: Vec<f32>,
+    triangles: Vec<u32>,
+}
+
+impl Canvas<'_> {
+    /// Draws the triangles of `blocks`, those that reach behind the camera left out.
+    fn draw(&mut self, blocks: &[&Block]) {
+        let Self { scene, eye, size: (width, height), corners, inverse_depths, triangles } = self;
+        let (width, height) = (*width, *height);
+        let mut of_band: Vec<Vec<u32>> = vec![Vec::new(); height.div_ceil(BAND)];
+        for number in blocks.iter().flat_map(|block| block.triangles.clone()) {
+            let triangle = scene.triangles[number as usize];
+            for vertex in triangle.map(|v| v as usize) {
+                if let Projected::NotAsked = corners[vertex] {
+                    corners[vertex] = eye.project(&scene.mesh.vertices, vertex);
+                }
+            }
+            let Some(corners) = whole(corners, triangle) else { continue };
+            if let Some(rows) = rows_with_samples(corners, (width, height)) {
+                of_band[rows.start() / BAND..=rows.end() / BAND].iter_mut().for_each(|band| band.push(number));
+            }
+        }
+        let corners = &*corners;
+        inverse_depths
+            .par_chunks_mut(BAND * width)
+            .zip(triangles.par_chunks_mut(BAND * width))
+            .zip(of_band.par_iter().enumerate())
+            .for_each(|((depths, triangles), (band, numbers))| {
+                for number in numbers {
+                    if let Some(corners) = whole(corners, scene.triangles[*number as usize]) {
+                        fill(depths, triangles, width, band * BAND, *number, corners);
+                    }
+                }
+            });
+    }
+}
+
+/// What is drawn already, coarsely: how far each square of samples reaches at most (the coarse level of a hierarchical
+/// z-buffer, [Greene 1993]).
+struct Curtain {
+    /// Squares in a row.
+    columns: usize,
+    /// Columns and rows of samples.
+    size: (usize, usize),
+    /// 1 / depth of the farthest sample of each square.
+    farthest: Vec<f32>,
+}
+
+impl Curtain {
+    fn of(inverse_depths: &[f32], (width, height): (usize, usize)) -> Self {
+        let columns = width.div_ceil(SQUARE);
+        let mut farthest = vec![f32::INFINITY; columns * height.div_ceil(SQUARE)];
+        for (y, row) in inverse_depths.chunks_exact(width.max(1)).enumerate() {
+            let squares = &mut farthest[y / SQUARE * columns..][..columns];
+            for (square, samples) in squares.iter_mut().zip(row.chunks(SQUARE)) {
+                *square = samples.iter().fold(*square, |least, sample| least.min(*sample));
+            }
+        }
+        Self { columns, size: (width, height), farthest }
+    }
+
+    /// Whether the block lies behind what is drawn, wherever the picture would show it.
+    fn hides(&self, eye: &Eye, block: &Block) -> bool {
+        let centre = eye.place(&block.centre);
+        let (near, far) = (centre.z - block.radius, centre.z + block.radius);
+        if near <= 0.0 {
+            return false;
+        }
+        let squares = |axis: usize, size: usize| {
+            let (low, high) = (centre[axis] - block.radius, centre[axis] + block.radius);
+            let first = eye.focal[axis] * low / if low < 0.0 { near } else { far } + eye.centre[axis];
+            let last = eye.focal[axis] * high / if high > 0.0 { near } else { far } + eye.centre[axis];
+            let end = size.saturating_sub(1) as f64;
+            first.clamp(0.0, end) as usize / SQUARE..=last.ceil().clamp(0.0, end) as usize / SQUARE
+        };
+        let nearest = (1.0 / near) as f32;
+        squares(1, self.size.1)
+            .all(|row| squares(0, self.size.0).all(|column| self.farthest[row * self.columns + column] > nearest))
     }
 }
 
@@ -226,8 +302,18 @@ impl Eye {
 
     /// Whether a part of the block's ball lies before the camera and within the edges of its picture.
     fn may_see(&self, block: &Block) -> bool {
-        let centre = self.turn * block.centre.coords + self.shift;
+        let centre = self.place(&block.centre);
         centre.z + block.radius > 0.0 && self.edges.iter().all(|normal| normal.dot(&centre) <= block.radius)
+    }
+
+    /// Whether the block's triangles face the camera rather than not.
+    fn is_faced_by(&self, block: &Block) -> bool {
+        (self.turn * block.facing).dot(&self.place(&block.centre)) < 0.0
+    }
+
+    /// A point of the table frame in that of the camera.
+    fn place(&self, point: &Point3<f64>) -> Vector3<f64> {
+        self.turn * point.coords + self.shift
     }
 
     fn project(&self, vertices: &SemanticCloud, vertex: usize) -> Projected {
@@ -338,5 +424,65 @@ fn fill(depths: &mut [f32], triangles: &mut [u32], width: usize, top: usize, num
                 (*inverse, *triangle) = (value, number);
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::camera::Direction;
+    use semascan_model::{SemanticMesh, SemanticPoint};
+    use std::f32::consts::{PI, TAU};
+
+    /// A ball of radius 0.05 m, 200 by 100 cells, with a hole around its top: its inside is seen through it.
+    fn ball_with_a_hole() -> SemanticMesh {
+        const AROUND: u32 = 200;
+        const DOWN: u32 = 100;
+        let mut mesh = SemanticMesh::default();
+        for j in 0..=DOWN {
+            for i in 0..AROUND {
+                let (turn, tilt) = (TAU * i as f32 / AROUND as f32, 0.5 + (PI - 0.5) * j as f32 / DOWN as f32);
+                let normal = [tilt.sin() * turn.cos(), tilt.sin() * turn.sin(), tilt.cos()];
+                let position = normal.map(|c| 0.05 * c);
+                mesh.push(SemanticPoint { position, normal, label: 1, ..SemanticPoint::UNKNOWN }, false);
+            }
+        }
+        // Place by place, as the mesher does.
+        let mut cells: Vec<(u32, u32)> = (0..DOWN).flat_map(|j| (0..AROUND).map(move |i| (j, i))).collect();
+        cells.sort_by_key(|(j, i)| (j / 8, i / 8));
+        for (j, i) in cells {
+            let at = |j: u32, i: u32| j * AROUND + i % AROUND;
+            let [a, b, c, d] = [at(j, i), at(j + 1, i), at(j + 1, i + 1), at(j, i + 1)];
+            mesh.triangles.extend([[a, b, c], [a, c, d]]);
+        }
+        mesh
+    }
+
+    #[test]
+    fn what_the_curtain_hides_would_not_be_seen() {
+        let mesh = ball_with_a_hole();
+        let scene = Scene::of_shape(&mesh);
+        let mut hidden = 0;
+        for direction in [Direction::Top, Direction::Isometric, Direction::Front] {
+            let camera = Camera::of_all(scene.positions(), direction.axes(), (800, 640)).expect("points");
+            let samples = Samples::of(&scene, &camera);
+            // All of it at once.
+            let eye = Eye::of(&camera, &samples.lamp);
+            let (width, height) = (800, 640);
+            let mut canvas = Canvas {
+                scene: &scene,
+                eye: &eye,
+                size: (width, height),
+                corners: vec![Projected::NotAsked; mesh.len()],
+                inverse_depths: vec![0.0; width * height],
+                triangles: vec![NOTHING; width * height],
+            };
+            canvas.draw(&scene.blocks.iter().collect::<Vec<_>>());
+            let depths: Vec<f32> = canvas.inverse_depths.iter().map(|inverse| 1.0 / inverse).collect();
+            assert_eq!(samples.depth.depths, depths, "{direction:?}");
+            let curtain = Curtain::of(&canvas.inverse_depths, (width, height));
+            hidden += scene.blocks.iter().filter(|block| curtain.hides(&eye, block)).count();
+        }
+        assert!(hidden > scene.blocks.len() / 4, "{hidden} of three times {}", scene.blocks.len());
     }
 }

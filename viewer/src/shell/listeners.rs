@@ -14,7 +14,7 @@ use std::time::Duration;
 use wasm_bindgen::prelude::*;
 use web_sys::{Document, Element, HtmlElement, KeyboardEvent, MediaQueryListEvent, ResizeObserver, Window};
 
-/// Where the chosen theme is kept; `www/boot.js` reads it before the first paint.
+/// Where the chosen theme is kept; `www/theme.js` reads it before the first paint.
 const THEME_KEY: &str = "semascan.theme";
 /// Where the chosen meaning of colours is kept.
 const COLOR_KEY: &str = "semascan.color-mode";

@@ -1,0 +1,15 @@
+// The chosen theme, before the first paint: that of the address (`?theme=dark`), else the one that was chosen before. A classic
+// script in the head, because modules wait for the page.
+(() => {
+  "use strict";
+
+  const THEMES = ["system", "light", "dark"];
+  const asked = new URLSearchParams(location.search).get("theme");
+  let theme = THEMES.includes(asked) ? asked : null;
+  try {
+    theme ??= localStorage.getItem("semascan.theme");
+  } catch {
+    // Storage may be forbidden; the system's theme is a good one.
+  }
+  if (THEMES.includes(theme)) document.documentElement.dataset.theme = theme;
+})();
