@@ -1,5 +1,5 @@
-//! The developer commands: `cargo xtask demo`, `test`, `web`, `bench`, `attack`, `deny`,
-//! `onnxruntime`.
+//! The developer commands: `cargo xtask demo`, `test`, `web`, `bench`, `attack`, `fuzz`,
+//! `deny`, `onnxruntime`.
 //!
 //! Each command prepares what a fresh machine lacks, says what it does and why, and ends with one of the exit codes
 //! of `semascan` itself: 0 done, 1 the work failed, 2 a person has to do something first (the command to type is
@@ -15,6 +15,7 @@ mod demo;
 mod deny;
 mod dist;
 mod first_page;
+mod fuzz;
 mod onnx_runtime;
 mod packages;
 mod pcl;
@@ -54,6 +55,8 @@ enum Task {
     Bench(bench::Options),
     /// Attack an agent with many and hostile clients, on this machine only, and print what it costs
     Attack(attack::Options),
+    /// Fuzz every parser of bytes from outside
+    Fuzz(fuzz::Options),
     /// Check licences, duplicate versions and origins of all dependencies
     Deny,
     /// Fetch ONNX Runtime, which runs the trained networks, into target/onnxruntime
@@ -74,6 +77,7 @@ fn main() -> ExitCode {
         Task::Web(options) => web::run(&options).map(drop),
         Task::Bench(options) => bench::run(&options),
         Task::Attack(options) => attack::run(&options),
+        Task::Fuzz(options) => fuzz::run_all(&options),
         Task::Deny => deny::check(),
         Task::Onnxruntime => fetch_onnx_runtime(),
     };
