@@ -7,6 +7,7 @@
 //! the tables and the tests start inspections through it.
 
 pub mod bus;
+pub mod chain;
 mod compose;
 pub mod criteria;
 pub mod event;

@@ -7,10 +7,8 @@
 //! | `standing.rs` | which decisions stand, and which contradict each other |
 //! | `state.rs` | findings and verdict with everything that people decided |
 //! | `held.rs` | what is held of inspections between two requests |
-//! | `chain.rs` | entries as bytes, and the hashes that chain them |
 //! | `mod.rs` | [`ReviewDesk`], which takes reviews in |
 
-pub mod chain;
 mod held;
 mod rules;
 mod standing;
@@ -19,6 +17,7 @@ mod state;
 pub use rules::FieldError;
 pub use state::{drawn_name, reviewed_state};
 
+use crate::chain;
 use crate::criteria::CheckedCriteria;
 use crate::ports::{BusMessage, FindingRow, PortError, ResultRow, ReviewLog, ReviewResult};
 use held::{Held, Standing, changes_findings};
