@@ -26,7 +26,7 @@ pub mod summary;
 mod toml_error;
 mod verdict;
 
-pub use compose::SetupFailure;
+pub use compose::{SetupFailure, inspected_taxonomy};
 pub use inspection::{Inspected, Inspection, InspectionError, InspectionHandle};
 pub use stop::StopSwitch;
 pub use toml_error::explain_toml;

@@ -1,10 +1,10 @@
 //! `serve --data`: past inspections are listed, shown, reviewed and streamed again.
 
-use crate::serving::{ask, review, serve};
+use crate::serving::{Serving, ask, review, serve, serve_as};
 use crate::{MOTOR, semascan, stderr};
 use image::{DynamicImage, ImageFormat};
 use semascan_captures::CaptureReader;
-use semascan_inspection::ports::{Catalogue, InspectionFilter, ReviewLog};
+use semascan_inspection::ports::{Catalogue, InspectionFilter, InspectionState, ReviewLog};
 use semascan_model::InspectionId;
 use semascan_model::record::InspectionRecord;
 use semascan_protocol::TAKES_REVIEWS;
@@ -59,6 +59,9 @@ fn past_inspections_are_listed_and_everything_of_them_can_be_had() {
     let defect = record.findings.as_ref().and_then(|f| f.list[0].kind.defect()).expect("a defect").name.clone();
     for (query, count) in [
         (format!("defect={defect}&state=finished&decision={}", verdict.decision().name()), 1),
+        ("part=MOTOR".into(), 1),
+        ("part=er%20mo".into(), 1),
+        ("part=pump".into(), 0),
         ("defect=dent".into(), 0),
         ("state=failed".into(), 0),
         ("conflict=true".into(), 0),
@@ -276,7 +279,7 @@ fn reviews_are_taken_in_once_told_to_viewers_and_audited() {
     let good = audit(&[]);
     assert_eq!(good.status.code(), Some(0), "{}", stderr(&good));
     let report: Value = serde_json::from_slice(&good.stdout).expect("JSON");
-    assert_eq!(report["entries"], 5);
+    assert_eq!((&report["entries"], &report["accounts"]["entries"]), (&json!(5), &json!(0)));
     assert_eq!(audit(&["--head", report["head"].as_str().expect("a hash")]).status.code(), Some(0));
     let lost = audit(&["--head", &"ab".repeat(32)]);
     assert_eq!(lost.status.code(), Some(1));
@@ -419,4 +422,69 @@ fn a_past_inspection_is_streamed_as_it_was() {
     }
     let slow = format!("/ws?inspection={id}&speed=0");
     assert!(runtime.block_on(Client::connect_to(agent.address, &slow, &[], &mut Holdings::default())).is_err());
+}
+
+#[test]
+fn an_agent_judges_what_it_inspects_by_the_criteria_that_it_was_given() {
+    let root = tempfile::tempdir().expect("temporary folder");
+    let at = |name: &str| root.path().join(name).to_str().expect("UTF-8").to_owned();
+    let (data, criteria) = (at("cell"), at("criteria.toml"));
+    fs::write(&criteria, CRITERIA).expect("writes");
+    let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_semascan"));
+    command.args(["serve", "--port", "0", "--source", MOTOR, "--data", &data, "--criteria", &criteria]);
+    let agent = serve_as(command);
+    let first = ended(&agent);
+    drop(agent);
+    let own = |agent: &Serving, path: &str| agent.get(&format!("/api/v1/inspections/{first}{path}")).json();
+    let agent = serve(Path::new(&data));
+    let verdict = own(&agent, "/verdict")["measured"].clone();
+    assert_eq!((&verdict["criteria"]["name"], &verdict["criteria"]["revision"]), (&json!("motor"), &json!("3")));
+    assert_eq!(own(&agent, "/criteria")["record"], verdict["criteria"], "their text is kept");
+    assert!(own(&agent, "")["decision"].is_string());
+    drop(agent);
+
+    // As if it had been killed before it ended, and with the criteria in cell.toml: what is continued is judged, too.
+    let folder = DataFolder::open(Path::new(&data)).expect("opens");
+    let row = &folder.catalogue().inspections(&InspectionFilter::default()).expect("reads")[0];
+    folder.catalogue().close(row.id, row.began, InspectionState::Running, None).expect("set");
+    drop(folder);
+    let (cell, newer) = (at("cell.toml"), at("newer.toml"));
+    fs::write(&newer, CRITERIA.replace("\"3\"", "\"4\"")).expect("writes");
+    fs::write(&cell, format!("[serve]\ncriteria = \"{newer}\"\n")).expect("writes");
+    let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_semascan"));
+    command.args(["serve", "--port", "0", "--data", &data, "--config", &cell]);
+    let agent = serve_as(command);
+    assert_eq!(ended(&agent), first);
+    assert_eq!(own(&agent, "/verdict")["measured"]["criteria"]["revision"], "4");
+    drop(agent);
+
+    // What cannot be used is refused before anything is served, inspected or kept.
+    let slip = at("slip.toml");
+    fs::write(&slip, CRITERIA.replace("largest_area_mm2", "largest_aera_mm2")).expect("writes");
+    for (file, word) in [(at("nowhere.toml"), "nowhere.toml"), (slip, "largest_aera_mm2")] {
+        let refused = semascan(&["serve", "--port", "0", "--data", &at("none"), "--criteria", &file]);
+        let said = stderr(&refused);
+        assert!(refused.status.code() == Some(2) && said.contains(word) && !said.contains("listening"), "{said}");
+    }
+    assert!(!Path::new(&at("none")).exists());
+    let strange = at("strange.toml");
+    fs::write(&strange, CRITERIA.replace("wear", "dents")).expect("writes");
+    let refused = semascan(&["serve", "--port", "0", "--source", MOTOR, "--criteria", &strange]);
+    assert!(refused.status.code() == Some(2) && stderr(&refused).contains("dents"), "{}", stderr(&refused));
+    let refused = semascan(&["inspect", MOTOR, "--data", &at("empty"), "--criteria", &strange]);
+    assert!(refused.status.code() == Some(2) && stderr(&refused).contains("dents"), "{}", stderr(&refused));
+    let folder = DataFolder::open_beside(Path::new(&at("empty"))).expect("a data folder");
+    assert_eq!(folder.catalogue().inspections(&InspectionFilter::default()).expect("reads"), []);
+}
+
+/// Waits until the newest inspection of `agent` has ended; its name.
+fn ended(agent: &Serving) -> String {
+    for _ in 0..600 {
+        let newest = agent.get("/api/v1/inspections").json()["items"][0].clone();
+        if newest["state"] == "finished" {
+            return newest["id"].as_str().expect("a name").to_owned();
+        }
+        std::thread::sleep(Duration::from_millis(100));
+    }
+    panic!("the inspection does not end: {:?}", agent.get("/api/v1/inspections"));
 }
