@@ -95,6 +95,7 @@ mod tests {
                 criteria: None,
             },
             conflicts_with: Vec::new(),
+            drawn: None,
             review: Review {
                 id: ReviewId(Uuid::from_u128(u128::from(sequence))),
                 subject: Subject::Component { component: "gear \"1\"".into() },
