@@ -6,6 +6,7 @@ use image::{DynamicImage, ImageFormat};
 use semascan_captures::CaptureReader;
 use semascan_inspection::ports::{Catalogue, InspectionFilter, InspectionState, ReviewLog};
 use semascan_model::InspectionId;
+use semascan_model::finding::Finding;
 use semascan_model::record::InspectionRecord;
 use semascan_protocol::TAKES_REVIEWS;
 use semascan_protocol::server_message::Body;
@@ -479,7 +480,7 @@ fn an_agent_judges_what_it_inspects_by_the_criteria_that_it_was_given() {
 
 /// Waits until the newest inspection of `agent` has ended; its name.
 fn ended(agent: &Serving) -> String {
-    for _ in 0..600 {
+    for _ in 0..3000 {
         let newest = agent.get("/api/v1/inspections").json()["items"][0].clone();
         if newest["state"] == "finished" {
             return newest["id"].as_str().expect("a name").to_owned();
@@ -487,4 +488,73 @@ fn ended(agent: &Serving) -> String {
         std::thread::sleep(Duration::from_millis(100));
     }
     panic!("the inspection does not end: {:?}", agent.get("/api/v1/inspections"));
+}
+
+#[test]
+fn what_a_person_draws_has_the_figures_of_what_was_found() {
+    let root = tempfile::tempdir().expect("temporary folder");
+    let data = root.path().join("cell");
+    let id = inspected(&data);
+    let record = record(&data, id);
+    let list = &record.findings.as_ref().expect("looked").list;
+    let area = |finding: &Finding| finding.area().map_or(0.0, |area| area.value);
+    let largest = list.iter().max_by(|a, b| area(a).total_cmp(&area(b))).expect("findings");
+    let region = largest.region.as_ref().expect("measured");
+    let defect = largest.kind.defect().expect("a defect").name.clone();
+    let agent = serve(&data);
+    // Somebody draws around what was found: what is within the curve is as large, as long and as deep.
+    let draw = |number: u64, outline: Value| {
+        let action = json!({
+            "type": "new_finding", "outline": outline, "component": largest.component.name, "defect": defect
+        });
+        agent.review(id, &review(number, json!({"kind": "part"}), 0, action))
+    };
+    let taken = draw(1, json!(region.outlines[0]));
+    assert_eq!(taken.status, 201, "{}", String::from_utf8_lossy(&taken.body));
+    let found = agent.get(&format!("/api/v1/inspections/{id}/findings")).json();
+    let drawn = found["now"].as_array().expect("a list").last().expect("findings").clone();
+    assert_eq!(drawn["kind"], "drawn");
+    let near = |name: &str, expected: f64, share: f64| {
+        let value = drawn["region"][name]["value"].as_f64().unwrap_or_else(|| panic!("{name} in {drawn}"));
+        assert!((value / expected - 1.0).abs() < share, "{name}: {value} for {expected}");
+    };
+    near("area", region.area.value, 0.1);
+    near("length", region.length.value, 0.15);
+    near("width", region.width.value, 0.25);
+    assert!(drawn["region"]["area"]["expanded"].as_f64().is_some_and(|u| u > 0.0), "{drawn}");
+    assert_eq!(drawn["region"]["area_budget"]["labels"], 0.0, "a person drew the rim");
+    let views = |region: &Value| -> BTreeSet<u64> {
+        region["views"].as_array().expect("views").iter().filter_map(|view| view["view"].as_u64()).collect()
+    };
+    // A view that saw no more than the rim may not have seen the simplified curve.
+    let seen = views(&drawn["region"]);
+    let before: BTreeSet<u64> = region.views.iter().map(|view| view.view.into()).collect();
+    assert!(seen.is_subset(&before) && seen.contains(&region.views[0].view.into()), "{seen:?} of {before:?}");
+    assert!(drawn["region"]["confidence"]["mean"].as_f64().is_some_and(|mean| mean > 0.5));
+    // The same after a restart: the figures stand in the log.
+    let again = draw(1, json!(region.outlines[0]));
+    assert_eq!(again.status, 200);
+    // Beside the model there is nothing to measure, and it is said.
+    let beside = json!([[1.0, 0.0, 0.0], [1.01, 0.0, 0.0], [1.0, 0.01, 0.0]]);
+    assert_eq!(draw(2, beside).status, 201);
+    let found = agent.get(&format!("/api/v1/inspections/{id}/findings")).json();
+    let outline = found["drawn"].as_array().expect("a list").last().expect("two").clone();
+    assert!(outline["note"].as_str().is_some_and(|note| note.contains("no surface of the model")), "{outline}");
+    // Reports and tables have it, with a picture.
+    let page = agent.get(&format!("/api/v1/inspections/{id}/report"));
+    let page = String::from_utf8_lossy(&page.body).into_owned();
+    assert_eq!(page.matches("<article class=\"finding\"").count(), list.len() + 2);
+    assert!(page.contains("(drawn by a person)") && page.contains("within the curve that was drawn"));
+    drop(agent);
+    let set = data.join("inspections").join(id.to_string());
+    let tables = root.path().join("tables");
+    fs::create_dir(&tables).expect("made");
+    let (set, into) = (set.to_str().expect("UTF-8"), tables.to_str().expect("UTF-8"));
+    let written = semascan(&["report", set, "--format", "csv", "--out", into]);
+    assert_eq!(written.status.code(), Some(0), "{}", stderr(&written));
+    let rows = fs::read_to_string(tables.join("findings.csv")).expect("reads");
+    assert_eq!(rows.lines().count(), 1 + list.len() + 2, "{rows}");
+    let dfq = semascan(&["report", set, "--format", "dfq", "--out", &format!("{into}/report.dfq")]);
+    assert_eq!(dfq.status.code(), Some(0), "{}", stderr(&dfq));
+    assert_eq!(semascan(&["verify", data.to_str().expect("UTF-8")]).status.code(), Some(0));
 }
