@@ -10,6 +10,7 @@ use rustls::pki_types::{CertificateDer, ServerName};
 use rustls::{ClientConfig, RootCertStore};
 use semascan_inspection::ports::{Accounts, UserRow};
 use semascan_model::Role;
+use semascan_model::account_log::Actor;
 use semascan_protocol::{ClientMessage, Hello, SUBPROTOCOL, client_message};
 use semascan_server::{
     AccessRule, Entry, Limits, ServerConfig, Tls, TlsFiles, WebFiles, hash_password, own_certificate,
@@ -58,7 +59,7 @@ impl Secured {
             password_set: now,
             removed: None,
         };
-        ensure!(accounts.add_user(&anna)?);
+        ensure!(accounts.add_user(&anna, &Actor::Agent)?);
         let files = own_certificate(&root.path().join("tls"), &[], &[])?;
         let tls = Arc::new(Tls::open(files.clone())?);
         let served = Served::start_as(ServerConfig {
@@ -295,7 +296,7 @@ async fn the_stream_needs_a_login_and_ends_with_it() {
     });
     assert!(quiet.await.is_err(), "the stream ended by itself");
     // ... until the user is removed.
-    assert_eq!(agent.accounts.remove_user("anna", Timestamp::now()), Ok(true));
+    assert_eq!(agent.accounts.remove_user("anna", Timestamp::now(), &Actor::Agent), Ok(true));
     let reason = timeout(PATIENCE, async {
         loop {
             if let Some(Ok(Message::Close(frame))) = stream.next().await {

@@ -52,29 +52,11 @@ pub(crate) struct Composition {
 
 /// Puts together what `spec` says for `source`: everything that is wrong with either shows here.
 pub(crate) fn compose(spec: &InspectionSpec, source: Box<dyn Source>) -> Result<Composition, SetupFailure> {
+    let (taxonomy, models) = taxonomy_and_models(spec, source.as_ref())?;
     let mut source = source;
-    let models = match spec.labels {
-        LabelSource::Network => {
-            let models = select(&spec.network.models, &source.info().taxonomy)?;
-            let taxonomy = network_taxonomy(&models, &source.info().taxonomy, source.truth().is_some());
-            source = Box::new(WithTaxonomy::new(source, taxonomy));
-            models
-        }
-        LabelSource::None => {
-            // Without truth there is nothing that classes could be compared with, and none is looked for.
-            if source.truth().is_none() {
-                source = Box::new(WithTaxonomy::new(source, Taxonomy::from_names::<&str>(&[], &[])));
-            }
-            Vec::new()
-        }
-        LabelSource::Source => {
-            if let Some(reason) = &source.info().no_labels {
-                let reason = format!("source: {reason}; use --labels network or --labels none");
-                return Err(SpecError { field: "labels".into(), reason }.into());
-            }
-            Vec::new()
-        }
-    };
+    if taxonomy != source.info().taxonomy {
+        source = Box::new(WithTaxonomy::new(source, taxonomy));
+    }
     if spec.region.labelled && spec.labels == LabelSource::None {
         let reason = "only labelled pixels are asked for, but no labels: none would be left".to_owned();
         return Err(SpecError { field: "region.labelled".into(), reason }.into());
@@ -105,6 +87,38 @@ pub(crate) fn compose(spec: &InspectionSpec, source: Box<dyn Source>) -> Result<
     let registrar = registrar(spec.registration, info);
     let looked_for = looked_for(spec.labels, &models, &source.info().taxonomy);
     Ok(Composition { source, segmenter, registrar, networks, looked_for })
+}
+
+/// The classes that an inspection of `source` as `spec` says names, known before it is set up.
+///
+/// # Errors
+/// [`SetupFailure`] where it could not be set up either: no such networks, or labels that the source does not have.
+pub fn inspected_taxonomy(spec: &InspectionSpec, source: &dyn Source) -> Result<Taxonomy, SetupFailure> {
+    taxonomy_and_models(spec, source).map(|(taxonomy, _)| taxonomy)
+}
+
+/// The classes of an inspection, and the networks that name them.
+fn taxonomy_and_models(
+    spec: &InspectionSpec,
+    source: &dyn Source,
+) -> Result<(Taxonomy, Vec<(PathBuf, Manifest)>), SetupFailure> {
+    let known = &source.info().taxonomy;
+    match spec.labels {
+        LabelSource::Network => {
+            let models = select(&spec.network.models, known)?;
+            Ok((network_taxonomy(&models, known, source.truth().is_some()), models))
+        }
+        // Without truth there is nothing that classes could be compared with, and none is looked for.
+        LabelSource::None if source.truth().is_none() => Ok((Taxonomy::from_names::<&str>(&[], &[]), Vec::new())),
+        LabelSource::None => Ok((known.clone(), Vec::new())),
+        LabelSource::Source => match &source.info().no_labels {
+            Some(reason) => {
+                let reason = format!("source: {reason}; use --labels network or --labels none");
+                Err(SpecError { field: "labels".into(), reason }.into())
+            }
+            None => Ok((known.clone(), Vec::new())),
+        },
+    }
 }
 
 /// The defect classes that `labels` can name, or why they name none: then a surface without defects is no finding.

@@ -7,6 +7,7 @@
 //! the tables and the tests start inspections through it.
 
 pub mod bus;
+pub mod chain;
 mod compose;
 pub mod criteria;
 pub mod event;
@@ -25,7 +26,7 @@ pub mod summary;
 mod toml_error;
 mod verdict;
 
-pub use compose::SetupFailure;
+pub use compose::{SetupFailure, inspected_taxonomy};
 pub use inspection::{Inspected, Inspection, InspectionError, InspectionHandle};
 pub use stop::StopSwitch;
 pub use toml_error::explain_toml;

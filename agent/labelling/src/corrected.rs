@@ -10,7 +10,7 @@
 //! Decisions (accept, reject, rework) are about the part and change no label. A vertex that no network and no source labelled
 //! and no person named stays unknown.
 
-use crate::patch::PatchSurface;
+use semascan_geometry::measure::PatchSurface;
 use semascan_inspection::findings::{MeasuredRegion, measure_regions};
 use semascan_inspection::review::drawn_name;
 use semascan_model::finding::{Finding, FindingId, FindingKind};
@@ -257,7 +257,8 @@ impl<'a> FindingRegions<'a> {
         let position = glam::DVec3::from_array(finding.region.as_ref()?.position);
         let regions = self.measured.get_or_insert_with(|| measure_regions(mesh, voxel));
         let distance = |region: &MeasuredRegion| {
-            let distances = region.vertices.iter().map(|v| crate::patch::position(mesh, *v).distance(position));
+            let place = |v: &u32| glam::DVec3::from_array(mesh.vertices.positions[*v as usize].map(f64::from));
+            let distances = region.vertices.iter().map(|v| place(v).distance(position));
             distances.fold(f64::INFINITY, f64::min)
         };
         let alike = regions.iter().filter(|r| r.component == finding.component.class && r.defect == defect);

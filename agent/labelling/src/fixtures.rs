@@ -38,6 +38,7 @@ pub(crate) fn entry(sequence: u64, subject: Subject, action: ReviewAction) -> Re
             criteria: None,
         },
         conflicts_with: Vec::new(),
+        drawn: None,
         review: Review {
             id: ReviewId(Uuid::from_u128(u128::from(sequence))),
             subject,

@@ -2,7 +2,6 @@
 //!
 //! | file | what |
 //! |---|---|
-//! | `patch.rs` | which vertices of the model a patch of surface has |
 //! | `corrected.rs` | the labels of the model with the log of reviews applied, and who says so |
 //! | `projection.rs` | these labels in a view, tested against the view's own depth |
 //! | `rim.rs` | edges of masks refined by the picture, or left open |
@@ -13,7 +12,6 @@
 mod corrected;
 #[cfg(test)]
 mod fixtures;
-mod patch;
 mod projection;
 mod queue;
 mod rim;

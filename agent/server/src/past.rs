@@ -33,7 +33,8 @@ impl Past {
         remake: Arc<dyn Remake>,
         reports: Arc<dyn Reports>,
     ) -> Self {
-        Self { catalogue, archive, desk: ReviewDesk::new(reviews), remake, reports, tried: Mutex::default() }
+        let desk = ReviewDesk::new(reviews).with_models(Arc::clone(&archive));
+        Self { catalogue, archive, desk, remake, reports, tried: Mutex::default() }
     }
 }
 

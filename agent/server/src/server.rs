@@ -297,6 +297,7 @@ impl Server {
                 tokio::time::sleep(SWEEP).await;
                 self.shared.connections.sweep();
                 self.shared.log.say_what_was_left_out();
+                self.shared.entry.note_counts(false).await;
             }
         };
         let accept = async {
@@ -322,6 +323,7 @@ impl Server {
             () = shutdown => {}
         }
         drop(self.listener);
+        self.shared.entry.note_counts(true).await;
         if timeout(DRAIN, self.shared.connections.end_in_order()).await.is_err() {
             tracing::debug!("connections are cut off: they did not end within {} s", DRAIN.as_secs());
         }

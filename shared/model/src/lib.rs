@@ -1,6 +1,7 @@
 //! The data model: classes, semantic points, the semantic mesh, the record of an inspection, findings, criteria,
-//! verdicts, reviews and roles.
+//! verdicts, reviews, roles, and what was done with accounts.
 
+pub mod account_log;
 pub mod choice;
 mod cloud;
 mod column;

@@ -5,7 +5,7 @@
 //! anew. Nothing is ever changed: a later entry stands beside the earlier ones. Positions in metres, table frame.
 
 use crate::InspectionId;
-use crate::finding::{Finding, FindingId};
+use crate::finding::{Finding, FindingId, RegionFigures};
 use crate::record::SoftwareRecord;
 use crate::verdict::{CriteriaRecord, Decision, Verdict};
 use jiff::Timestamp;
@@ -231,6 +231,29 @@ pub struct ReviewEntry {
     pub conflicts_with: Vec<ReviewId>,
     /// The review as it was sent.
     pub review: Review,
+    /// What the model says of the finding that it draws; absent in reviews that draw none, and in those of versions that measured
+    /// nothing of it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub drawn: Option<DrawnFigures>,
+}
+
+/// What was measured of a finding that a person drew, when its review was taken in: of the surface of the model within the curve,
+/// as that of findings that were found.
+///
+/// Confidence and sigma are those of the model's own defect labels there, whatever the person says. The uncertainty of the area
+/// is that of the surface within the curve as it was drawn: how well the curve follows the defect is not in it.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct DrawnFigures {
+    /// Instances of the component that it touches, in order; empty where they are not told apart.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub instances: Vec<u16>,
+    /// The figures; absent where nothing could be measured.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub region: Option<RegionFigures>,
+    /// Why nothing could be measured, or what the figures leave out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub note: Option<String>,
 }
 
 /// How a subject stands.
@@ -254,7 +277,7 @@ pub struct SubjectState {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct DrawnOutline {
-    /// The finding, which stands in the list without a region: nothing of it was measured on the mesh.
+    /// The finding. It stands in the list with the region that was measured within the curve, where one was.
     #[cfg_attr(feature = "schema", schemars(with = "String", extend("format" = "uuid")))]
     pub finding: FindingId,
     /// The review that it came with.
@@ -265,6 +288,9 @@ pub struct DrawnOutline {
     pub perimeter: f64,
     /// Area of the curve seen along its mean normal, square metres: that of the surface within it where it is flat, else less.
     pub flat_area: f64,
+    /// Why nothing was measured on the model, or what the figures leave out; absent where there is nothing to say.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub note: Option<String>,
 }
 
 /// An inspection as it stands after all reviews.

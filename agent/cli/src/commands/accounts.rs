@@ -7,6 +7,7 @@ use clap::{Args, Subcommand};
 use jiff::{SignedDuration, Timestamp};
 use semascan_inspection::ports::{Accounts, TokenRow, UserRow};
 use semascan_model::Role;
+use semascan_model::account_log::Actor;
 use semascan_server::{Secret, hash_password};
 use semascan_store::data::SqliteAccounts;
 use serde::Serialize;
@@ -181,17 +182,17 @@ impl UserArgs {
                 let accounts = place.open()?;
                 known(&accounts, &name)?;
                 let hash = hash_password(&name, &password::read_new(&name)?).map_err(|e| Failure::Call(e.into()))?;
-                changed(accounts.set_password(&name, &hash, Timestamp::now())?, &name)?;
+                changed(accounts.set_password(&name, &hash, Timestamp::now(), &whoever_calls())?, &name)?;
                 tracing::info!("{name} has another password, and is logged out everywhere");
                 Ok(())
             }
             UserAction::Role { name, role, place } => {
-                changed(place.open()?.set_role(&name, role)?, &name)?;
+                changed(place.open()?.set_role(&name, role, Timestamp::now(), &whoever_calls())?, &name)?;
                 tracing::info!("{name} has the role {role}");
                 Ok(())
             }
             UserAction::Remove { name, place } => {
-                changed(place.open()?.remove_user(&name, Timestamp::now())?, &name)?;
+                changed(place.open()?.remove_user(&name, Timestamp::now(), &whoever_calls())?, &name)?;
                 tracing::info!("{name} is removed");
                 Ok(())
             }
@@ -215,7 +216,7 @@ impl TokenArgs {
                     expires: expires.transpose()?,
                     revoked: None,
                 };
-                if !accounts.add_token(&row)? {
+                if !accounts.add_token(&row, &whoever_calls())? {
                     return Err(Failure::Call(anyhow!("there is, or was, a token {name} already: take another name")));
                 }
                 tracing::info!("token {name} ({role}): keep it now, it cannot be shown again");
@@ -235,7 +236,7 @@ impl TokenArgs {
                 print(text.as_bytes())
             }
             TokenAction::Revoke { name, place } => {
-                if !place.open()?.revoke_token(&name, Timestamp::now())? {
+                if !place.open()?.revoke_token(&name, Timestamp::now(), &whoever_calls())? {
                     return Err(Failure::Call(anyhow!("there is no token {name} that is valid")));
                 }
                 tracing::info!("token {name} is revoked");
@@ -253,11 +254,20 @@ pub(super) fn add_user(accounts: &dyn Accounts, name: &str, role: Role, password
     let password = hash_password(name, password).map_err(|error| Failure::Call(error.into()))?;
     let now = Timestamp::now();
     let row = UserRow { name: name.to_owned(), role, password, created: now, password_set: now, removed: None };
-    if !accounts.add_user(&row)? {
+    if !accounts.add_user(&row, &whoever_calls())? {
         return Err(taken(&row));
     }
     tracing::info!("{name} ({role}) is added");
     Ok(())
+}
+
+/// Who runs this program, as the log of accounts has it.
+fn whoever_calls() -> Actor {
+    #[cfg(unix)]
+    let uid = Some(rustix::process::getuid().as_raw());
+    #[cfg(not(unix))]
+    let uid = None;
+    Actor::CommandLine { uid }
 }
 
 fn taken(row: &UserRow) -> Failure {

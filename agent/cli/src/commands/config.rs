@@ -50,6 +50,8 @@ pub(crate) struct ServeSection {
     pub(crate) users: Option<PathBuf>,
     /// Whether everybody who reaches the agent may watch without a login.
     pub(crate) anyone_may_watch: bool,
+    /// The criteria that inspections are judged by.
+    pub(crate) criteria: Option<PathBuf>,
     /// How much of the agent its clients may take.
     pub(crate) limits: Limits,
 }

@@ -5,9 +5,38 @@ use anyhow::{Context, anyhow};
 use semascan_formats::{read_file, regular_file};
 use semascan_inspection::criteria::CheckedCriteria;
 use semascan_inspection::findings::Reference;
+use semascan_inspection::spec::InspectionSpec;
 use semascan_model::Taxonomy;
 use semascan_model::record::{InspectionRecord, LabelSource};
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// The criteria that a command judges its inspections by, and the file that they come from.
+#[derive(Clone)]
+pub(crate) struct CriteriaFile {
+    path: PathBuf,
+    checked: Arc<CheckedCriteria>,
+}
+
+impl CriteriaFile {
+    /// Reads them; what is wrong with them is a wrong call.
+    pub(super) fn open(path: &Path) -> Result<Self, Failure> {
+        Ok(Self { path: path.to_owned(), checked: Arc::new(read(path)?) })
+    }
+
+    /// The criteria, if they know no other classes than an inspection as `spec` says that names those of `taxonomy`. Without
+    /// labels there are no classes; the verdict then says that nobody looked.
+    pub(super) fn for_classes(
+        &self,
+        spec: &InspectionSpec,
+        taxonomy: &Taxonomy,
+    ) -> Result<Arc<CheckedCriteria>, Failure> {
+        if spec.labels != LabelSource::None {
+            check_taxonomy(&self.path, &self.checked, taxonomy)?;
+        }
+        Ok(Arc::clone(&self.checked))
+    }
+}
 
 /// Reads criteria and their reference; what is wrong with them is a wrong call.
 pub(super) fn read(path: &Path) -> Result<CheckedCriteria, Failure> {
@@ -34,7 +63,7 @@ fn reference(file: &Path, scale: f64) -> anyhow::Result<Reference> {
 }
 
 /// Refuses classes that an inspection with the classes of `taxonomy` does not know.
-pub(super) fn check_taxonomy(path: &Path, checked: &CheckedCriteria, taxonomy: &Taxonomy) -> Result<(), Failure> {
+fn check_taxonomy(path: &Path, checked: &CheckedCriteria, taxonomy: &Taxonomy) -> Result<(), Failure> {
     let names = |classes: &[semascan_model::ClassDef]| -> Vec<String> {
         classes.iter().skip(1).map(|class| class.name.clone()).collect()
     };

@@ -75,11 +75,12 @@ impl VerifyArgs {
             tracing::error!("{}: {}", self.data.join(&fault.file).display(), fault.reason);
         }
         tracing::info!(
-            "{} inspections, {} files, {} captured views, {} reviews and {} blobs read; {} faults",
+            "{} inspections, {} files, {} captured views, {} reviews, {} changes of accounts and {} blobs read; {} faults",
             verified.inspections,
             verified.files,
             verified.views,
             verified.reviews,
+            verified.account_entries,
             verified.blobs,
             verified.faults.len()
         );

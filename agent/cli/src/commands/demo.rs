@@ -50,8 +50,8 @@ impl DemoArgs {
         spec.source.pace_s = self.pace;
         let spec = Box::new(spec);
         let job = match &self.data {
-            Some(data) => Job::Keep { data: Arc::new(DataFolder::open(data)?), spec: Some(spec) },
-            None => Job::Inspect { spec, target: None },
+            Some(data) => Job::Keep { data: Arc::new(DataFolder::open(data)?), spec: Some(spec), criteria: None },
+            None => Job::Inspect { spec, target: None, criteria: None },
         };
         serve(&self.reach, &CellConfig::default(), viewer, !self.no_open, Some(job), signals)
     }

@@ -59,6 +59,8 @@ impl InitArgs {
             Some(_) => tracing::info!("begin with: {serve} --listen 0.0.0.0"),
             None => tracing::info!("begin with: {serve}"),
         }
+        let criteria = criteria.display();
+        tracing::info!("once {criteria} says what is acceptable of your part, add: --criteria {criteria}");
         Ok(())
     }
 }

@@ -1,8 +1,9 @@
 //! `semascan inspect S --out DIR`: one inspection without a browser.
 
+use super::criteria_file::CriteriaFile;
 use super::signals::Signals;
 use super::spec_args::SpecArgs;
-use super::{Failure, config, criteria_file, keep, numbers, report, run, serve, source};
+use super::{Failure, config, keep, numbers, report, run, serve, source};
 use crate::stdout::print_json;
 use anyhow::anyhow;
 use clap::Args;
@@ -11,7 +12,6 @@ use run::{Running, Target};
 use semascan_inspection::Inspection;
 use semascan_inspection::event::{EventKind, StageStatus};
 use semascan_inspection::spec::InspectionSpec;
-use semascan_model::record::LabelSource;
 use semascan_store::data::DataFolder;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -59,25 +59,20 @@ impl InspectArgs {
         let config = config::read(self.config.as_deref()).map_err(Failure::Call)?;
         let mut spec = self.inspection.apply(config.inspection);
         spec.source.uri = Some(self.source.clone());
-        let criteria = self.criteria.as_deref().map(criteria_file::read).transpose()?;
+        let criteria = self.criteria.as_deref().map(CriteriaFile::open).transpose()?;
         // Whether the result can be written is known before anything is opened.
-        let has_labels = spec.labels != LabelSource::None;
-        let (inspection, mut target) = match (&self.out, &self.data) {
-            (_, Some(data)) => keep(spec, data)?,
+        let (inspection, target) = match (&self.out, &self.data) {
+            (_, Some(data)) => keep(spec, data, criteria.as_ref())?,
             (Some(out), None) => {
                 let target = Target::open(out, self.overwrite, self.view_clouds)?;
                 let earlier = target.earlier_findings(&self.source);
-                (run::prepare(spec)?.with_earlier_findings(earlier), target)
+                let inspection = run::prepare(spec.clone())?.with_earlier_findings(earlier);
+                let taxonomy = &inspection.info().taxonomy;
+                let criteria = criteria.map(|criteria| criteria.for_classes(&spec, taxonomy)).transpose()?;
+                (inspection, target.judged_by(criteria))
             }
             (None, None) => return Err(Failure::Call(anyhow!("neither --out nor --data names a folder"))),
         };
-        if let (Some(checked), Some(path)) = (criteria, &self.criteria) {
-            // Without labels there are no classes; the verdict says that nobody looked.
-            if has_labels {
-                criteria_file::check_taxonomy(path, &checked, &inspection.info().taxonomy)?;
-            }
-            target = target.judged_by(checked);
-        }
         let out = target.path().to_owned();
         let bar = if quiet { ProgressBar::hidden() } else { progress_bar(inspection.info().view_count) };
         let mut running = run::start(inspection, Some(target), signals)?;
@@ -97,7 +92,7 @@ impl InspectArgs {
 
 /// An inspection that is kept in the data folder `data`. One with the same settings that was cut off is continued; others
 /// stay for `semascan serve`, or until they are asked for.
-fn keep(spec: InspectionSpec, data: &Path) -> Result<(Inspection, Target), Failure> {
+fn keep(spec: InspectionSpec, data: &Path, criteria: Option<&CriteriaFile>) -> Result<(Inspection, Target), Failure> {
     let spec = keep::anchored(spec);
     let data = Arc::new(DataFolder::open(data)?);
     let asked = serde_json::to_string(&spec)?;
@@ -118,7 +113,7 @@ fn keep(spec: InspectionSpec, data: &Path) -> Result<(Inspection, Target), Failu
             tracing::error!("{text}");
         }
     };
-    keep::prepare(spec, &data, same.as_ref(), Box::new(told))
+    keep::prepare(spec, &data, criteria, same.as_ref(), Box::new(told))
 }
 
 fn progress_bar(views: Option<u32>) -> ProgressBar {

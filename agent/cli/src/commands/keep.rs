@@ -1,16 +1,18 @@
 //! `--data DIR`: inspections that are kept while they run, and that are continued after a crash.
 
 use super::Failure;
+use super::criteria_file::CriteriaFile;
 use super::keeping::Keeping;
 use super::run::{Target, check_labels};
 use super::source::open;
 use anyhow::{Context, anyhow};
-use semascan_inspection::Inspection;
+use semascan_inspection::criteria::CheckedCriteria;
 use semascan_inspection::journal::{Journal, Trouble};
 use semascan_inspection::ports::{InspectionRow, InspectionState, ResultRow};
 use semascan_inspection::recording::{Continued, Recording};
 use semascan_inspection::source::Source;
 use semascan_inspection::spec::InspectionSpec;
+use semascan_inspection::{Inspection, inspected_taxonomy};
 use semascan_sources::mcap::McapSource;
 use semascan_store::data::{DataFolder, Interrupted};
 use std::path::{Path, absolute};
@@ -28,8 +30,8 @@ pub(crate) fn anchored(mut spec: InspectionSpec) -> InspectionSpec {
     spec
 }
 
-/// An inspection as `spec` says that is kept in `data` from its first view on; it continues `interrupted` if that is given.
-/// `told` learns of what keeps it from being kept.
+/// An inspection as `spec` says that is kept in `data` from its first view on and judged by `criteria`; it continues
+/// `interrupted` if that is given. `told` learns of what keeps it from being kept.
 ///
 /// # Errors
 /// [`Failure`] if it cannot begin. An interrupted one is then closed as such, unless an obstacle is the reason, which may be over
@@ -37,10 +39,11 @@ pub(crate) fn anchored(mut spec: InspectionSpec) -> InspectionSpec {
 pub(crate) fn prepare(
     spec: InspectionSpec,
     data: &Arc<DataFolder>,
+    criteria: Option<&CriteriaFile>,
     interrupted: Option<&Interrupted>,
     told: Trouble,
 ) -> Result<(Inspection, Target), Failure> {
-    match begin(spec, data, interrupted, told) {
+    match begin(spec, data, criteria, interrupted, told) {
         Err(failure) => {
             if let Some(Interrupted { row, .. }) = interrupted
                 && failure.obstacle().is_none()
@@ -58,12 +61,14 @@ pub(crate) fn prepare(
 fn begin(
     spec: InspectionSpec,
     data: &Arc<DataFolder>,
+    criteria: Option<&CriteriaFile>,
     interrupted: Option<&Interrupted>,
     told: Trouble,
 ) -> Result<(Inspection, Target), Failure> {
     let uri = spec.source.uri.clone().ok_or_else(|| Failure::Call(anyhow!("no source is named")))?;
     check_labels(&spec)?;
     let source = open(&uri, &spec)?;
+    let criteria = fitting(criteria, &spec, source.as_ref(), interrupted.is_some())?;
     let row = match interrupted {
         Some(Interrupted { row, .. }) => row.clone(),
         None => InspectionRow {
@@ -111,7 +116,7 @@ fn begin(
         inspection.keep(Journal::new(row.id, kept.catalogue, Arc::clone(&kept.captures))?, told);
         let folder = data.result_path(row.id);
         let kept = Keeping::new(Arc::clone(data), kept.captures);
-        Ok((inspection, Target::open(&folder, true, false)?.kept(kept)))
+        Ok((inspection, Target::open(&folder, true, false)?.kept(kept).judged_by(criteria)))
     });
     if let (Err(failure), None) = (&made, interrupted)
         && failure.obstacle().is_none()
@@ -119,4 +124,22 @@ fn begin(
         data.close_interrupted(&row, &failure.reason())?;
     }
     made
+}
+
+/// The criteria that an inspection as `spec` says is judged by: those of the command, if they know no other classes than it has.
+/// One that is continued may have begun with other ones; it goes on, and is not judged, which is said.
+fn fitting(
+    criteria: Option<&CriteriaFile>,
+    spec: &InspectionSpec,
+    source: &dyn Source,
+    is_continued: bool,
+) -> Result<Option<Arc<CheckedCriteria>>, Failure> {
+    let Some(criteria) = criteria else { return Ok(None) };
+    match criteria.for_classes(spec, &inspected_taxonomy(spec, source)?) {
+        Err(failure) if is_continued => {
+            tracing::warn!("the inspection that is continued is not judged: {}", failure.reason());
+            Ok(None)
+        }
+        fitting => fitting.map(Some),
+    }
 }

@@ -112,7 +112,7 @@ enum Command {
     User(accounts::UserArgs),
     /// Make, list and revoke tokens, with which machines use an agent
     Token(accounts::TokenArgs),
-    /// Check the log of reviews in a data folder
+    /// Check the logs of reviews and accounts in a data folder, and print that of accounts
     Audit(audit::AuditArgs),
     /// Say whether everything that inspections need is there
     Doctor(doctor::DoctorArgs),

@@ -48,9 +48,15 @@ impl ReportArgs {
                 check_place(&path)?;
                 report_html::put(&self.folder, &path, &record)
             }
-            Format::Csv => self.write_tables(&record),
-            Format::Dfq => write(&self.path("report.dfq"), &made(dfq(&record))?),
-            Format::Qif => write(&self.path("report.qif"), &made(qif(&record))?),
+            Format::Csv => self.write_tables(&report_html::record_with_drawn(&self.folder, record)?),
+            Format::Dfq => {
+                let record = report_html::record_with_drawn(&self.folder, record)?;
+                write(&self.path("report.dfq"), &made(dfq(&record))?)
+            }
+            Format::Qif => {
+                let record = report_html::record_with_drawn(&self.folder, record)?;
+                write(&self.path("report.qif"), &made(qif(&record))?)
+            }
         }
     }
 

@@ -7,7 +7,7 @@ use anyhow::{Context, anyhow};
 use semascan_formats::{ply, regular_file};
 use semascan_inspection::event::SharedModel;
 use semascan_inspection::ports::{Archive, PortError, ReviewLog};
-use semascan_inspection::review::reviewed_state;
+use semascan_inspection::review::{reviewed_state, with_drawn};
 use semascan_model::record::InspectionRecord;
 use semascan_model::{SemanticMesh, Taxonomy};
 use semascan_perception::fuse::KeptPicture;
@@ -60,6 +60,8 @@ pub(super) fn of_folder(
     record: &InspectionRecord,
     reviewed: Option<&Reviewed>,
 ) -> Result<String, Failure> {
+    let with_drawn = reviewed.map(|reviewed| with_drawn(record, &reviewed.state));
+    let record = with_drawn.as_ref().unwrap_or(record);
     let (mesh, taxonomy) = if record.points > 0 {
         mesh(folder)?
     } else {
@@ -89,10 +91,7 @@ pub(super) fn renew(folder: &Path, record: &InspectionRecord) -> Result<(), Fail
 /// # Errors
 /// [`Failure`] naming the file.
 pub(super) fn put(folder: &Path, path: &Path, record: &InspectionRecord) -> Result<(), Failure> {
-    let reviewed = match kept_in(folder) {
-        Some(data) => Some(reviewed(&DataFolder::open_beside(&data)?, record)?),
-        None => None,
-    };
+    let reviewed = reviewed_in(folder, record)?;
     let text = of_folder(folder, record, reviewed.as_ref())?;
     let _lock = FolderLock::acquire(&folder.canonicalize().with_context(|| folder.display().to_string())?)?;
     Ok(write_file(path, |out| Ok(out.write_all(text.as_bytes())?))?)
@@ -139,6 +138,26 @@ fn photographs(folder: &Path, record: &InspectionRecord) -> Photographs {
     };
     let taken = take_photographs(record, |view| picture(&mut opened, record, view));
     if taken.of.is_empty() { Photographs { missing: taken.missing, ..carried } } else { taken }
+}
+
+/// What people decided about the inspection in `folder`, where a data folder keeps it.
+///
+/// # Errors
+/// [`Failure`] naming the database.
+fn reviewed_in(folder: &Path, record: &InspectionRecord) -> Result<Option<Reviewed>, Failure> {
+    let Some(data) = kept_in(folder) else { return Ok(None) };
+    Ok(Some(reviewed(&DataFolder::open_beside(&data)?, record)?))
+}
+
+/// The record of the inspection in `folder` with the findings that people drew, where a data folder keeps it.
+///
+/// # Errors
+/// [`Failure`] naming the database.
+pub(super) fn record_with_drawn(folder: &Path, record: InspectionRecord) -> Result<InspectionRecord, Failure> {
+    Ok(match reviewed_in(folder, &record)? {
+        Some(reviewed) => with_drawn(&record, &reviewed.state),
+        None => record,
+    })
 }
 
 /// What people decided about an inspection that `data` keeps.

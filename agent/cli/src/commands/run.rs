@@ -55,7 +55,7 @@ pub(crate) struct Target {
     given: PathBuf,
     folder: ResultFolder,
     view_clouds: bool,
-    criteria: Option<CheckedCriteria>,
+    criteria: Option<Arc<CheckedCriteria>>,
     kept: Option<Keeping>,
 }
 
@@ -81,8 +81,8 @@ impl Target {
     }
 
     /// The same, what is found judged by `criteria`.
-    pub(crate) fn judged_by(self, criteria: CheckedCriteria) -> Self {
-        Self { criteria: Some(criteria), ..self }
+    pub(crate) fn judged_by(self, criteria: Option<Arc<CheckedCriteria>>) -> Self {
+        Self { criteria, ..self }
     }
 
     /// The findings of an inspection of the same source that the folder holds: what is found again keeps its name.
@@ -98,6 +98,8 @@ pub(crate) struct Running {
     pub(crate) events: Events,
     pub(crate) handle: InspectionHandle,
     pub(crate) output: Option<Arc<Output>>,
+    /// What is found is judged by these.
+    pub(crate) criteria: Option<Arc<CheckedCriteria>>,
 }
 
 impl Running {
@@ -107,7 +109,7 @@ impl Running {
     }
 }
 
-/// Begins the folder and the inspection. From now on a signal stops it, and what it has until then is written.
+/// Begins the folder and the inspection, which is judged by the criteria of its target. From now on a signal stops it, and what it has until then is written.
 ///
 /// # Errors
 /// [`Failure`] if the folder cannot be used.
@@ -125,7 +127,8 @@ pub(crate) fn start(inspection: Inspection, target: Option<Target>, signals: &Si
             }
             tracing::error!("stopped before there was a result: what was in work took too long");
         });
-        Ok((Running { events, handle, output }, Work { stop, too_late }))
+        let criteria = output.as_ref().and_then(|output| output.criteria.clone());
+        Ok((Running { events, handle, output, criteria }, Work { stop, too_late }))
     })
 }
 
@@ -134,7 +137,7 @@ pub(crate) struct Output {
     given: PathBuf,
     folder: ResultFolder,
     view_clouds: bool,
-    criteria: Option<CheckedCriteria>,
+    criteria: Option<Arc<CheckedCriteria>>,
     kept: Option<Keeping>,
     begun: InspectionRecord,
 }
@@ -197,7 +200,7 @@ impl Output {
 
     /// Closes the inspection where it is kept.
     fn close(&self, record: &InspectionRecord) -> Result<(), Failure> {
-        self.kept.as_ref().map_or(Ok(()), |kept| kept.close(record, self.criteria.as_ref()))
+        self.kept.as_ref().map_or(Ok(()), |kept| kept.close(record, self.criteria.as_deref()))
     }
 
     fn give_up(&self, inspected: &Inspected, failure: &Failure) -> Failure {
@@ -254,14 +257,15 @@ fn sleep_unless_stopped(pause: Duration, stop: &StopSwitch) {
     }
 }
 
-/// Waits for the end of an inspection, judges the model where its source knows the truth, and writes all into `output`, as
-/// [`Output::save`] says.
+/// Waits for the end of an inspection, compares the model with the truth where its source knows it, judges what was found by
+/// `criteria`, and writes all into `output`, as [`Output::save`] says.
 ///
 /// # Errors
 /// [`Failure`] if there is no model or it cannot be written.
 pub(crate) fn finish(
     handle: InspectionHandle,
     output: Option<&Output>,
+    criteria: Option<&CheckedCriteria>,
     tries: Option<u32>,
     failed: &dyn Fn(&str),
     signals: &Signals,
@@ -291,12 +295,12 @@ pub(crate) fn finish(
         tracing::debug!("the model is compared with the truth, where the source knows it");
         judge(&mut inspected);
     }
+    if let Some(criteria) = criteria {
+        let Inspected { record, mesh, source, .. } = &mut inspected;
+        let model = Some((&*mesh, &source.info().taxonomy));
+        semascan_inspection::judge(record, criteria, model, Timestamp::now());
+    }
     if let Some(output) = output {
-        if let Some(criteria) = &output.criteria {
-            let Inspected { record, mesh, source, .. } = &mut inspected;
-            let model = Some((&*mesh, &source.info().taxonomy));
-            semascan_inspection::judge(record, criteria, model, Timestamp::now());
-        }
         tracing::debug!("the inspection is written to {}", output.path().display());
         output.save(&mut inspected, tries, &stop, failed)?;
     }
@@ -308,8 +312,8 @@ pub(crate) fn finish(
 /// # Errors
 /// As [`finish`].
 pub(crate) fn finish_and_end(running: Running, signals: &Signals) -> Result<Inspected, Failure> {
-    let Running { handle, output, .. } = running;
-    finish(handle, output.as_deref(), Some(TRIES), &|reason| tracing::warn!("{reason}"), signals)
+    let Running { handle, output, criteria, .. } = running;
+    finish(handle, output.as_deref(), criteria.as_deref(), Some(TRIES), &|reason| tracing::warn!("{reason}"), signals)
 }
 
 #[cfg(feature = "demo")]

@@ -1,6 +1,7 @@
 //! `semascan serve`: the live stream and the viewer.
 
 use super::config::{self, CellConfig};
+use super::criteria_file::CriteriaFile;
 use super::reach::ReachArgs;
 use super::run::{self, Running, Target};
 use super::signals::{Signals, Work};
@@ -45,6 +46,9 @@ pub(crate) struct ServeArgs {
     /// fails, the earlier one stays. A folder with other files is refused
     #[arg(long)]
     overwrite: bool,
+    /// Judge what the inspections find by these criteria, those that are continued, too
+    #[arg(long, value_name = "TOML", conflicts_with = "saved")]
+    criteria: Option<PathBuf>,
     #[command(flatten)]
     inspection: SpecArgs,
     #[command(flatten)]
@@ -59,17 +63,19 @@ impl ServeArgs {
             let saved = read_inspection(&folder)?;
             return serve(&self.reach, &config, viewer, false, Some(Job::Saved(Box::new(saved))), signals);
         }
+        let criteria = self.criteria.as_deref().or(config.serve.criteria.as_deref());
+        let criteria = criteria.map(CriteriaFile::open).transpose()?;
         let mut spec = self.inspection.apply(config.inspection.clone());
         spec.source.uri = self.source.or(spec.source.uri);
         let job = match (&self.data, &spec.source.uri) {
             (Some(data), uri) => {
                 let spec = uri.is_some().then(|| Box::new(keep::anchored(spec.clone())));
-                Some(Job::Keep { data: Arc::new(DataFolder::open(data)?), spec })
+                Some(Job::Keep { data: Arc::new(DataFolder::open(data)?), spec, criteria })
             }
             (None, Some(_)) => {
                 let open = |folder: PathBuf| Target::open(&folder, self.overwrite, false);
                 let target = self.out.map(open).transpose()?.map(Box::new);
-                Some(Job::Inspect { spec: Box::new(spec), target })
+                Some(Job::Inspect { spec: Box::new(spec), target, criteria })
             }
             (None, None) => None,
         };
@@ -79,10 +85,10 @@ impl ServeArgs {
 
 /// What is served.
 pub(crate) enum Job {
-    /// What is inspected and how, and where it is written to.
-    Inspect { spec: Box<InspectionSpec>, target: Option<Box<Target>> },
-    /// Those that were cut off in a data folder, and then what is inspected and how.
-    Keep { data: Arc<DataFolder>, spec: Option<Box<InspectionSpec>> },
+    /// What is inspected and how, where it is written to, and what it is judged by.
+    Inspect { spec: Box<InspectionSpec>, target: Option<Box<Target>>, criteria: Option<CriteriaFile> },
+    /// Those that were cut off in a data folder, then what is inspected and how, and what all of them are judged by.
+    Keep { data: Arc<DataFolder>, spec: Option<Box<InspectionSpec>>, criteria: Option<CriteriaFile> },
     /// One that was.
     Saved(Box<SavedInspection>),
 }
@@ -136,20 +142,26 @@ pub(crate) fn serve(
             tracing::info!("open {url} in a browser ({error})");
         }
         let running = match job {
-            Some(Job::Inspect { spec, target }) => {
+            Some(Job::Inspect { spec, target, criteria }) => {
                 tracing::info!("opening {}", spec.source.uri.as_deref().unwrap_or_default());
                 live.say(STARTS);
-                let prepared = tokio::task::spawn_blocking(|| run::prepare(*spec)).await;
-                let inspection = prepared.context("the source could not be opened")??;
+                let prepared = tokio::task::spawn_blocking(move || {
+                    let inspection = run::prepare(*spec.clone())?;
+                    let taxonomy = &inspection.info().taxonomy;
+                    let criteria = criteria.map(|criteria| criteria.for_classes(&spec, taxonomy)).transpose()?;
+                    Ok::<_, Failure>((inspection, criteria))
+                });
+                let (inspection, criteria) = prepared.await.context("the source could not be opened")??;
                 live.say("");
-                let running = run::start(inspection, target.map(|target| *target), signals)?;
+                let target = target.map(|target| target.judged_by(criteria.clone()));
+                let running = Running { criteria, ..run::start(inspection, target, signals)? };
                 let (live, signals) = (Arc::clone(&live), signals.clone());
                 Some(std::thread::spawn(move || follow(running, &live, &signals)))
             }
-            Some(Job::Keep { data, spec }) => {
+            Some(Job::Keep { data, spec, criteria }) => {
                 idle(signals)?;
                 let (live, signals) = (Arc::clone(&live), signals.clone());
-                Some(std::thread::spawn(move || keep_all(&data, spec, &live, &signals)))
+                Some(std::thread::spawn(move || keep_all(&data, spec, criteria.as_ref(), &live, &signals)))
             }
             Some(Job::Saved(saved)) => {
                 // First: a signal that comes while it is shown ends the server in order, too.
@@ -219,11 +231,12 @@ async fn read_certificate_again(tls: Arc<Tls>) {
 #[cfg(not(unix))]
 async fn read_certificate_again(_tls: Arc<Tls>) {}
 
-/// Continues the inspections that were cut off in `data`, one after the other, and then does the one that is asked for.
-/// Returns the result of the last.
+/// Continues the inspections that were cut off in `data`, one after the other, and then does the one that is asked for; all of
+/// them are judged by `criteria`. Returns the result of the last.
 fn keep_all(
     data: &Arc<DataFolder>,
     spec: Option<Box<InspectionSpec>>,
+    criteria: Option<&CriteriaFile>,
     live: &Arc<LiveModel>,
     signals: &Signals,
 ) -> Result<(), Failure> {
@@ -242,12 +255,14 @@ fn keep_all(
             }
         };
         // One that cannot be continued is closed, and fails nothing else.
-        if let Ok(running) = begin(&settings, data, Some(interrupted), live, signals) {
+        if let Ok(running) = begin(&settings, data, criteria, Some(interrupted), live, signals) {
             result = follow(running, live, signals);
         }
     }
     match spec {
-        Some(spec) if signals.exit_code().is_none() => follow(begin(&spec, data, None, live, signals)?, live, signals),
+        Some(spec) if signals.exit_code().is_none() => {
+            follow(begin(&spec, data, criteria, None, live, signals)?, live, signals)
+        }
         _ => {
             live.set_unready("");
             result
@@ -255,11 +270,12 @@ fn keep_all(
     }
 }
 
-/// Begins an inspection as `spec` says that is kept in `data`; it continues `interrupted` if that is given. An obstacle is waited
+/// Begins an inspection as `spec` says that is kept in `data` and judged by `criteria`; it continues `interrupted` if that is given. An obstacle is waited
 /// for.
 fn begin(
     spec: &InspectionSpec,
     data: &Arc<DataFolder>,
+    criteria: Option<&CriteriaFile>,
     mut interrupted: Option<Interrupted>,
     live: &Arc<LiveModel>,
     signals: &Signals,
@@ -285,7 +301,7 @@ fn begin(
                 live.set_unready(text);
             }
         };
-        let (inspection, target) = keep::prepare(spec.clone(), data, interrupted.as_ref(), Box::new(told))?;
+        let (inspection, target) = keep::prepare(spec.clone(), data, criteria, interrupted.as_ref(), Box::new(told))?;
         let running = run::start(inspection, Some(target), signals)?;
         live.set_unready("");
         live.say("");
@@ -347,7 +363,7 @@ fn idle(signals: &Signals) -> Result<(), Failure> {
 /// but is the command's when that ends. A save that fails is tried again as long as the server runs.
 fn follow(running: Running, live: &LiveModel, signals: &Signals) -> Result<(), Failure> {
     let _in_span = running.span().entered();
-    let Running { events, handle, output } = running;
+    let Running { events, handle, output, criteria } = running;
     LiveStream::new(live).follow(events);
     let was_hindered = Cell::new(false);
     let not_saved = |reason: &str| {
@@ -356,7 +372,7 @@ fn follow(running: Running, live: &LiveModel, signals: &Signals) -> Result<(), F
         live.say(reason);
         live.set_unready(reason);
     };
-    let finished = run::finish(handle, output.as_deref(), None, &not_saved, signals);
+    let finished = run::finish(handle, output.as_deref(), criteria.as_deref(), None, &not_saved, signals);
     live.set_unready("");
     match finished {
         Ok(inspected) => {
@@ -372,6 +388,10 @@ fn follow(running: Running, live: &LiveModel, signals: &Signals) -> Result<(), F
                 totals.bytes / 1000,
                 totals.snapshot_bytes / 1000
             );
+            if let Some(verdict) = &inspected.record.verdict {
+                let (decision, criteria) = (verdict.decision(), &verdict.criteria);
+                tracing::info!("judged by {} {}: {}", criteria.name, criteria.revision, decision.name());
+            }
             if let Some(output) = &output {
                 tracing::info!("written to {}", output.path().display());
             }

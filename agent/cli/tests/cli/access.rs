@@ -248,6 +248,87 @@ fn nothing_secret_is_in_the_log() {
 }
 
 #[test]
+fn what_is_done_with_accounts_is_in_a_log_that_is_verified_and_holds_no_secret() {
+    let root = tempfile::tempdir().expect("temporary folder");
+    let data = cell(root.path());
+    let right = |output: Output| assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    right(semascan_with(&["user", "add", "otto", "--role", "reviewer", "--data", &data], "battery staple\n"));
+    right(semascan(&["user", "role", "otto", "viewer", "--data", &data]));
+    let token = said(&semascan(&["token", "add", "prometheus", "--role", "operator", "--data", &data]));
+    let agent = Agent::start(&["serve", "--port", "0", "--login", "--users", &data]);
+    let answer = agent.log_in("anna", PASSWORD);
+    let (_, cookie) = answer.split_once("set-cookie: ").expect("a cookie");
+    let cookie = cookie.split(';').next().expect("a value").to_owned();
+    for (name, password) in [("anna", "wrong-horse"), ("typed-my-password", PASSWORD)] {
+        assert!(agent.log_in(name, password).starts_with("HTTP/1.1 401"));
+    }
+    let ask = |path: &str, cookie: &str| agent.ask(&format!("GET {path}\nCookie: {cookie}"), "");
+    let page = ask("/api/v1/account-log?limit=3", &cookie);
+    assert!(page.starts_with("HTTP/1.1 200"), "{page}");
+    let (_, body) = page.split_once("\r\n\r\n").expect("a body");
+    let page: serde_json::Value = serde_json::from_str(body).expect("JSON");
+    assert_eq!((&page["items"][0]["action"]["type"], &page["next"]), (&"login_refused".into(), &5.into()));
+    let older = ask("/api/v1/account-log?before=5", &cookie);
+    assert!(older.contains(r#""type":"user_added","#) && !older.contains("next"), "{older}");
+    assert!(ask("/api/v1/account-log?before=x", &cookie).starts_with("HTTP/1.1 400"));
+    let (_, other) = agent
+        .log_in("otto", "battery staple")
+        .split_once("set-cookie: ")
+        .map(|(a, b)| (a.to_owned(), b.to_owned()))
+        .expect("a cookie");
+    let other = other.split(';').next().expect("a value");
+    assert!(ask("/api/v1/account-log", other).starts_with("HTTP/1.1 403"), "for administrators");
+    let logout = agent.ask(&format!("POST /api/v1/logout\nCookie: {cookie}\nX-Semascan-Request: 1"), "");
+    assert!(logout.starts_with("HTTP/1.1 204"), "{logout}");
+    right(semascan_with(&["user", "password", "otto", "--data", &data], "correct battery\n"));
+    right(semascan(&["token", "revoke", "prometheus", "--data", &data]));
+    right(semascan(&["user", "remove", "otto", "--data", &data]));
+    agent.end();
+    let listed = said(&semascan(&["audit", "accounts", "--data", &data]));
+    let actions: Vec<&str> = listed.lines().filter_map(|line| line.rsplit_once(": ").map(|(_, what)| what)).collect();
+    assert_eq!(
+        actions,
+        [
+            "user anna added as admin",
+            "user otto added as reviewer",
+            "role of otto set to viewer (was reviewer)",
+            "token prometheus made as operator",
+            "anna logged in",
+            "name or password is wrong",
+            "name or password is wrong",
+            "otto logged in",
+            "anna logged out",
+            "password of otto set, 1 session ended",
+            "token prometheus revoked",
+            "user otto removed",
+        ],
+        "{listed}"
+    );
+    assert!(listed.contains("anna from 127.0.0.1: anna logged in"), "{listed}");
+    assert!(listed.contains("somebody from 127.0.0.1: login of anna refused"), "{listed}");
+    assert!(listed.contains("login of an unknown user refused"), "{listed}");
+    assert_eq!(listed.contains("command line (uid "), cfg!(unix));
+    let json = said(&semascan(&["audit", "accounts", "--data", &data, "--json", "--last", "1000"]));
+    for word in [PASSWORD, "wrong-horse", "typed-my-password", "battery", &token.trim()[9..], "argon2"] {
+        assert!(!json.contains(word) && !listed.contains(word), "{word} is in the log");
+    }
+    let verify = || semascan(&["audit", "verify", "--data", &data, "--json"]);
+    let good: serde_json::Value = serde_json::from_slice(&verify().stdout).expect("JSON");
+    assert_eq!((&good["accounts"]["entries"], &good["entries"]), (&12.into(), &0.into()));
+    let head = good["accounts"]["head"].as_str().expect("a hash");
+    right(semascan(&["audit", "verify", "--data", &data, "--accounts-head", head]));
+    // Somebody edits the file.
+    let database = rusqlite::Connection::open(Path::new(&data).join("semascan.db")).expect("opens");
+    let edit = "DROP TRIGGER account_log_is_not_changed; \
+                UPDATE account_log SET entry = replace(entry, 'otto', 'anna') WHERE sequence = 3";
+    database.execute_batch(edit).expect("edited");
+    let bad = verify();
+    assert_eq!(bad.status.code(), Some(1));
+    assert!(stderr(&bad).contains("entry 3 of the log of accounts was changed"), "{}", stderr(&bad));
+    assert_eq!(semascan(&["verify", &data]).status.code(), Some(1));
+}
+
+#[test]
 fn json_lines_name_the_inspection_that_they_belong_to() {
     let root = tempfile::tempdir().expect("temporary folder");
     let out = root.path().join("out");

@@ -1,11 +1,12 @@
 //! `serve --data`: past inspections are listed, shown, reviewed and streamed again.
 
-use crate::serving::{ask, review, serve};
+use crate::serving::{Serving, ask, review, serve, serve_as};
 use crate::{MOTOR, semascan, stderr};
 use image::{DynamicImage, ImageFormat};
 use semascan_captures::CaptureReader;
-use semascan_inspection::ports::{Catalogue, InspectionFilter, ReviewLog};
+use semascan_inspection::ports::{Catalogue, InspectionFilter, InspectionState, ReviewLog};
 use semascan_model::InspectionId;
+use semascan_model::finding::Finding;
 use semascan_model::record::InspectionRecord;
 use semascan_protocol::TAKES_REVIEWS;
 use semascan_protocol::server_message::Body;
@@ -59,6 +60,9 @@ fn past_inspections_are_listed_and_everything_of_them_can_be_had() {
     let defect = record.findings.as_ref().and_then(|f| f.list[0].kind.defect()).expect("a defect").name.clone();
     for (query, count) in [
         (format!("defect={defect}&state=finished&decision={}", verdict.decision().name()), 1),
+        ("part=MOTOR".into(), 1),
+        ("part=er%20mo".into(), 1),
+        ("part=pump".into(), 0),
         ("defect=dent".into(), 0),
         ("state=failed".into(), 0),
         ("conflict=true".into(), 0),
@@ -276,7 +280,7 @@ fn reviews_are_taken_in_once_told_to_viewers_and_audited() {
     let good = audit(&[]);
     assert_eq!(good.status.code(), Some(0), "{}", stderr(&good));
     let report: Value = serde_json::from_slice(&good.stdout).expect("JSON");
-    assert_eq!(report["entries"], 5);
+    assert_eq!((&report["entries"], &report["accounts"]["entries"]), (&json!(5), &json!(0)));
     assert_eq!(audit(&["--head", report["head"].as_str().expect("a hash")]).status.code(), Some(0));
     let lost = audit(&["--head", &"ab".repeat(32)]);
     assert_eq!(lost.status.code(), Some(1));
@@ -419,4 +423,138 @@ fn a_past_inspection_is_streamed_as_it_was() {
     }
     let slow = format!("/ws?inspection={id}&speed=0");
     assert!(runtime.block_on(Client::connect_to(agent.address, &slow, &[], &mut Holdings::default())).is_err());
+}
+
+#[test]
+fn an_agent_judges_what_it_inspects_by_the_criteria_that_it_was_given() {
+    let root = tempfile::tempdir().expect("temporary folder");
+    let at = |name: &str| root.path().join(name).to_str().expect("UTF-8").to_owned();
+    let (data, criteria) = (at("cell"), at("criteria.toml"));
+    fs::write(&criteria, CRITERIA).expect("writes");
+    let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_semascan"));
+    command.args(["serve", "--port", "0", "--source", MOTOR, "--data", &data, "--criteria", &criteria]);
+    let agent = serve_as(command);
+    let first = ended(&agent);
+    drop(agent);
+    let own = |agent: &Serving, path: &str| agent.get(&format!("/api/v1/inspections/{first}{path}")).json();
+    let agent = serve(Path::new(&data));
+    let verdict = own(&agent, "/verdict")["measured"].clone();
+    assert_eq!((&verdict["criteria"]["name"], &verdict["criteria"]["revision"]), (&json!("motor"), &json!("3")));
+    assert_eq!(own(&agent, "/criteria")["record"], verdict["criteria"], "their text is kept");
+    assert!(own(&agent, "")["decision"].is_string());
+    drop(agent);
+
+    // As if it had been killed before it ended, and with the criteria in cell.toml: what is continued is judged, too.
+    let folder = DataFolder::open(Path::new(&data)).expect("opens");
+    let row = &folder.catalogue().inspections(&InspectionFilter::default()).expect("reads")[0];
+    folder.catalogue().close(row.id, row.began, InspectionState::Running, None).expect("set");
+    drop(folder);
+    let (cell, newer) = (at("cell.toml"), at("newer.toml"));
+    fs::write(&newer, CRITERIA.replace("\"3\"", "\"4\"")).expect("writes");
+    fs::write(&cell, format!("[serve]\ncriteria = \"{newer}\"\n")).expect("writes");
+    let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_semascan"));
+    command.args(["serve", "--port", "0", "--data", &data, "--config", &cell]);
+    let agent = serve_as(command);
+    assert_eq!(ended(&agent), first);
+    assert_eq!(own(&agent, "/verdict")["measured"]["criteria"]["revision"], "4");
+    drop(agent);
+
+    // What cannot be used is refused before anything is served, inspected or kept.
+    let slip = at("slip.toml");
+    fs::write(&slip, CRITERIA.replace("largest_area_mm2", "largest_aera_mm2")).expect("writes");
+    for (file, word) in [(at("nowhere.toml"), "nowhere.toml"), (slip, "largest_aera_mm2")] {
+        let refused = semascan(&["serve", "--port", "0", "--data", &at("none"), "--criteria", &file]);
+        let said = stderr(&refused);
+        assert!(refused.status.code() == Some(2) && said.contains(word) && !said.contains("listening"), "{said}");
+    }
+    assert!(!Path::new(&at("none")).exists());
+    let strange = at("strange.toml");
+    fs::write(&strange, CRITERIA.replace("wear", "dents")).expect("writes");
+    let refused = semascan(&["serve", "--port", "0", "--source", MOTOR, "--criteria", &strange]);
+    assert!(refused.status.code() == Some(2) && stderr(&refused).contains("dents"), "{}", stderr(&refused));
+    let refused = semascan(&["inspect", MOTOR, "--data", &at("empty"), "--criteria", &strange]);
+    assert!(refused.status.code() == Some(2) && stderr(&refused).contains("dents"), "{}", stderr(&refused));
+    let folder = DataFolder::open_beside(Path::new(&at("empty"))).expect("a data folder");
+    assert_eq!(folder.catalogue().inspections(&InspectionFilter::default()).expect("reads"), []);
+}
+
+/// Waits until the newest inspection of `agent` has ended; its name.
+fn ended(agent: &Serving) -> String {
+    for _ in 0..3000 {
+        let newest = agent.get("/api/v1/inspections").json()["items"][0].clone();
+        if newest["state"] == "finished" {
+            return newest["id"].as_str().expect("a name").to_owned();
+        }
+        std::thread::sleep(Duration::from_millis(100));
+    }
+    panic!("the inspection does not end: {:?}", agent.get("/api/v1/inspections"));
+}
+
+#[test]
+fn what_a_person_draws_has_the_figures_of_what_was_found() {
+    let root = tempfile::tempdir().expect("temporary folder");
+    let data = root.path().join("cell");
+    let id = inspected(&data);
+    let record = record(&data, id);
+    let list = &record.findings.as_ref().expect("looked").list;
+    let area = |finding: &Finding| finding.area().map_or(0.0, |area| area.value);
+    let largest = list.iter().max_by(|a, b| area(a).total_cmp(&area(b))).expect("findings");
+    let region = largest.region.as_ref().expect("measured");
+    let defect = largest.kind.defect().expect("a defect").name.clone();
+    let agent = serve(&data);
+    // Somebody draws around what was found: what is within the curve is as large, as long and as deep.
+    let draw = |number: u64, outline: Value| {
+        let action = json!({
+            "type": "new_finding", "outline": outline, "component": largest.component.name, "defect": defect
+        });
+        agent.review(id, &review(number, json!({"kind": "part"}), 0, action))
+    };
+    let taken = draw(1, json!(region.outlines[0]));
+    assert_eq!(taken.status, 201, "{}", String::from_utf8_lossy(&taken.body));
+    let found = agent.get(&format!("/api/v1/inspections/{id}/findings")).json();
+    let drawn = found["now"].as_array().expect("a list").last().expect("findings").clone();
+    assert_eq!(drawn["kind"], "drawn");
+    let near = |name: &str, expected: f64, share: f64| {
+        let value = drawn["region"][name]["value"].as_f64().unwrap_or_else(|| panic!("{name} in {drawn}"));
+        assert!((value / expected - 1.0).abs() < share, "{name}: {value} for {expected}");
+    };
+    near("area", region.area.value, 0.1);
+    near("length", region.length.value, 0.15);
+    near("width", region.width.value, 0.25);
+    assert!(drawn["region"]["area"]["expanded"].as_f64().is_some_and(|u| u > 0.0), "{drawn}");
+    assert_eq!(drawn["region"]["area_budget"]["labels"], 0.0, "a person drew the rim");
+    let views = |region: &Value| -> BTreeSet<u64> {
+        region["views"].as_array().expect("views").iter().filter_map(|view| view["view"].as_u64()).collect()
+    };
+    // A view that saw no more than the rim may not have seen the simplified curve.
+    let seen = views(&drawn["region"]);
+    let before: BTreeSet<u64> = region.views.iter().map(|view| view.view.into()).collect();
+    assert!(seen.is_subset(&before) && seen.contains(&region.views[0].view.into()), "{seen:?} of {before:?}");
+    assert!(drawn["region"]["confidence"]["mean"].as_f64().is_some_and(|mean| mean > 0.5));
+    // The same after a restart: the figures stand in the log.
+    let again = draw(1, json!(region.outlines[0]));
+    assert_eq!(again.status, 200);
+    // Beside the model there is nothing to measure, and it is said.
+    let beside = json!([[1.0, 0.0, 0.0], [1.01, 0.0, 0.0], [1.0, 0.01, 0.0]]);
+    assert_eq!(draw(2, beside).status, 201);
+    let found = agent.get(&format!("/api/v1/inspections/{id}/findings")).json();
+    let outline = found["drawn"].as_array().expect("a list").last().expect("two").clone();
+    assert!(outline["note"].as_str().is_some_and(|note| note.contains("no surface of the model")), "{outline}");
+    // Reports and tables have it, with a picture.
+    let page = agent.get(&format!("/api/v1/inspections/{id}/report"));
+    let page = String::from_utf8_lossy(&page.body).into_owned();
+    assert_eq!(page.matches("<article class=\"finding\"").count(), list.len() + 2);
+    assert!(page.contains("(drawn by a person)") && page.contains("within the curve that was drawn"));
+    drop(agent);
+    let set = data.join("inspections").join(id.to_string());
+    let tables = root.path().join("tables");
+    fs::create_dir(&tables).expect("made");
+    let (set, into) = (set.to_str().expect("UTF-8"), tables.to_str().expect("UTF-8"));
+    let written = semascan(&["report", set, "--format", "csv", "--out", into]);
+    assert_eq!(written.status.code(), Some(0), "{}", stderr(&written));
+    let rows = fs::read_to_string(tables.join("findings.csv")).expect("reads");
+    assert_eq!(rows.lines().count(), 1 + list.len() + 2, "{rows}");
+    let dfq = semascan(&["report", set, "--format", "dfq", "--out", &format!("{into}/report.dfq")]);
+    assert_eq!(dfq.status.code(), Some(0), "{}", stderr(&dfq));
+    assert_eq!(semascan(&["verify", data.to_str().expect("UTF-8")]).status.code(), Some(0));
 }

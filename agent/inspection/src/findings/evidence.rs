@@ -56,6 +56,11 @@ impl Evidence {
         self.views.extend(seen);
     }
 
+    /// Adds what `view` saw of `region`, of whose labels nothing is known.
+    pub(crate) fn add_depth(&mut self, surface: &Surface<'_>, region: &Region, view: &KeptDepth<'_>) {
+        self.views.extend(seen_by(surface, region, view, |_, _| {}));
+    }
+
     /// The best view first: that which saw most of the region, most directly; of equals the earlier one.
     pub(crate) fn sort(&mut self) {
         let quality = |view: &FindingView| view.share * view.cosine;

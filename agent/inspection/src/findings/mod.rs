@@ -12,6 +12,7 @@
 //! | `uncertainty.rs` | uncertainty of area and extent, after the GUM |
 //! | `identity.rs` | names that stay |
 //! | `completeness.rs` | components that are expected and were not seen, or too little |
+//! | `drawn.rs` | figures of what a person drew |
 //! | `deviation.rs` | surface that is too far from a reference; depth against it |
 //!
 //! Everything is measured on the mesh as it was made of the model's points, and with the areas that the figures of the model
@@ -21,6 +22,7 @@
 mod completeness;
 mod depth;
 mod deviation;
+mod drawn;
 mod evidence;
 mod extent;
 #[cfg(test)]
@@ -33,6 +35,7 @@ mod uncertainty;
 
 pub(crate) use completeness::completeness;
 pub use deviation::Reference;
+pub(crate) use drawn::{DrawnOn, measure_drawn};
 use uncertainty::KnownPose;
 
 use completeness::incomplete_components;
@@ -218,11 +221,24 @@ fn region_figures(
     evidence: Evidence,
     poses: &BTreeMap<u32, KnownPose>,
 ) -> RegionFigures {
+    let labels = uncertainty::label_part(surface, region);
+    figures_of(surface, region, labels, evidence, poses)
+}
+
+/// As [`region_figures`], with the part of the area's standard uncertainty that is the labels' (square metres).
+fn figures_of(
+    surface: &Surface<'_>,
+    region: &Region,
+    labels: f64,
+    evidence: Evidence,
+    poses: &BTreeMap<u32, KnownPose>,
+) -> RegionFigures {
     let parts = evidence.uncertainty_parts(surface, region);
     let views = evidence.views;
     let outline = Outline::of(surface, region);
     let extent = Extent::of(surface, region);
-    let ([area, length, width], area_budget) = uncertainty::figures(surface, region, (&outline, extent), &views, poses);
+    let ([area, length, width], area_budget) =
+        uncertainty::figures(surface, region, (&outline, extent), labels, &views, poses);
     let (fitted, unknown) = match depth::fitted_depth(surface, region) {
         Ok(depth) => (Some(depth), None),
         Err(why) => (None, Some(why)),

@@ -14,6 +14,8 @@
 //! | labels: their standard uncertainty u moves the rim to where the probability is 0.5 + u or 0.5 - u; networks err alike along a rim | half the difference of these two areas | A |
 //! | poses: a shift of all labels leaves the area as it is; but where views that saw opposite rims are shifted against each other, the region becomes longer or shorter | width x shift | A |
 //!
+//! Of a region that a person drew labels say nothing: what is measured is the surface within the curve as it was drawn.
+//!
 //! The figures of type B are those of simulated motors (2001 to 2005) other than those that the coverage is tested on:
 //! `semascan tables findings` (1001 to 1010), `agent/evaluation/tests/findings` (3001 to 3003).
 
@@ -51,18 +53,18 @@ pub(crate) struct KnownPose {
     pub(crate) covariance: Matrix6<f64>,
 }
 
-/// Area, length and width of a region with their uncertainties, and what that of the area is made of. `seen` are the views that saw it; `poses` are those of views
-/// whose covariance is known.
+/// Area, length and width of a region with their uncertainties, and what that of the area is made of. `labels` is the part of its
+/// labels ([`label_part`]); `seen` are the views that saw it; `poses` are those of views whose covariance is known.
 pub(crate) fn figures(
     surface: &Surface<'_>,
     region: &Region,
     (outline, extent): (&Outline, Extent),
+    labels: f64,
     seen: &[FindingView],
     poses: &BTreeMap<u32, KnownPose>,
 ) -> ([Quantity; 3], AreaBudget) {
     let voxel = surface.voxel;
     let area = region.area(surface);
-    let labels = label_part(surface, region);
     let shift = relative_shift(surface, region, seen, poses);
     let budget = AreaBudget {
         grid: GRID * voxel * (outline.along_component * ALIKE * voxel).sqrt(),
@@ -100,7 +102,7 @@ fn root_of_squares(parts: &[f64]) -> f64 {
 
 /// Standard uncertainty of the area by that of the labels, square metres: half the difference of the areas where the
 /// probability of the class, moved by its standard uncertainty up or down everywhere at once, is above one half.
-fn label_part(surface: &Surface<'_>, region: &Region) -> f64 {
+pub(crate) fn label_part(surface: &Surface<'_>, region: &Region) -> f64 {
     let vertices = &surface.mesh.vertices;
     // Sigma is the root of the squares of all classes' uncertainties; of two classes that share a place each has this part.
     let own = |v: u32| f64::from(vertices.defect_sigma[v as usize]) * std::f64::consts::FRAC_1_SQRT_2;
@@ -183,7 +185,7 @@ mod tests {
         let seen =
             FindingView { view: 3, pixels: PixelBox { left: 0, top: 0, width: 1, height: 1 }, share: 1.0, cosine: 1.0 };
         let measured = (&Outline::of(&surface, region), Extent::of(&surface, region));
-        figures(&surface, region, measured, &[seen], &poses.into_iter().collect()).0[0]
+        figures(&surface, region, measured, label_part(&surface, region), &[seen], &poses.into_iter().collect()).0[0]
     }
 
     #[test]

@@ -1,9 +1,11 @@
 //! Who may use an agent: users, their sessions, and tokens of machines, as rows. No secret is ever kept: of a password there is
-//! a hash that is slow to compute, of sessions and tokens the SHA-256 digest of 256 random bits.
+//! a hash that is slow to compute, of sessions and tokens the SHA-256 digest of 256 random bits. What is done with them is
+//! noted in a log, with who does it, in one step with the change itself.
 
 use super::PortError;
 use jiff::Timestamp;
 use semascan_model::Role;
+use semascan_model::account_log::{AccountAction, AccountEntry, Actor, LoginMethod};
 
 /// The SHA-256 digest of the secret of a session or a token, by which it is found.
 pub type SecretDigest = [u8; 32];
@@ -55,12 +57,21 @@ pub struct TokenRow {
     pub revoked: Option<Timestamp>,
 }
 
+/// A login, as it is noted with the session that begins.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Login {
+    /// Who logs in, and from where.
+    pub by: Actor,
+    /// How.
+    pub method: LoginMethod,
+}
+
 /// Rows of users, sessions and tokens. What a method has returned from is durable, and holds for every process that uses the
 /// same rows. Every method fails with a [`PortError`] that names the database and the reason.
 #[allow(clippy::missing_errors_doc)]
 pub trait Accounts: Send + Sync {
     /// Adds a user; `false` where the name is taken, by one who was removed, too.
-    fn add_user(&self, row: &UserRow) -> Result<bool, PortError>;
+    fn add_user(&self, row: &UserRow, by: &Actor) -> Result<bool, PortError>;
 
     /// A user, also one who was removed.
     fn user(&self, name: &str) -> Result<Option<UserRow>, PortError>;
@@ -69,16 +80,17 @@ pub trait Accounts: Send + Sync {
     fn users(&self) -> Result<Vec<UserRow>, PortError>;
 
     /// Gives a user another password and ends the user's sessions; `false` where there is no such user.
-    fn set_password(&self, name: &str, password: &str, time: Timestamp) -> Result<bool, PortError>;
+    fn set_password(&self, name: &str, password: &str, time: Timestamp, by: &Actor) -> Result<bool, PortError>;
 
-    /// Gives a user another role, in sessions that are open, too; `false` where there is no such user.
-    fn set_role(&self, name: &str, role: Role) -> Result<bool, PortError>;
+    /// Gives a user another role, in sessions that are open, too; `false` where there is no such user. Who has the role already
+    /// keeps it, and nothing is noted.
+    fn set_role(&self, name: &str, role: Role, time: Timestamp, by: &Actor) -> Result<bool, PortError>;
 
     /// Removes a user and ends the user's sessions; `false` where there is no such user.
-    fn remove_user(&self, name: &str, time: Timestamp) -> Result<bool, PortError>;
+    fn remove_user(&self, name: &str, time: Timestamp, by: &Actor) -> Result<bool, PortError>;
 
-    /// Begins a session. Of those of its user the `most` that were used last stay.
-    fn begin_session(&self, row: &SessionRow, most: u32) -> Result<(), PortError>;
+    /// Begins a session. Of those of its user the `most` that were used last stay. Without `login` it is not noted.
+    fn begin_session(&self, row: &SessionRow, most: u32, login: Option<&Login>) -> Result<(), PortError>;
 
     /// A session and its user.
     fn session(&self, digest: &SecretDigest) -> Result<Option<(SessionRow, UserRow)>, PortError>;
@@ -86,14 +98,14 @@ pub trait Accounts: Send + Sync {
     /// Notes that a session is used.
     fn use_session(&self, digest: &SecretDigest, time: Timestamp) -> Result<(), PortError>;
 
-    /// Ends a session; `false` where there is none.
-    fn end_session(&self, digest: &SecretDigest) -> Result<bool, PortError>;
+    /// Ends a session; `false` where there is none. Without `noted`, when and who, it is not noted.
+    fn end_session(&self, digest: &SecretDigest, noted: Option<(Timestamp, &Actor)>) -> Result<bool, PortError>;
 
     /// Forgets sessions that began before `began` or were last used before `used`.
     fn forget_sessions(&self, began: Timestamp, used: Timestamp) -> Result<(), PortError>;
 
     /// Adds a token; `false` where the name is taken, by one that was revoked, too.
-    fn add_token(&self, row: &TokenRow) -> Result<bool, PortError>;
+    fn add_token(&self, row: &TokenRow, by: &Actor) -> Result<bool, PortError>;
 
     /// A token, also one that is not valid any more.
     fn token(&self, digest: &SecretDigest) -> Result<Option<TokenRow>, PortError>;
@@ -102,7 +114,13 @@ pub trait Accounts: Send + Sync {
     fn tokens(&self) -> Result<Vec<TokenRow>, PortError>;
 
     /// Revokes a token; `false` where there is no valid one of that name.
-    fn revoke_token(&self, name: &str, time: Timestamp) -> Result<bool, PortError>;
+    fn revoke_token(&self, name: &str, time: Timestamp, by: &Actor) -> Result<bool, PortError>;
+
+    /// Appends something that changes no row to the log.
+    fn note(&self, time: Timestamp, by: &Actor, action: &AccountAction) -> Result<(), PortError>;
+
+    /// The last `limit` entries of the log that stand before place `before` (all of them where it is absent), the latest first.
+    fn log(&self, before: Option<u64>, limit: u32) -> Result<Vec<AccountEntry>, PortError>;
 
     /// The key that signs cookies; `proposed` becomes it where there is none yet.
     fn signing_key(&self, proposed: [u8; 32]) -> Result<[u8; 32], PortError>;

@@ -4,7 +4,8 @@ use super::PortError;
 use crate::Inspection;
 use crate::criteria::CheckedCriteria;
 use semascan_model::record::InspectionRecord;
-use semascan_model::{InspectionId, SemanticCloud, Taxonomy};
+use semascan_model::{InspectionId, SemanticCloud, SemanticMesh, Taxonomy};
+use semascan_perception::fuse::KeptDepth;
 use semascan_perception::view::View;
 use std::io::Read;
 
@@ -57,6 +58,17 @@ pub trait Archive: Send + Sync {
 
     /// The points of the final model and their classes, table frame.
     fn model(&self, id: InspectionId) -> Result<Option<(Taxonomy, SemanticCloud)>, PortError>;
+
+    /// The mesh of the final model, table frame.
+    fn mesh(&self, id: InspectionId) -> Result<Option<SemanticMesh>, PortError>;
+
+    /// Hands the depth of each captured view that is part of the model of `record`, at its pose, to `each`, in order. Says why
+    /// some or all are not there; `None` where all are.
+    fn depths(
+        &self,
+        record: &InspectionRecord,
+        each: &mut dyn FnMut(&KeptDepth<'_>),
+    ) -> Result<Option<String>, PortError>;
 
     /// The view with this number in the capture order of the inspection.
     fn view(&self, id: InspectionId, index: u32) -> Result<Option<ArchivedView>, PortError>;

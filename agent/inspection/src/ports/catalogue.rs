@@ -183,7 +183,7 @@ pub struct Commit {
 pub struct InspectionFilter {
     /// Those in this state alone.
     pub state: Option<InspectionState>,
-    /// Those of this part alone.
+    /// Those whose part's name holds this piece, in capitals or small letters.
     pub part: Option<String>,
     /// Those alone about which this counts now.
     pub decision: Option<Decision>,

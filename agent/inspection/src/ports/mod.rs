@@ -12,7 +12,7 @@ mod catalogue;
 mod error;
 mod reviews;
 
-pub use accounts::{Accounts, SecretDigest, SessionRow, TokenRow, UserRow};
+pub use accounts::{Accounts, Login, SecretDigest, SessionRow, TokenRow, UserRow};
 pub use archive::{Archive, ArchivedFile, ArchivedView, PixelLabels, Remake, Reports};
 pub use blobs::{BlobDigest, Blobs, InvalidDigest};
 pub use bus::{Bus, BusMessage};

@@ -6,21 +6,22 @@
 //! | `rules.rs` | which reviews can be taken in |
 //! | `standing.rs` | which decisions stand, and which contradict each other |
 //! | `state.rs` | findings and verdict with everything that people decided |
+//! | `measured.rs` | figures of the findings that people draw |
 //! | `held.rs` | what is held of inspections between two requests |
-//! | `chain.rs` | entries as bytes, and the hashes that chain them |
 //! | `mod.rs` | [`ReviewDesk`], which takes reviews in |
 
-pub mod chain;
 mod held;
+mod measured;
 mod rules;
 mod standing;
 mod state;
 
 pub use rules::FieldError;
-pub use state::{drawn_name, reviewed_state};
+pub use state::{drawn_name, reviewed_state, with_drawn};
 
+use crate::chain;
 use crate::criteria::CheckedCriteria;
-use crate::ports::{BusMessage, FindingRow, PortError, ResultRow, ReviewLog, ReviewResult};
+use crate::ports::{Archive, BusMessage, FindingRow, PortError, ResultRow, ReviewLog, ReviewResult};
 use held::{Held, Standing, changes_findings};
 use jiff::Timestamp;
 use semascan_model::InspectionId;
@@ -67,6 +68,8 @@ pub struct Taken {
 /// Takes reviews in, one after the other: the only one who appends to the log.
 pub struct ReviewDesk {
     log: Arc<dyn ReviewLog>,
+    /// The models that people draw on; without them what they draw is not measured.
+    models: Option<Arc<dyn Archive>>,
     held: Held,
     taking: Mutex<()>,
 }
@@ -74,7 +77,12 @@ pub struct ReviewDesk {
 impl ReviewDesk {
     /// The desk of `log`.
     pub fn new(log: Arc<dyn ReviewLog>) -> Self {
-        Self { log, held: Held::default(), taking: Mutex::new(()) }
+        Self { log, models: None, held: Held::default(), taking: Mutex::new(()) }
+    }
+
+    /// The same, where findings that people draw are measured on these models.
+    pub fn with_models(self, models: Arc<dyn Archive>) -> Self {
+        Self { models: Some(models), ..self }
     }
 
     /// The log.
@@ -107,6 +115,8 @@ impl ReviewDesk {
         review: Review,
         at: Timestamp,
     ) -> Result<Taken, ReviewError> {
+        // Before others have to wait: it takes longer than all else.
+        let drawn = self.measured(record, &review)?;
         let _one_at_a_time = self.taking.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(entry) = self.log.entry(review.id)? {
             if entry.review != review || entry.inspection != record.id {
@@ -133,7 +143,8 @@ impl ReviewDesk {
         rules::check(&review, record, &known, &standings, last)?;
         let conflicts_with =
             standings.of_subject(&review.subject).map_or_else(Vec::new, |standing| standing.contradicted_by(&review));
-        let entry = ReviewEntry { sequence: last + 1, inspection: record.id, at, versions, conflicts_with, review };
+        let entry =
+            ReviewEntry { sequence: last + 1, inspection: record.id, at, versions, conflicts_with, review, drawn };
         Arc::make_mut(&mut standings).extend(&Arc::new(entry.clone()));
         let is_changed = changes_findings(&entry);
         if is_changed {

@@ -173,7 +173,7 @@ fn check_patch(patch: &SurfacePatch) -> Result<(), FieldError> {
     }
 }
 
-fn check_outline(field: &str, outline: &[[f64; 3]]) -> Result<(), FieldError> {
+pub(super) fn check_outline(field: &str, outline: &[[f64; 3]]) -> Result<(), FieldError> {
     check_count(field, outline.len(), 3)?;
     check_points(field, outline)?;
     let (area, perimeter) = flat_figures(outline);

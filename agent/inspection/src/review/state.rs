@@ -111,10 +111,12 @@ fn amended(record: &InspectionRecord, standings: &Standings) -> Amended {
             at: entry.at,
             comment: entry.review.reason.clone(),
         };
-        list.get_or_insert_default().push(Finding { id, kind, component, instances: Vec::new(), region: None });
+        let figures = entry.drawn.clone().unwrap_or_default();
+        let (instances, region) = (figures.instances, figures.region);
+        list.get_or_insert_default().push(Finding { id, kind, component, instances, region });
         let (flat_area, perimeter) = flat_figures(outline);
         let (review, outline) = (entry.review.id, outline.clone());
-        drawn.push(DrawnOutline { finding: id, review, outline, perimeter, flat_area });
+        drawn.push(DrawnOutline { finding: id, review, outline, perimeter, flat_area, note: figures.note });
         is_changed = true;
     }
     for finding in list.iter_mut().flatten() {
@@ -140,6 +142,17 @@ fn amended(record: &InspectionRecord, standings: &Standings) -> Amended {
 fn class(classes: &[ClassSummary], name: &str) -> Option<NamedClass> {
     let summary = classes.iter().find(|class| class.name == name)?;
     Some(NamedClass { class: summary.class, name: summary.name.clone() })
+}
+
+/// The record with the findings that people drew beside those that were measured, for reports and tables. Without a list of
+/// findings nobody looked, which drawing one does not change.
+pub fn with_drawn(record: &InspectionRecord, state: &ReviewedState) -> InspectionRecord {
+    let mut record = record.clone();
+    let drawn = state.findings.iter().flatten().filter(|finding| matches!(finding.kind, FindingKind::Drawn { .. }));
+    if let Some(findings) = &mut record.findings {
+        findings.list.extend(drawn.cloned());
+    }
+    record
 }
 
 /// The name of the finding that a review drew.

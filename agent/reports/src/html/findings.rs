@@ -109,7 +109,7 @@ fn one(report: &Report<'_>, number: usize, finding: &Finding) -> Markup {
             }
             @if let Some(region) = &finding.region { (pictures(report, finding, region)) }
             div.columns {
-                div { (figures(finding)) }
+                div { (figures(finding)) (drawn_note(report, finding)) }
                 div {
                     @if let Some(region) = &finding.region { (budget(&region.area_budget, region.area)) }
                     @let lines = lines_of(report, finding);
@@ -227,6 +227,21 @@ fn figures(finding: &Finding) -> Markup {
                 }
             }
         }
+    }
+}
+
+/// What the figures of a drawn finding mean, and what they leave out.
+fn drawn_note(report: &Report<'_>, finding: &Finding) -> Markup {
+    let outlines = report.reviewed.map_or(&[][..], |reviewed| &reviewed.state.drawn);
+    let note = outlines.iter().find(|outline| outline.finding == finding.id).and_then(|outline| outline.note.as_ref());
+    html! {
+        @if matches!(finding.kind, FindingKind::Drawn { .. }) && finding.region.is_some() {
+            p.note {
+                "Measured on the model within the curve that was drawn: how well the curve follows the defect is not in the "
+                "uncertainty. Confidence and sigma are those of the model's own labels there."
+            }
+        }
+        @if let Some(note) = note { p.note { "Of the drawn curve: " (note) "." } }
     }
 }
 

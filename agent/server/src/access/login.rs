@@ -105,8 +105,12 @@ async fn read(request: Request, patience: Duration) -> Result<Login, Response> {
 }
 
 /// `POST /api/v1/logout`: ends the session.
-pub(crate) async fn log_out(State(shared): State<Shared>, Extension(identity): Extension<Identity>) -> Response {
-    match shared.entry.log_out(&identity).await {
+pub(crate) async fn log_out(
+    State(shared): State<Shared>,
+    Extension(connection): Extension<Arc<Connection>>,
+    Extension(identity): Extension<Identity>,
+) -> Response {
+    match shared.entry.log_out(&identity, connection.address()).await {
         Ok(cookie) => {
             shared.log.info(Kind::LoggedIn, || format!("{} logged out", identity.name));
             (StatusCode::NO_CONTENT, set_cookie(&cookie), Body::empty()).into_response()

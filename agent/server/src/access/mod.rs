@@ -11,12 +11,14 @@
 //! | `entry.rs` | who is let in, and whether an agent may start like that |
 //! | `password.rs`, `secret.rs` | passwords and their hashes; secrets, tokens and signed cookies |
 //! | `attempts.rs` | how often a login may fail |
+//! | `listing.rs` | how many logins are listed in the log of accounts |
 //! | `login.rs` | the routes `login`, `logout` and `me` |
 //! | `refusal.rs` | how a request is refused |
 
 mod attempts;
 mod entry;
 mod identity;
+mod listing;
 pub(crate) mod login;
 mod password;
 mod refusal;
@@ -36,10 +38,12 @@ use crate::limits::{Limits, seconds};
 use attempts::Attempts;
 use axum::http::{HeaderMap, HeaderName, header};
 use jiff::Timestamp;
+use listing::{Admission, Listing};
 use password::Verifier;
 use secret::Signer;
-use semascan_inspection::ports::{Accounts, PortError, SecretDigest, SessionRow, TokenRow, UserRow};
+use semascan_inspection::ports::{Accounts, Login, PortError, SecretDigest, SessionRow, TokenRow, UserRow};
 use semascan_model::Role;
+use semascan_model::account_log::{AccountAction, Actor, LoginMethod, Unlisted};
 use std::net::IpAddr;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -91,6 +95,7 @@ pub(crate) struct Access {
     entry: Entry,
     signer: Option<Signer>,
     attempts: Attempts,
+    listing: Listing,
     passwords: Arc<Verifier>,
     hashing: Arc<Semaphore>,
     waiting: Semaphore,
@@ -119,6 +124,7 @@ impl Access {
             entry,
             signer,
             attempts: Attempts::default(),
+            listing: Listing::default(),
             passwords: Arc::default(),
             hashing: Arc::new(Semaphore::new(HASHED_AT_ONCE)),
             waiting: Semaphore::new(WAITING),
@@ -132,6 +138,14 @@ impl Access {
     /// Whether users log in here.
     pub(crate) fn has_login(&self) -> bool {
         matches!(self.entry, Entry::Accounts(_))
+    }
+
+    /// The users who log in here; `None` where nobody does.
+    pub(crate) fn accounts(&self) -> Option<Arc<dyn Accounts>> {
+        match &self.entry {
+            Entry::Accounts(accounts) => Some(Arc::clone(accounts)),
+            Entry::Local | Entry::Watch => None,
+        }
     }
 
     /// Who the request with `headers` comes from.
@@ -175,9 +189,9 @@ impl Access {
         pairs.filter(|(name, _)| *name == self.cookie).map(|(_, value)| value).take(COOKIES)
     }
 
-    /// Logs `name` in from `address`: who that is, and the cookie that shows it.
+    /// Logs `name` in from `address`: who that is, and the cookie that shows it. The log of accounts has it, whatever comes of it.
     pub(crate) async fn log_in(
-        &self,
+        self: &Arc<Self>,
         address: IpAddr,
         name: &str,
         password: String,
@@ -187,27 +201,38 @@ impl Access {
         };
         let name = name.to_ascii_lowercase();
         let begun = Instant::now();
-        let _place = self.waiting.try_acquire().map_err(|_| LoginDenied::Busy)?;
-        self.attempts.begin(address, &name, begun).map_err(LoginDenied::TooMany)?;
+        let Ok(_place) = self.waiting.try_acquire() else {
+            self.refused_early(address, &name, "too many at once").await;
+            return Err(LoginDenied::Busy);
+        };
+        if let Err(wait) = self.attempts.begin(address, &name, begun) {
+            self.refused_early(address, &name, "too many attempts").await;
+            return Err(LoginDenied::TooMany(wait));
+        }
         let unavailable = |reason: &dyn std::fmt::Display| LoginDenied::Unavailable(reason.to_string());
         // The permit goes with the work, which goes on where the client does not wait for it.
         let permit = Arc::clone(&self.hashing).acquire_owned().await.map_err(|error| unavailable(&error))?;
         let secret = Secret::draw().map_err(|error| unavailable(&error))?;
         let cookie = self.set_cookie(&signer.signed(&secret), self.longest);
         let digest = secret.digest();
-        let (accounts, user) = (Arc::clone(accounts), name.clone());
-        let (idle, longest, passwords) = (self.idle, self.longest, Arc::clone(&self.passwords));
+        let (access, accounts, user) = (Arc::clone(self), Arc::clone(accounts), name.clone());
         let work = move || {
             let _permit = permit;
-            let now = Timestamp::now();
-            let row = accounts.user(&user)?.filter(|row| row.removed.is_none());
-            if !passwords.is_right(row.as_ref().map(|row| row.password.as_str()), &password) {
+            let row = accounts.user(&user)?;
+            let valid = row.as_ref().filter(|row| row.removed.is_none());
+            if !access.passwords.is_right(valid.map(|row| row.password.as_str()), &password) {
+                let user = row.map(|row| row.name);
+                access.note_refused(
+                    accounts.as_ref(),
+                    address,
+                    user,
+                    LoginMethod::Password,
+                    "name or password is wrong",
+                );
                 return Ok(None);
             }
             let Some(row) = row else { return Ok(None) };
-            accounts.forget_sessions(earlier(now, longest), earlier(now, idle))?;
-            let session = SessionRow { digest, user: row.name.clone(), began: now, used: now };
-            accounts.begin_session(&session, SESSIONS)?;
+            access.begin_session(accounts.as_ref(), &row.name, digest, address, LoginMethod::Password)?;
             Ok::<_, PortError>(Some(row))
         };
         let done = tokio::task::spawn_blocking(work).await.map_err(|error| unavailable(&error))?;
@@ -216,10 +241,98 @@ impl Access {
         Ok((Identity { name: row.name, role: row.role, credential: Credential::Session(digest) }, cookie))
     }
 
-    /// Ends the session of `identity`; the cookie that takes the place of its own.
-    pub(crate) async fn log_out(&self, identity: &Identity) -> Result<String, Denied> {
+    /// Begins a session of `user`, who logged in from `address`.
+    fn begin_session(
+        &self,
+        accounts: &dyn Accounts,
+        user: &str,
+        digest: SecretDigest,
+        address: IpAddr,
+        method: LoginMethod,
+    ) -> Result<(), PortError> {
+        let now = Timestamp::now();
+        accounts.forget_sessions(earlier(now, self.longest), earlier(now, self.idle))?;
+        let session = SessionRow { digest, user: user.to_owned(), began: now, used: now };
+        let by = Actor::User { name: user.to_owned(), address: Some(address) };
+        let is_listed = self.admit(accounts, &Unlisted::Logins { user: user.to_owned() });
+        accounts.begin_session(&session, SESSIONS, is_listed.then_some(Login { by, method }).as_ref())
+    }
+
+    /// Notes a login that is refused before its password is looked at. A flood of them costs no access to the disk.
+    async fn refused_early(self: &Arc<Self>, address: IpAddr, name: &str, reason: &'static str) {
+        let Some(accounts) = self.accounts() else { return };
+        let (access, name) = (Arc::clone(self), name.to_owned());
+        let admission = self.listing.admit(&Unlisted::Refused, Instant::now());
+        if !admission.is_listed && admission.remarks.is_empty() {
+            return;
+        }
+        let note = move || {
+            // Of a name that nobody has nothing is written.
+            let user = accounts.user(&name).ok().flatten().map(|row| row.name);
+            access.note_admitted(accounts.as_ref(), admission, address, user, LoginMethod::Password, reason);
+        };
+        if let Err(error) = tokio::task::spawn_blocking(note).await {
+            tracing::error!("a refused login was not noted: {error}");
+        }
+    }
+
+    /// Notes that a login from `address` is refused.
+    fn note_refused(
+        &self,
+        accounts: &dyn Accounts,
+        address: IpAddr,
+        user: Option<String>,
+        method: LoginMethod,
+        reason: &str,
+    ) {
+        let admission = self.listing.admit(&Unlisted::Refused, Instant::now());
+        self.note_admitted(accounts, admission, address, user, method, reason);
+    }
+
+    fn note_admitted(
+        &self,
+        accounts: &dyn Accounts,
+        Admission { is_listed, remarks }: Admission,
+        address: IpAddr,
+        user: Option<String>,
+        method: LoginMethod,
+        reason: &str,
+    ) {
+        note_remarks(accounts, &remarks);
+        if is_listed {
+            let action = AccountAction::LoginRefused { user, method, reason: reason.to_owned() };
+            if let Err(error) = accounts.note(Timestamp::now(), &Actor::Unknown { address }, &action) {
+                tracing::error!("a refused login was not noted: {error}");
+            }
+        }
+    }
+
+    /// Whether something of this kind is an entry of its own.
+    fn admit(&self, accounts: &dyn Accounts, what: &Unlisted) -> bool {
+        let Admission { is_listed, remarks } = self.listing.admit(what, Instant::now());
+        note_remarks(accounts, &remarks);
+        is_listed
+    }
+
+    /// Notes how many logins were not listed in the windows of time that are over; with `is_end`, in those that are not, too.
+    pub(crate) async fn note_counts(&self, is_end: bool) {
+        let remarks = if is_end { self.listing.all() } else { self.listing.over(Instant::now()) };
+        let Some(accounts) = self.accounts().filter(|_| !remarks.is_empty()) else { return };
+        if let Err(error) = tokio::task::spawn_blocking(move || note_remarks(accounts.as_ref(), &remarks)).await {
+            tracing::error!("the number of logins was not noted: {error}");
+        }
+    }
+
+    /// Ends the session of `identity`, who asks from `address`; the cookie that takes the place of its own.
+    pub(crate) async fn log_out(self: &Arc<Self>, identity: &Identity, address: IpAddr) -> Result<String, Denied> {
         if let (Entry::Accounts(accounts), Credential::Session(digest)) = (&self.entry, identity.credential) {
-            look_up(accounts, move |accounts| accounts.end_session(&digest).map(|_| Some(()))).await?;
+            let (access, name) = (Arc::clone(self), identity.name.clone());
+            let end = move |accounts: &dyn Accounts| {
+                let is_listed = access.admit(accounts, &Unlisted::Logins { user: name.clone() });
+                let by = Actor::User { name, address: Some(address) };
+                accounts.end_session(&digest, is_listed.then(|| (Timestamp::now(), &by))).map(|_| Some(()))
+            };
+            look_up(accounts, end).await?;
         }
         Ok(self.set_cookie("", Duration::ZERO))
     }
@@ -227,6 +340,15 @@ impl Access {
     fn set_cookie(&self, value: &str, age: Duration) -> String {
         let secure = if self.secure { "; Secure" } else { "" };
         format!("{}={value}; Path=/; Max-Age={}; HttpOnly; SameSite=Strict{secure}", self.cookie, age.as_secs())
+    }
+}
+
+/// Notes what the agent itself has to say.
+fn note_remarks(accounts: &dyn Accounts, remarks: &[AccountAction]) {
+    for remark in remarks {
+        if let Err(error) = accounts.note(Timestamp::now(), &Actor::Agent, remark) {
+            tracing::error!("the number of logins was not noted: {error}");
+        }
     }
 }
 

@@ -60,6 +60,7 @@ const ROUTES: &[Route] = &[
     route("POST", "/api/v1/inspections/{inspection}/reviews", Least::Role(Role::Reviewer)),
     route("GET", "/api/v1/inspections/{inspection}/exports/{file}", Least::Role(Role::Viewer)),
     route("GET", "/api/v1/inspections/{inspection}/report", Least::Role(Role::Viewer)),
+    route("GET", "/api/v1/account-log", Least::Role(Role::Admin)),
     // What is no route of the API says so.
     route("GET", "/api/{*path}", Least::Public),
 ];

@@ -43,7 +43,7 @@ impl Agent {
                 password_set: now,
                 removed: None,
             };
-            assert_eq!(accounts.add_user(&row), Ok(true));
+            assert_eq!(accounts.add_user(&row, &Actor::Agent), Ok(true));
         }
         let limits = Limits::default();
         let connections = Arc::new(Connections::new(&limits, usize::MAX));
@@ -69,7 +69,7 @@ impl Agent {
         let name = format!("{role} {}", secret.token());
         let row =
             TokenRow { name, role, digest: secret.digest(), created: Timestamp::now(), expires: None, revoked: None };
-        assert_eq!(self.accounts.add_token(&row), Ok(true));
+        assert_eq!(self.accounts.add_token(&row, &Actor::Agent), Ok(true));
         secret.token()
     }
 
@@ -257,15 +257,15 @@ async fn forged_expired_and_revoked_credentials_are_nobodys() {
         let secret = Secret::draw().expect("random numbers");
         let ago = |seconds| now - SignedDuration::from_secs(seconds);
         let row = SessionRow { digest: secret.digest(), user: "viewer".into(), began: ago(began), used: ago(used) };
-        agent.accounts.begin_session(&row, 99).expect("begun");
+        agent.accounts.begin_session(&row, 99, None).expect("begun");
         let status = me("cookie", format!("{name}={}", signer.signed(&secret))).await;
         assert_eq!(status, expected, "{began} {used}");
     }
     // A role that was taken away is gone at once, and so is a user.
     assert_eq!(agent.status("GET", "/metrics", &[("cookie", &cookie)]).await, 200);
-    agent.accounts.set_role("admin", Role::Viewer).expect("set");
+    agent.accounts.set_role("admin", Role::Viewer, Timestamp::now(), &Actor::Agent).expect("set");
     assert_eq!(agent.status("GET", "/metrics", &[("cookie", &cookie)]).await, 403);
-    agent.accounts.remove_user("admin", now).expect("removed");
+    agent.accounts.remove_user("admin", now, &Actor::Agent).expect("removed");
     assert_eq!(me("cookie", cookie).await, 401);
     // Tokens.
     let token = agent.token(Role::Viewer);
@@ -283,10 +283,10 @@ async fn forged_expired_and_revoked_credentials_are_nobodys() {
         expires,
         revoked: None,
     };
-    agent.accounts.add_token(&row).expect("added");
+    agent.accounts.add_token(&row, &Actor::Agent).expect("added");
     assert_eq!(me("authorization", format!("Bearer {}", secret.token())).await, 401);
     let row = TokenRow { name: "gone".into(), digest: [1; 32], expires: None, revoked: Some(now), ..row };
-    agent.accounts.add_token(&row).expect("added");
+    agent.accounts.add_token(&row, &Actor::Agent).expect("added");
     let identity = Identity { name: "gone".into(), role: Role::Admin, credential: Credential::Token([1; 32]) };
     assert!(agent.shared.entry.still(&identity).await.is_err());
 }
@@ -294,7 +294,7 @@ async fn forged_expired_and_revoked_credentials_are_nobodys() {
 #[tokio::test]
 async fn wrong_logins_are_all_alike_and_bounded() {
     let agent = Agent::with_users();
-    agent.accounts.remove_user("operator", Timestamp::now()).expect("removed");
+    agent.accounts.remove_user("operator", Timestamp::now(), &Actor::Agent).expect("removed");
     let mut answers = BTreeSet::new();
     for (name, password) in [("admin", "wrong horse"), ("nobody", PASSWORD), ("operator", PASSWORD), ("", "")] {
         let answer = agent.log_in(name, password).await;
@@ -368,7 +368,7 @@ fn what_others_reach_has_users_and_tls_or_does_not_start() {
     );
     assert!(said(&users, network, false).contains("--tls-cert"));
     for role in Role::ALL {
-        agent.accounts.remove_user(role.name(), Timestamp::now()).expect("removed");
+        agent.accounts.remove_user(role.name(), Timestamp::now(), &Actor::Agent).expect("removed");
     }
     assert!(said(&users, network, true).contains("semascan user add"));
     for address in ["[::1]:1", "[::ffff:127.0.0.1]:1", "127.8.9.1:1"] {
@@ -440,4 +440,41 @@ async fn who_has_no_login_is_told_the_state_and_no_more() {
     assert_eq!(text(answer).await, r#"{"ready":false}"#);
     let known = text(agent.ask("GET", "/readyz", &[("authorization", &bearer)], "").await).await;
     assert_eq!(known, r#"{"ready":false,"reason":"the disk is full"}"#);
+}
+
+#[tokio::test]
+async fn every_login_is_noted_and_a_flood_of_refused_ones_is_counted() {
+    let agent = Agent::with_users();
+    let logged = || -> Vec<String> {
+        let entries = agent.accounts.log(None, 1000).expect("reads");
+        let whole = entries.iter().rev().map(|entry| format!("{} by {}", entry.action, entry.by));
+        // The users themselves, and the tokens, were made before.
+        whole.filter(|text| text.contains("log")).collect()
+    };
+    let cookie = agent.cookie("reviewer").await;
+    let headers = [("cookie", cookie.as_str()), ("x-semascan-request", "1")];
+    assert_eq!(agent.status("POST", "/api/v1/logout", &headers).await, 204);
+    assert_eq!(agent.log_in("hunter2", PASSWORD).await.status(), 401);
+    assert_eq!(agent.log_in("viewer", "hunter2").await.status(), 401);
+    assert_eq!(
+        logged(),
+        [
+            "reviewer logged in by reviewer from 127.0.0.1",
+            "reviewer logged out by reviewer from 127.0.0.1",
+            "login of an unknown user refused: name or password is wrong by somebody from 127.0.0.1",
+            "login of viewer refused: name or password is wrong by somebody from 127.0.0.1",
+        ]
+    );
+    // Of 300 wrong ones the first are tried, and all but 100 are counted.
+    for _ in 0..300 {
+        assert!([401, 429].contains(&agent.log_in("admin", "wrong horse").await.status().as_u16()));
+    }
+    assert_eq!(logged().len(), 4 + 98 + 1);
+    assert!(logged()[15].starts_with("login of admin refused: too many attempts"), "{}", logged()[15]);
+    assert_eq!(logged()[102], "too many refused logins to list: the next are counted by the agent");
+    agent.shared.entry.note_counts(false).await;
+    assert_eq!(logged().len(), 103, "the window is not over");
+    agent.shared.entry.note_counts(true).await;
+    assert_eq!(logged()[103], "202 refused logins not listed by the agent");
+    assert_eq!(agent.accounts.audit(None).expect("reads").fault, None);
 }

@@ -28,7 +28,7 @@ pub(super) struct ListQuery {
     /// How they stand.
     #[param(schema_with = states)]
     state: Option<String>,
-    /// Name of the part.
+    /// A piece of the part's name, in capitals or small letters: `gear` finds `Gear 7` and `GEARBOX`.
     part: Option<String>,
     /// What counts now, decisions of people included.
     #[param(schema_with = decisions)]

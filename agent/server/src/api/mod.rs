@@ -3,11 +3,12 @@
 //!
 //! | file | what |
 //! |---|---|
-//! | `inspections.rs`, `views.rs`, `findings.rs`, `reviews.rs`, `exports.rs`, `report.rs` | one resource each |
+//! | `account_log.rs`, `inspections.rs`, `views.rs`, `findings.rs`, `reviews.rs`, `exports.rs`, `report.rs` | one resource each |
 //! | `request.rs` | what requests say, checked; work that blocks |
 //! | `answer.rs`, `problem.rs` | answers with entity tags; errors |
 //! | `openapi.rs` | the document that describes all this |
 
+mod account_log;
 mod answer;
 mod exports;
 mod findings;
@@ -57,6 +58,7 @@ fn described() -> OpenApiRouter<Shared> {
         .routes(routes!(reviews::list, reviews::take))
         .routes(routes!(exports::file))
         .routes(routes!(report::report))
+        .routes(routes!(account_log::list))
 }
 
 async fn nothing(Path(path): Path<String>) -> Result<Response, Problem> {

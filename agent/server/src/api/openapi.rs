@@ -1,7 +1,7 @@
 //! The OpenAPI 3.1 document: paths from the handlers, schemas of the data model from the same types that are written.
 
 use super::problem::Problem;
-use super::{findings, inspections, reviews, views};
+use super::{account_log, findings, inspections, reviews, views};
 use schemars::generate::SchemaSettings;
 use semascan_model::record::InspectionRecord;
 use semascan_model::review::Review;
@@ -116,6 +116,7 @@ fn schemas() -> Value {
     generator.subschema_for::<findings::VerdictAnswer>();
     generator.subschema_for::<reviews::ReviewList>();
     generator.subschema_for::<reviews::ReviewTaken>();
+    generator.subschema_for::<account_log::AccountLog>();
     generator.subschema_for::<Review>();
     generator.subschema_for::<InspectionRecord>();
     Value::Object(generator.take_definitions(true))

@@ -4,7 +4,7 @@ use super::super::server::Shared;
 use super::problem::Problem;
 use crate::past::Past;
 use axum::http::StatusCode;
-use semascan_inspection::ports::InspectionRow;
+use semascan_inspection::ports::{Accounts, InspectionRow};
 use semascan_model::InspectionId;
 use semascan_model::record::InspectionRecord;
 use std::fmt::Display;
@@ -34,7 +34,8 @@ pub(super) async fn blocking<T: Send + 'static>(
     shared: &Shared,
     work: impl FnOnce(&Past) -> Result<T, Problem> + Send + 'static,
 ) -> Result<T, Problem> {
-    in_turn(shared, &shared.readers, work).await
+    let past = past(shared)?;
+    in_turn(&shared.readers, move || work(&past)).await
 }
 
 /// As [`blocking`], for a command: it does not wait for those who read pictures and models.
@@ -42,20 +43,30 @@ pub(super) async fn command<T: Send + 'static>(
     shared: &Shared,
     work: impl FnOnce(&Past) -> Result<T, Problem> + Send + 'static,
 ) -> Result<T, Problem> {
-    in_turn(shared, &shared.commands, work).await
+    let past = past(shared)?;
+    in_turn(&shared.commands, move || work(&past)).await
+}
+
+/// As [`blocking`], with the users of the agent; a problem where nobody logs in here.
+pub(super) async fn reading_accounts<T: Send + 'static>(
+    shared: &Shared,
+    work: impl FnOnce(&dyn Accounts) -> Result<T, Problem> + Send + 'static,
+) -> Result<T, Problem> {
+    let accounts = shared.entry.accounts().ok_or_else(|| {
+        Problem::not_found("this agent asks nobody to log in: `semascan audit accounts` shows the log of a data folder")
+    })?;
+    in_turn(&shared.readers, move || work(accounts.as_ref())).await
 }
 
 async fn in_turn<T: Send + 'static>(
-    shared: &Shared,
     turns: &Arc<Semaphore>,
-    work: impl FnOnce(&Past) -> Result<T, Problem> + Send + 'static,
+    work: impl FnOnce() -> Result<T, Problem> + Send + 'static,
 ) -> Result<T, Problem> {
-    let past = past(shared)?;
     let busy = || Problem::new(StatusCode::SERVICE_UNAVAILABLE, "too many requests at once: try again");
     let turn = timeout(TURN, Arc::clone(turns).acquire_owned()).await;
     let turn = turn.map_err(|_| busy())?.map_err(|_| busy())?;
     let done = tokio::task::spawn_blocking(move || {
-        let result = work(&past);
+        let result = work();
         drop(turn);
         result
     });

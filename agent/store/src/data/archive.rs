@@ -5,12 +5,14 @@ use crate::contents::RECORD;
 use crate::lock::beside;
 use crate::{SavedError, StoreError, read_inspection};
 use semascan_captures::{CaptureReader, Wanted};
-use semascan_formats::regular_file;
+use semascan_formats::{ply, regular_file};
 use semascan_inspection::criteria::CheckedCriteria;
 use semascan_inspection::ports::{Archive, ArchivedFile, ArchivedView, BlobDigest, Blobs, Catalogue, PortError};
+use semascan_inspection::record::isometry;
 use semascan_inspection::spec::InspectionSpec;
 use semascan_model::record::{InspectionRecord, ViewRecord};
-use semascan_model::{InspectionId, SemanticCloud, Taxonomy};
+use semascan_model::{InspectionId, SemanticCloud, SemanticMesh, Taxonomy};
+use semascan_perception::fuse::KeptDepth;
 use std::fs::{self, File};
 use std::io::{self, Write};
 
@@ -62,6 +64,51 @@ impl Archive for DataFolder {
             Err(SavedError::Io { source, .. }) if source.kind() == io::ErrorKind::NotFound => Ok(None),
             Err(error) => Err(PortError::of(folder.display(), &error)),
         }
+    }
+
+    fn mesh(&self, id: InspectionId) -> Result<Option<SemanticMesh>, PortError> {
+        let Some(mut file) = self.file(id, "mesh.ply")? else { return Ok(None) };
+        let path = self.result_path(id).join("mesh.ply");
+        let mut bytes = Vec::new();
+        file.content.read_to_end(&mut bytes).map_err(|error| PortError::of(path.display(), &error))?;
+        let name = path.display().to_string();
+        let model = ply::read(&name, &bytes).map_err(|error| PortError::new(&name, error))?;
+        Ok(Some(model.mesh).filter(|mesh| !mesh.triangles.is_empty()))
+    }
+
+    fn depths(
+        &self,
+        record: &InspectionRecord,
+        each: &mut dyn FnMut(&KeptDepth<'_>),
+    ) -> Result<Option<String>, PortError> {
+        let path = self.capture_path(record.id);
+        if !path.exists() {
+            return Ok(Some("its capture is not kept".to_owned()));
+        }
+        let mut capture = CaptureReader::open(&path).map_err(super::captures::named)?;
+        let mut wanted: Vec<&ViewRecord> = record.views.iter().filter(|view| view.accepted).collect();
+        // Views that showed nothing new were captured and are not in the record: their times tell which one is which.
+        let by_stamp = wanted.iter().all(|view| view.stamp.is_some());
+        while let Some(recorded) = capture.next_view().filter(|_| !wanted.is_empty()) {
+            let recorded = recorded.map_err(super::captures::named)?;
+            let Ok(view) = recorded.view else { continue };
+            let is_it = |known: &&ViewRecord| match (by_stamp, known.stamp, view.stamp) {
+                (true, Some(known), Some(own)) => known.to_bits() == own.to_bits(),
+                _ => known.index == recorded.index,
+            };
+            let Some(place) = wanted.iter().position(is_it) else { continue };
+            let known = wanted.remove(place);
+            let Some(pose) = &known.pose else { continue };
+            each(&KeptDepth {
+                index: known.index,
+                intrinsics: view.intrinsics,
+                metres: view.depth.metres.as_slice().into(),
+                table_from_camera: isometry(pose),
+            });
+        }
+        let missing = wanted.len();
+        Ok((missing > 0)
+            .then(|| format!("its capture does not have {missing} of the views that are part of the model")))
     }
 
     fn view(&self, id: InspectionId, index: u32) -> Result<Option<ArchivedView>, PortError> {

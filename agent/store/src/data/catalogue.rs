@@ -1,6 +1,6 @@
 //! The catalogue in SQLite.
 
-use super::connection;
+use super::connection::{self, folded};
 use jiff::Timestamp;
 use rusqlite::{Connection, OptionalExtension, Row, Transaction, params};
 use semascan_inspection::ports::{
@@ -317,7 +317,7 @@ fn conditions(filter: &InspectionFilter) -> (String, Vec<String>) {
         ask("state = {}", &[state.name()]);
     }
     if let Some(part) = part {
-        ask("inspections.part = (SELECT id FROM parts WHERE name = {})", &[part]);
+        ask("inspections.part IN (SELECT id FROM parts WHERE holds(name, {}))", &[&folded(part)]);
     }
     if let Some(decision) = decision {
         ask("decision = {}", &[decision.name()]);
@@ -525,6 +525,31 @@ mod tests {
         let failed = catalogue.inspection(id(4)).expect("reads").expect("there");
         assert_eq!((failed.ended, failed.reason.as_deref()), (Some(Timestamp::UNIX_EPOCH), Some("no view")));
         assert!(catalogue.inspection(id(2)).expect("reads").expect("there").held);
+    }
+
+    #[test]
+    fn a_part_is_found_by_a_piece_of_its_name_whatever_its_case() {
+        let root = tempfile::tempdir().expect("a folder");
+        let catalogue = SqliteCatalogue::open(&root.path().join("semascan.db")).expect("opens");
+        for (n, name) in (0..).zip(["Gear 7", "GEARBOX", "Öl-Pumpe", "100 % shell", "shell_2"]) {
+            catalogue.begin(&row(1000 + n, name)).expect("begun");
+        }
+        let found = |piece: &str| {
+            let filter = InspectionFilter { part: Some(piece.into()), ..InspectionFilter::default() };
+            let rows = catalogue.inspections(&filter).expect("reads");
+            rows.into_iter().map(|row| row.part).collect::<Vec<_>>()
+        };
+        assert_eq!(found("gear"), ["GEARBOX", "Gear 7"]);
+        assert_eq!(found("EAR 7"), ["Gear 7"]);
+        assert_eq!(found("ÖL-P"), ["Öl-Pumpe"]);
+        assert_eq!(found("öl"), ["Öl-Pumpe"]);
+        // Marks that mean something to LIKE mean themselves.
+        assert_eq!((found("%"), found("_"), found("'")), (vec!["100 % shell".into()], vec!["shell_2".into()], vec![]));
+        assert_eq!(found("").len(), 5);
+        // The agent and a command beside it read the same database.
+        let beside = SqliteCatalogue::open_existing(&root.path().join("semascan.db")).expect("opens");
+        let filter = InspectionFilter { part: Some("BOX".into()), ..InspectionFilter::default() };
+        assert_eq!(beside.inspections(&filter).expect("reads").len(), 1);
     }
 
     fn found(component: &str, defect: &str, area: f64) -> FindingRow {

@@ -2,6 +2,7 @@
 //! a loss of power, and readers do not wait for the writer. Only its owner may read it: it holds hashes of passwords.
 
 use super::migrations::migrate;
+use rusqlite::functions::FunctionFlags;
 use rusqlite::{Connection, ErrorCode, OpenFlags};
 use semascan_inspection::ports::{Obstacle, PortError};
 use std::fmt::Display;
@@ -31,8 +32,23 @@ pub(super) fn open(path: &Path, create: bool) -> Result<Connection, PortError> {
     }
     connection.pragma_update(None, "synchronous", "FULL").map_err(error)?;
     connection.pragma_update(None, "foreign_keys", "ON").map_err(error)?;
+    add_functions(&connection).map_err(error)?;
     migrate(&mut connection).map_err(|e| other(&e))?;
     Ok(connection)
+}
+
+/// Adds what SQLite does not have: `holds(text, piece)`, whether a text holds a piece that [`folded`] made, whatever its case.
+fn add_functions(connection: &Connection) -> rusqlite::Result<()> {
+    let flags = FunctionFlags::SQLITE_UTF8 | FunctionFlags::SQLITE_DETERMINISTIC | FunctionFlags::SQLITE_INNOCUOUS;
+    connection.create_scalar_function("holds", 2, flags, |arguments| {
+        let (text, piece) = (arguments.get_raw(0).as_str()?, arguments.get_raw(1).as_str()?);
+        Ok(folded(text).contains(piece))
+    })
+}
+
+/// A text without the difference of case, letter by letter, so that a piece of a text is a piece of what becomes of it.
+pub(super) fn folded(text: &str) -> String {
+    text.chars().flat_map(char::to_lowercase).collect()
 }
 
 /// `error` of the database at `path`.

@@ -7,6 +7,7 @@ const MIGRATIONS: &[&str] = &[
     include_str!("../../migrations/0001_inspections.sql"),
     include_str!("../../migrations/0002_reviews.sql"),
     include_str!("../../migrations/0003_access.sql"),
+    include_str!("../../migrations/0004_account_log.sql"),
 ];
 
 /// Why the schema cannot be brought up to date.

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! DIR/semascan.db                SQLite: parts, inspections, views, events, findings, reviews, digests,
-//!                                messages that wait, users
+//!                                messages that wait, users and what was done with them
 //! DIR/captures/<id>.mcap         the views as they came
 //! DIR/inspections/<id>/          the record and the model
 //! DIR/blobs/<aa>/<sha256>        large immutable things by their digest
@@ -14,6 +14,7 @@ mod backup;
 mod blobs;
 mod captures;
 mod catalogue;
+mod chained;
 mod connection;
 mod folder;
 mod migrations;
@@ -26,7 +27,7 @@ pub use backup::Backup;
 pub use blobs::LocalBlobs;
 pub use captures::CaptureFile;
 pub use catalogue::SqliteCatalogue;
+pub use chained::{Audited, BadEntry};
 pub use folder::{DataFolder, Interrupted, KeptInspection};
 pub use retention::{Removed, Retention};
-pub use reviews::{Audited, BadEntry};
 pub use verify::{Fault, Verified};

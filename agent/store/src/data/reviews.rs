@@ -1,70 +1,24 @@
-//! The log of reviews in SQLite. Triggers refuse every change of an entry; the chain of hashes shows what was done to the file
-//! behind the database's back.
+//! The log of reviews in SQLite.
 
 use super::SqliteCatalogue;
 use super::catalogue::{note_findings, note_row, post};
-use rusqlite::{OptionalExtension, Row, params};
+use super::chained::{Audited, ChainedLog};
+use rusqlite::{OptionalExtension, params};
+use semascan_inspection::chain::Link;
 use semascan_inspection::ports::{BusMessage, LoggedReview, PortError, ReviewLog, ReviewResult};
-use semascan_inspection::review::chain::{self, FIRST, Link};
 use semascan_model::InspectionId;
 use semascan_model::review::{ReviewEntry, ReviewId};
 
-/// What the log of reviews came to when it was read from its beginning to its end.
-#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
-pub struct Audited {
-    /// Entries that were read, the bad one included.
-    pub entries: u64,
-    /// Hash of the last good entry, hexadecimal; who notes it elsewhere can tell later whether entries behind it are missing.
-    pub head: String,
-    /// The first bad entry; absent where all are good.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub fault: Option<BadEntry>,
-}
-
-/// An entry that is not what was written.
-#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
-pub struct BadEntry {
-    /// Its place in the log.
-    pub sequence: u64,
-    /// The name of its review, as the log has it.
-    pub id: String,
-    /// What is wrong with it.
-    pub reason: String,
-}
-
-const LINK: &str = "SELECT sequence, id, inspection, entry, previous, hash FROM reviews";
+const LOG: ChainedLog<ReviewEntry> = ChainedLog::new("reviews", &["id", "inspection"], "the log of reviews");
 
 impl SqliteCatalogue {
-    /// Reads the whole log and compares every entry with its hash and with the one before it. Where `noted` is given, the hash
-    /// of an entry that was noted earlier, that entry must still be there.
+    /// Reads the whole log of reviews and compares every entry with its hash and with the one before it. Where `noted` is given,
+    /// the hash of an entry that was noted earlier, that entry must still be there.
     ///
     /// # Errors
     /// [`PortError`] naming the database where it cannot be read.
     pub fn audit(&self, noted: Option<&str>) -> Result<Audited, PortError> {
-        let connection = self.connection();
-        let mut select = connection.prepare(&format!("{LINK} ORDER BY sequence")).map_err(self.error())?;
-        let mut rows = select.query([]).map_err(self.error())?;
-        let (mut entries, mut head) = (0, FIRST.to_owned());
-        let mut is_noted = noted.is_none_or(|noted| noted == FIRST);
-        while let Some(row) = rows.next().map_err(self.error())? {
-            let link = link(row).map_err(self.error())?;
-            entries += 1;
-            if let Err(reason) = chain::read(&link, entries, &head) {
-                let fault = Some(BadEntry { sequence: link.sequence, id: link.id, reason });
-                return Ok(Audited { entries, head, fault });
-            }
-            is_noted |= noted == Some(link.hash.as_str());
-            head = link.hash;
-        }
-        let missing = || BadEntry {
-            sequence: entries + 1,
-            id: String::new(),
-            reason: format!(
-                "is missing: the log ends here, and the entry that was noted ({}) is not in it",
-                noted.unwrap_or_default()
-            ),
-        };
-        Ok(Audited { entries, head, fault: (!is_noted).then(missing) })
+        LOG.audit(&self.connection(), noted).map_err(self.error())
     }
 }
 
@@ -72,44 +26,28 @@ impl ReviewLog for SqliteCatalogue {
     fn entries(&self, inspection: InspectionId, first: u64, limit: u32) -> Result<Vec<LoggedReview>, PortError> {
         let links: Vec<Link> = {
             let connection = self.connection();
-            let sql = format!("{LINK} WHERE inspection = ?1 AND sequence >= ?2 ORDER BY sequence LIMIT ?3");
+            let sql = format!("{} WHERE inspection = ?1 AND sequence >= ?2 ORDER BY sequence LIMIT ?3", LOG.select());
             let mut select = connection.prepare(&sql).map_err(self.error())?;
-            let rows = select.query_map(params![inspection.to_string(), first, limit], link);
+            let rows = select.query_map(params![inspection.to_string(), first, limit], |row| LOG.link(row));
             rows.and_then(Iterator::collect).map_err(self.error())?
         };
         links.into_iter().map(|link| Ok(LoggedReview { entry: self.read(&link)?, hash: link.hash })).collect()
     }
 
     fn entry(&self, review: ReviewId) -> Result<Option<ReviewEntry>, PortError> {
-        let sql = format!("{LINK} WHERE id = ?1");
-        let link = self.connection().query_row(&sql, [review.to_string()], link).optional().map_err(self.error())?;
-        link.map(|link| self.read(&link)).transpose()
+        let sql = format!("{} WHERE id = ?1", LOG.select());
+        let link = self.connection().query_row(&sql, [review.to_string()], |row| LOG.link(row)).optional();
+        link.map_err(self.error())?.map(|link| self.read(&link)).transpose()
     }
 
     fn last(&self) -> Result<u64, PortError> {
-        let sql = "SELECT coalesce(max(sequence), 0) FROM reviews";
-        self.connection().query_row(sql, [], |row| row.get(0)).map_err(self.error())
+        LOG.last(&self.connection()).map_err(self.error())
     }
 
     fn append(&self, entry: &ReviewEntry, result: &ReviewResult, message: &BusMessage) -> Result<String, PortError> {
-        let text = chain::canonical(entry).map_err(|error| PortError::new(self.path().display(), error))?;
         let mut hash = String::new();
         self.in_transaction(|transaction| {
-            let sql = "SELECT hash FROM reviews ORDER BY sequence DESC LIMIT 1";
-            let previous: Option<String> = transaction.query_row(sql, [], |row| row.get(0)).optional()?;
-            let previous = previous.as_deref().unwrap_or(FIRST);
-            hash = chain::hash(previous, &text);
-            transaction.execute(
-                "INSERT INTO reviews (sequence, id, inspection, entry, previous, hash) VALUES (?1, ?2, ?3, ?4, ?5, ?6)",
-                params![
-                    entry.sequence,
-                    entry.review.id.to_string(),
-                    entry.inspection.to_string(),
-                    text,
-                    previous,
-                    hash
-                ],
-            )?;
+            hash = LOG.append(transaction, entry)?;
             note_row(transaction, entry.inspection, &result.row)?;
             if let Some(findings) = &result.findings {
                 note_findings(transaction, entry.inspection, findings)?;
@@ -121,26 +59,9 @@ impl ReviewLog for SqliteCatalogue {
 }
 
 impl SqliteCatalogue {
-    /// An entry whose hash is checked, so that what was changed behind the database's back is not taken for what was decided.
     fn read(&self, link: &Link) -> Result<ReviewEntry, PortError> {
-        let wrong = |reason: &dyn std::fmt::Display| {
-            let place =
-                format!("{}: entry {} of the log of reviews ({})", self.path().display(), link.sequence, link.id);
-            PortError::new(place, reason)
-        };
-        chain::read(link, link.sequence, &link.previous).map_err(|reason| wrong(&reason))
+        LOG.read(link).map_err(|reason| PortError::new(self.path().display(), reason))
     }
-}
-
-fn link(row: &Row<'_>) -> rusqlite::Result<Link> {
-    Ok(Link {
-        sequence: row.get(0)?,
-        id: row.get(1)?,
-        inspection: row.get(2)?,
-        entry: row.get(3)?,
-        previous: row.get(4)?,
-        hash: row.get(5)?,
-    })
 }
 
 #[cfg(test)]
@@ -148,6 +69,7 @@ mod tests {
     use super::*;
     use jiff::Timestamp;
     use rusqlite::Connection;
+    use semascan_inspection::chain;
     use semascan_inspection::ports::{Catalogue, InspectionRow, InspectionState, ResultRow};
     use semascan_model::record::SoftwareRecord;
     use semascan_model::review::{Review, ReviewAction, ReviewedVersions, Subject};
@@ -173,6 +95,7 @@ mod tests {
                 criteria: None,
             },
             conflicts_with: Vec::new(),
+            drawn: None,
             review: Review {
                 id: ReviewId(Uuid::from_u128(u128::from(sequence))),
                 subject: Subject::Component { component: "gear \"1\"".into() },

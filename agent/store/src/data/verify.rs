@@ -1,8 +1,8 @@
 //! Whether a data folder is whole: every file that the catalogue knows is there with its digest, every committed view is
-//! captured, every blob has its content, the log of reviews is what was written, and the database is sound.
+//! captured, every blob has its content, the logs of reviews and accounts are what was written, and the database is sound.
 
-use super::DataFolder;
 use super::folder::digest;
+use super::{DataFolder, SqliteAccounts};
 use crate::StoreError;
 use semascan_captures::CaptureReader;
 use semascan_inspection::ports::{Blobs, Catalogue, InspectionFilter, InspectionState};
@@ -27,6 +27,8 @@ pub struct Verified {
     pub views: u64,
     /// Entries of the log of reviews that were compared with their hashes.
     pub reviews: u64,
+    /// Entries of the log of accounts that were compared with their hashes.
+    pub account_entries: u64,
     /// Blobs whose content was compared with their digest.
     pub blobs: u64,
     /// What is missing or damaged.
@@ -45,10 +47,14 @@ impl DataFolder {
         faults.extend(self.catalogue().faults()?.into_iter().map(|reason| Fault { file: database.into(), reason }));
         let audited = self.catalogue().audit(None)?;
         verified.reviews = audited.entries;
-        faults.extend(audited.fault.map(|bad| Fault {
-            file: database.into(),
-            reason: format!("entry {} of the log of reviews {}", bad.sequence, bad.reason),
-        }));
+        let accounts = SqliteAccounts::open(self.path())?.audit(None)?;
+        verified.account_entries = accounts.entries;
+        for (log, fault) in [("reviews", audited.fault), ("accounts", accounts.fault)] {
+            faults.extend(fault.map(|bad| Fault {
+                file: database.into(),
+                reason: format!("entry {} of the log of {log} {}", bad.sequence, bad.reason),
+            }));
+        }
         for row in self.catalogue().inspections(&InspectionFilter::default())? {
             verified.inspections += 1;
             for known in self.catalogue().files(row.id)? {

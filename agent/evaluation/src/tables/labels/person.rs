@@ -126,6 +126,7 @@ fn entry(record: &InspectionRecord, sequence: u64, action: ReviewAction) -> Revi
             criteria: None,
         },
         conflicts_with: Vec::new(),
+        drawn: None,
         review: Review {
             id: ReviewId(Uuid::from_u128(u128::from(sequence))),
             subject: Subject::Part,

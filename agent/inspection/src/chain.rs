@@ -1,12 +1,14 @@
-//! Entries of the log as bytes, and the hashes that chain them.
+//! Entries of append-only logs as bytes, and the hashes that chain them: the log of reviews and that of accounts.
 //!
 //! An entry is written as canonical JSON: keys in the order of their bytes, no white space, numbers with the fewest digits that
 //! read back as the same number. Its hash is SHA-256 over the hash of the entry before it (64 hexadecimal digits; zeros in front
 //! of the first) and this text. So an entry that is changed, moved, added or left out breaks the chain from there on. What a
 //! chain cannot show by itself is that its last entries are missing: who notes the last hash elsewhere can tell that, too.
 
+use semascan_model::account_log::AccountEntry;
 use semascan_model::review::ReviewEntry;
 use serde::Serialize;
+use serde::de::DeserializeOwned;
 use serde_json::Value;
 use sha2::{Digest, Sha256};
 
@@ -59,15 +61,43 @@ pub fn hash(previous: &str, entry: &str) -> String {
     digest.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
-/// An entry as the log keeps it.
+/// What a log has entries of.
+pub trait Chained: Serialize + DeserializeOwned {
+    /// Its place in the log, from 1 without gaps.
+    fn sequence(&self) -> u64;
+
+    /// What its row says of it beside its place, so that it is found; the same stands in its text.
+    fn keys(&self) -> Vec<String>;
+}
+
+impl Chained for ReviewEntry {
+    fn sequence(&self) -> u64 {
+        self.sequence
+    }
+
+    /// The name of the review, and the inspection.
+    fn keys(&self) -> Vec<String> {
+        vec![self.review.id.to_string(), self.inspection.to_string()]
+    }
+}
+
+impl Chained for AccountEntry {
+    fn sequence(&self) -> u64 {
+        self.sequence
+    }
+
+    fn keys(&self) -> Vec<String> {
+        Vec::new()
+    }
+}
+
+/// An entry as its log keeps it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Link {
     /// Its place.
     pub sequence: u64,
-    /// The name of its review.
-    pub id: String,
-    /// Its inspection.
-    pub inspection: String,
+    /// What its row says of it beside that, as [`Chained::keys`].
+    pub keys: Vec<String>,
     /// Its text.
     pub entry: String,
     /// The hash of the one before it.
@@ -80,7 +110,7 @@ pub struct Link {
 ///
 /// # Errors
 /// What is wrong with it, in words.
-pub fn read(link: &Link, place: u64, previous: &str) -> Result<ReviewEntry, String> {
+pub fn read<T: Chained>(link: &Link, place: u64, previous: &str) -> Result<T, String> {
     if link.sequence != place {
         return Err(format!("stands where entry {place} is expected: entries are missing or were moved"));
     }
@@ -90,11 +120,12 @@ pub fn read(link: &Link, place: u64, previous: &str) -> Result<ReviewEntry, Stri
     if link.hash != hash(&link.previous, &link.entry) {
         return Err("was changed: it does not have its hash".to_owned());
     }
-    let entry: ReviewEntry = serde_json::from_str(&link.entry).map_err(|error| format!("cannot be read: {error}"))?;
-    let agrees = entry.sequence == link.sequence
-        && entry.review.id.to_string() == link.id
-        && entry.inspection.to_string() == link.inspection;
-    if agrees { Ok(entry) } else { Err("is listed under another place, name or inspection than it says".to_owned()) }
+    let entry: T = serde_json::from_str(&link.entry).map_err(|error| format!("cannot be read: {error}"))?;
+    if entry.sequence() == link.sequence && entry.keys() == link.keys {
+        Ok(entry)
+    } else {
+        Err("is listed under another place or name than it says".to_owned())
+    }
 }
 
 #[cfg(test)]

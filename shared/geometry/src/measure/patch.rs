@@ -6,8 +6,8 @@
 //!   edges of the mesh begins at its inner side: so surface that only lies behind the curve, such as the back of a plate, is
 //!   not within it. A curve that encloses more than half of a turn of a surface has no inside of this kind.
 
+use super::NearestPoints;
 use glam::{DVec2, DVec3};
-use semascan_geometry::measure::NearestPoints;
 use semascan_model::SemanticMesh;
 use semascan_model::review::SurfacePatch;
 use std::collections::HashSet;
@@ -18,7 +18,7 @@ const REACH: f64 = 2.0;
 const LEAST_FACING: f64 = -0.2;
 
 /// The surface that patches lie on.
-pub(crate) struct PatchSurface<'a> {
+pub struct PatchSurface<'a> {
     mesh: &'a SemanticMesh,
     nearest: NearestPoints,
     /// Vertices around each vertex: those of `v` are `around[first[v]..first[v + 1]]`.
@@ -29,7 +29,8 @@ pub(crate) struct PatchSurface<'a> {
 }
 
 impl<'a> PatchSurface<'a> {
-    pub(crate) fn new(mesh: &'a SemanticMesh) -> Self {
+    /// Prepares `mesh`. Faces with a vertex that is not there are left out.
+    pub fn new(mesh: &'a SemanticMesh) -> Self {
         let whole = || mesh.triangles.iter().filter(|t| mesh.corners(**t).is_some());
         let mut first = vec![0_usize; mesh.len() + 1];
         whole().flatten().for_each(|v| first[*v as usize + 1] += 2);
@@ -53,7 +54,7 @@ impl<'a> PatchSurface<'a> {
     }
 
     /// The vertices of `patch`, in order.
-    pub(crate) fn vertices_of(&self, patch: &SurfacePatch) -> Vec<u32> {
+    pub fn vertices_of(&self, patch: &SurfacePatch) -> Vec<u32> {
         match patch {
             SurfacePatch::Points { points, radius } => {
                 let mut is_in = vec![false; self.mesh.len()];
@@ -72,8 +73,8 @@ impl<'a> PatchSurface<'a> {
         }
     }
 
-    /// The vertices within a closed curve, in order.
-    pub(crate) fn within_curve(&self, curve: &[[f64; 3]]) -> Vec<u32> {
+    /// The vertices within a closed curve (metres, table frame), in order; none where the curve has no area.
+    pub fn within_curve(&self, curve: &[[f64; 3]]) -> Vec<u32> {
         let Some(frame) = CurveFrame::of(curve) else { return Vec::new() };
         let seeds = self.beside_curve(curve);
         let normals = seeds.iter().map(|v| normal(self.mesh, *v));
@@ -122,7 +123,7 @@ impl<'a> PatchSurface<'a> {
     }
 }
 
-pub(crate) fn position(mesh: &SemanticMesh, v: u32) -> DVec3 {
+fn position(mesh: &SemanticMesh, v: u32) -> DVec3 {
     DVec3::from_array(mesh.vertices.positions[v as usize].map(f64::from))
 }
 
@@ -166,7 +167,41 @@ impl CurveFrame {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fixtures::{cylinder, plate};
+    use semascan_model::SemanticPoint;
+
+    fn sheet(columns: u32, rows: u32, vertex: impl Fn(u32, u32) -> SemanticPoint) -> SemanticMesh {
+        let mut mesh = SemanticMesh::default();
+        for j in 0..=rows {
+            for i in 0..=columns {
+                mesh.push(vertex(i, j), false);
+            }
+        }
+        for j in 0..rows {
+            for i in 0..columns {
+                let a = j * (columns + 1) + i;
+                let (b, c, d) = (a + 1, a + columns + 1, a + columns + 2);
+                mesh.triangles.extend([[a, b, d], [a, d, c]]);
+            }
+        }
+        mesh
+    }
+
+    /// A plate of component 1 in the plane z = 0 that faces upwards, 40 mm wide, its vertices 1 mm apart.
+    fn plate() -> SemanticMesh {
+        sheet(40, 40, |i, j| {
+            let position = [i as f32 * 1e-3 - 0.02, j as f32 * 1e-3 - 0.02, 0.0];
+            SemanticPoint { position, normal: [0.0, 0.0, 1.0], label: 1, confidence: 1.0, ..SemanticPoint::UNKNOWN }
+        })
+    }
+
+    /// The side of an upright cylinder of component 1, 40 mm high; its vertices are 4 degrees and 1 mm apart.
+    fn cylinder(radius: f32) -> SemanticMesh {
+        sheet(90, 40, |i, j| {
+            let (sine, cosine) = (i as f32 * 4.0).to_radians().sin_cos();
+            let position = [radius * cosine, radius * sine, j as f32 * 1e-3];
+            SemanticPoint { position, normal: [cosine, sine, 0.0], label: 1, confidence: 1.0, ..SemanticPoint::UNKNOWN }
+        })
+    }
 
     /// Indices of the vertices for which `keep` holds.
     fn those(mesh: &SemanticMesh, keep: impl Fn(DVec3) -> bool) -> Vec<u32> {
