@@ -131,34 +131,17 @@ pub(crate) fn worn_finding() -> Finding {
 
 /// A plate of component 1 in the plane z = 0 that faces upwards, 40 mm wide, its vertices 1 mm apart.
 pub(crate) fn plate() -> SemanticMesh {
-    sheet(40, 40, |i, j| {
-        let position = [i as f32 * 1e-3 - 0.02, j as f32 * 1e-3 - 0.02, 0.0];
-        SemanticPoint { position, normal: [0.0, 0.0, 1.0], label: 1, confidence: 1.0, ..SemanticPoint::UNKNOWN }
-    })
-}
-
-/// The side of an upright cylinder of component 1, 40 mm high; its vertices are 4 degrees and 1 mm apart.
-pub(crate) fn cylinder(radius: f32) -> SemanticMesh {
-    sheet(90, 40, |i, j| {
-        let (sine, cosine) = (i as f32 * 4.0).to_radians().sin_cos();
-        let position = [radius * cosine, radius * sine, j as f32 * 1e-3];
-        SemanticPoint { position, normal: [cosine, sine, 0.0], label: 1, confidence: 1.0, ..SemanticPoint::UNKNOWN }
-    })
-}
-
-fn sheet(columns: u32, rows: u32, vertex: impl Fn(u32, u32) -> SemanticPoint) -> SemanticMesh {
+    const CELLS: u32 = 40;
     let mut mesh = SemanticMesh::default();
-    for j in 0..=rows {
-        for i in 0..=columns {
-            mesh.push(vertex(i, j), false);
-        }
+    for (j, i) in (0..=CELLS).flat_map(|j| (0..=CELLS).map(move |i| (j, i))) {
+        let position = [i as f32 * 1e-3 - 0.02, j as f32 * 1e-3 - 0.02, 0.0];
+        let normal = [0.0, 0.0, 1.0];
+        mesh.push(SemanticPoint { position, normal, label: 1, confidence: 1.0, ..SemanticPoint::UNKNOWN }, false);
     }
-    for j in 0..rows {
-        for i in 0..columns {
-            let a = j * (columns + 1) + i;
-            let (b, c, d) = (a + 1, a + columns + 1, a + columns + 2);
-            mesh.triangles.extend([[a, b, d], [a, d, c]]);
-        }
+    for (j, i) in (0..CELLS).flat_map(|j| (0..CELLS).map(move |i| (j, i))) {
+        let a = j * (CELLS + 1) + i;
+        let (b, c, d) = (a + 1, a + CELLS + 1, a + CELLS + 2);
+        mesh.triangles.extend([[a, b, d], [a, d, c]]);
     }
     mesh
 }
