@@ -83,7 +83,10 @@ def export(run_folder: Path, out: Path, data: Path | None, bits: int = 16) -> di
         if samples.classes != run.classes:
             raise TrainingError(f"{data}: its classes {samples.classes} are not the run's {run.classes}")
         rows = run.split.rows(samples.parts, "test")
-        metrics = evaluate_networks(files, samples, rows, run.recipe)
+        if len(rows):
+            metrics = evaluate_networks(files, samples, rows, run.recipe)
+        elif bits == 8:
+            raise TrainingError(f"{data}: weights in 8 bits: what they cost must be measured, and no part is for tests")
     if bits == 8:
         for file in files:
             write_whole(file, store_in_eight_bits(widened(onnx.load(str(file)))).SerializeToString())
@@ -118,7 +121,7 @@ def export_untrained(recipe: Recipe, out: Path) -> None:
 def _training_table(run: Run, epochs: list[int], logs: dict, seconds: float, images: int) -> dict:
     recipe, split = run.recipe, run.split
     table = {
-        "data": "semascan synth" if run.about.get("generator") != "labelme" else "labelme folder",
+        "data": "semascan synth",
         "generator": str(run.about.get("generator", "unknown")),
         "data_seed": run.about.get("seed", 0),
         "parts": len(split.train) + len(split.validation) + len(split.test),
@@ -137,6 +140,10 @@ def _training_table(run: Run, epochs: list[int], logs: dict, seconds: float, ima
         "seed": recipe.training.seed,
         "augmented": recipe.data.augment,
     }
+    if table["generator"] == "labelme":
+        table["data"] = "labelme folder"
+    elif table["generator"].startswith("semascan dataset"):
+        table["data"] = "semascan dataset"
     if logs["trunk"]:
         table["trunk"] = f"members fork from one trunk of {logs['trunk'][-1]['epoch']} epochs on all training parts"
     return table
