@@ -9,13 +9,15 @@
 //! | far from any surface of the model | background: class 0 |
 //! | between: nearer than [`FAR`] voxels, but not on the surface | [`IGNORE`] |
 //! | none, but all measured pixels around agree with the surface | that of the surface |
+//! | none, and the line of sight does not enter the measuring volume, where one is known | background: class 0 |
 //! | none otherwise | [`IGNORE`] |
 //!
-//! So nothing is labelled that stands before the model, and nothing is called background that was not measured. Surface whose
+//! So nothing is labelled that stands before the model, and nothing is called background that was neither measured nor is where
+//! the part cannot be. Surface whose
 //! class nobody said, or that the selection leaves out, is [`IGNORE`].
 
 use crate::rim::{Guide, RimTreatment, treat_rim};
-use crate::{Corrected, CorrectedLabels, IGNORE};
+use crate::{Corrected, CorrectedLabels, IGNORE, MeasuringVolume};
 use image::RgbImage;
 use nalgebra::{Isometry3, Point3};
 use rayon::prelude::*;
@@ -71,6 +73,8 @@ pub struct CapturedView<'a> {
     pub table_from_camera: Isometry3<f64>,
     /// How well that is known; `None` where it is not said.
     pub uncertainty: Option<PoseUncertainty>,
+    /// Where the part can be; `None` where nobody says.
+    pub volume: Option<MeasuringVolume>,
 }
 
 /// Pixels by what became of them, before rims are treated.
@@ -82,8 +86,10 @@ pub struct PixelCounts {
     pub beside: u64,
     /// Labelled by surface, without depth of their own among pixels that agree.
     pub in_holes: u64,
-    /// Background.
+    /// Background, by its measured depth.
     pub background: u64,
+    /// Background without depth: its line of sight does not enter the measuring volume.
+    pub outside: u64,
     /// Left open: near the model, but not on it.
     pub contradicting: u64,
     /// Left open: not measured.
@@ -97,6 +103,7 @@ impl PixelCounts {
         self.beside += other.beside;
         self.in_holes += other.in_holes;
         self.background += other.background;
+        self.outside += other.outside;
         self.contradicting += other.contradicting;
         self.unmeasured += other.unmeasured;
     }
@@ -146,6 +153,7 @@ enum Pixel {
     Beside(u32),
     Hole(SurfacePlace),
     Background,
+    Outside,
     Contradicts,
     Unmeasured,
 }
@@ -178,8 +186,9 @@ impl<'a> LabelledModel<'a> {
             &Camera { intrinsics: view.intrinsics, table_from_camera: view.table_from_camera },
         );
         let (width, height) = (seen.width, seen.height);
+        let volume = view.volume.map(|volume| volume.widened(self.volume_margin(view)));
         let mut pixels: Vec<Pixel> =
-            (0..width * height).into_par_iter().map(|at| self.pixel(view, &seen, at)).collect();
+            (0..width * height).into_par_iter().map(|at| self.pixel(view, &seen, volume.as_ref(), at)).collect();
         fill_holes(&mut pixels, &seen);
         let mut counts = PixelCounts::default();
         let mut masks = ViewMasks {
@@ -195,6 +204,7 @@ impl<'a> LabelledModel<'a> {
                 Pixel::Hole(place) => (&mut counts.in_holes, self.labels_at(place)),
                 Pixel::Beside(v) => (&mut counts.beside, self.labels_of(*v)),
                 Pixel::Background => (&mut counts.background, [0; 3]),
+                Pixel::Outside => (&mut counts.outside, [0; 3]),
                 Pixel::Contradicts => (&mut counts.contradicting, [IGNORE, IGNORE, 0]),
                 Pixel::Unmeasured => (&mut counts.unmeasured, [IGNORE, IGNORE, 0]),
             };
@@ -222,15 +232,29 @@ impl<'a> LabelledModel<'a> {
         (shift.ceil() as usize).clamp(1, WIDEST_RIM)
     }
 
-    fn pixel(&self, view: &CapturedView<'_>, seen: &SeenSurface, at: usize) -> Pixel {
+    /// Metres by which the volume is taken to be larger: as far as the part's rim may be shifted in a view.
+    fn volume_margin(&self, view: &CapturedView<'_>) -> f64 {
+        let distance = view.table_from_camera.translation.vector.norm();
+        let pose = view.uncertainty.map_or(0.5 * self.voxel, |u| u.translation.hypot(u.rotation * distance));
+        FAR * self.voxel + 3.0 * pose
+    }
+
+    fn pixel(&self, view: &CapturedView<'_>, seen: &SeenSurface, volume: Option<&MeasuringVolume>, at: usize) -> Pixel {
         let place = seen.places[at].filter(|place| place.is_outside);
         let depth = f64::from(view.depth[at]);
+        let (u, v) = (at % seen.width, at / seen.width);
         if !(depth > 0.0 && depth.is_finite()) {
-            return place.map_or(Pixel::Unmeasured, Pixel::Hole);
+            let passes = |volume: &MeasuringVolume| {
+                !volume.is_entered(&view.intrinsics, &view.table_from_camera, u as f64, v as f64)
+            };
+            return match place {
+                Some(place) => Pixel::Hole(place),
+                None if volume.is_some_and(passes) => Pixel::Outside,
+                None => Pixel::Unmeasured,
+            };
         }
         let footprint = view.intrinsics.footprint(depth);
         let slack = AGREEMENT.0 * self.voxel + AGREEMENT.1 * footprint;
-        let (u, v) = (at % seen.width, at / seen.width);
         if let Some(place) = place {
             let (least, greatest) = depths_around(seen, u, v, place.depth, slack as f32);
             if depth >= f64::from(least) - slack && depth <= f64::from(greatest) + slack {
@@ -306,7 +330,7 @@ fn fill_holes(pixels: &mut [Pixel], seen: &SeenSurface) {
                 return None;
             }
             match pixels[(v * width + u) as usize] {
-                Pixel::Hole(_) | Pixel::Unmeasured => {}
+                Pixel::Hole(_) | Pixel::Unmeasured | Pixel::Outside => {}
                 measured => return Some(matches!(measured, Pixel::Agrees(_) | Pixel::Beside(_))),
             }
         }
@@ -349,12 +373,16 @@ mod tests {
     }
 
     fn projected(depth: &[f32], selection: Selection) -> Projection {
+        projected_within(depth, selection, None)
+    }
+
+    fn projected_within(depth: &[f32], selection: Selection, volume: Option<MeasuringVolume>) -> Projection {
         let mesh = plate();
         let corrected = corrected_labels(&mesh, &taxonomy(), &record(vec![]), &[]);
         let model = LabelledModel::new(&mesh, &corrected, 1e-3, selection);
         let (intrinsics, table_from_camera) = camera();
         let rgb = RgbImage::new(WIDTH, HEIGHT);
-        let view = CapturedView { rgb: &rgb, depth, intrinsics, table_from_camera, uncertainty: None };
+        let view = CapturedView { rgb: &rgb, depth, intrinsics, table_from_camera, uncertainty: None, volume };
         model.project(&view)
     }
 
@@ -414,6 +442,30 @@ mod tests {
         let all: u64 =
             [counts.agreeing, counts.beside, counts.in_holes, counts.background, counts.unmeasured].iter().sum();
         assert_eq!(all + counts.contradicting, u64::from(WIDTH * HEIGHT));
+    }
+
+    #[test]
+    fn without_depth_what_cannot_be_the_part_is_background_and_what_can_be_is_open() {
+        let depth: Vec<f32> = depth_of_plate().iter().map(|z| if *z < 0.35 { *z } else { 0.0 }).collect();
+        let open = projected(&depth, Selection::default());
+        assert_eq!((open.counts.background, open.counts.outside), (0, 0));
+        assert_eq!(open.masks.components[0], IGNORE);
+        // The plate is 40 mm wide, the volume 60 mm; from 0.3 m above, 2 pixels a millimetre.
+        let volume =
+            MeasuringVolume { least: Point3::new(-0.03, -0.03, -0.001), greatest: Point3::new(0.03, 0.03, 0.001) };
+        let Projection { masks, counts, .. } = projected_within(&depth, Selection::default(), Some(volume));
+        let labelled = (0..depth.len()).filter(|at| masks.components[*at] == 0);
+        assert_eq!(labelled.count() as u64, counts.outside);
+        for at in 0..depth.len() {
+            let expected = match (on_plate(at, 0.0), on_plate(at, -20.0)) {
+                (true, _) => 1,
+                (_, true) => IGNORE,
+                // Within the margin of 5.5 mm, 11 pixels, and its perspective it may be either.
+                _ if on_plate(at, -33.0) => continue,
+                _ => 0,
+            };
+            assert_eq!(masks.components[at], expected, "{at}");
+        }
     }
 
     #[test]

@@ -4,15 +4,16 @@
 mod person;
 
 use super::{InspectError, inspect};
-use crate::{Confusion, PixelScores};
-use nalgebra::{Isometry3, Matrix6, Quaternion, Translation3, UnitQuaternion};
+use crate::{Confusion, PixelScores, TestDomain};
+use nalgebra::{Isometry3, Matrix6, Point3, Quaternion, Translation3, UnitQuaternion};
 use person::{Corrections, VertexTruth, correct};
 use semascan_geometry::measure::SurfaceIndex;
 use semascan_inspection::Inspected;
 use semascan_inspection::source::{Source, SourceError, TrueMesh};
 use semascan_inspection::spec::{InspectionSpec, LabelSource};
 use semascan_labelling::{
-    CapturedView, Corrected, IGNORE, LabelledModel, PoseUncertainty, RimTreatment, Selection, corrected_labels,
+    CapturedView, Corrected, IGNORE, LabelledModel, MeasuringVolume, PoseUncertainty, RimTreatment, Selection,
+    ViewMasks, corrected_labels,
 };
 use semascan_model::record::ViewRecord;
 use semascan_model::{SemanticMesh, Taxonomy};
@@ -33,6 +34,8 @@ pub struct Config {
     pub views: u32,
     /// Columns and rows.
     pub size: (u32, u32),
+    /// The world that they are seen in: one with whole motors, [`TestDomain::VirtualCell`] or [`TestDomain::Shifted`].
+    pub domain: TestDomain,
     /// Where labels come from before they are corrected.
     pub labels: LabelSource,
     /// Voxel edge in millimetres; by default that of the inspection.
@@ -46,6 +49,7 @@ impl Default for Config {
             motors: (1001..=1010).collect(),
             views: 12,
             size: (640, 480),
+            domain: TestDomain::VirtualCell,
             labels: LabelSource::Network,
             voxel_mm: None,
         }
@@ -146,6 +150,14 @@ pub enum LabelsError {
         /// Why.
         source: InspectError,
     },
+    /// Its masks were not taken.
+    #[error("masks of motor {seed}: {source}")]
+    Masks {
+        /// Its seed.
+        seed: u64,
+        /// Why.
+        source: Box<dyn std::error::Error + Send + Sync>,
+    },
     /// There is nothing to compare with.
     #[error("motor {seed}: {what}")]
     Unknown {
@@ -156,17 +168,37 @@ pub enum LabelsError {
     },
 }
 
-/// Inspects, corrects and projects every motor; `on_step` gets how many are done, and of how many.
+/// A view with the masks that a data set of its inspection has.
+#[derive(Debug)]
+pub struct MaskedView<'a> {
+    /// Seed of the motor.
+    pub seed: u64,
+    /// Name of the motor.
+    pub part: &'a str,
+    /// The view, with its true labels.
+    pub view: &'a View,
+    /// The pose that the inspection found.
+    pub table_from_camera: Isometry3<f64>,
+    /// Corrected labels, projected, with refined rims.
+    pub masks: &'a ViewMasks,
+    /// The classes of the masks.
+    pub taxonomy: &'a Taxonomy,
+}
+
+/// What takes the masks of every view, motor by motor.
+pub type TakeMasks<'a> = &'a mut dyn FnMut(&MaskedView<'_>) -> Result<(), Box<dyn std::error::Error + Send + Sync>>;
+
+/// Inspects, corrects and projects every motor; `on_step` gets how many are done, and of how many, `on_masks` each view.
 ///
 /// # Errors
 /// [`LabelsError`] naming the motor.
-pub fn run(config: &Config, on_step: &dyn Fn(usize, usize)) -> Result<Report, LabelsError> {
+pub fn run(config: &Config, on_step: &dyn Fn(usize, usize), on_masks: TakeMasks<'_>) -> Result<Report, LabelsError> {
     let mut motors = Vec::new();
     let mut sums: Option<Vec<Sums>> = None;
     let (mut classes, mut defects) = (Vec::new(), Vec::new());
     for &seed in &config.motors {
         on_step(motors.len(), config.motors.len());
-        let (motor, own, taxonomy) = motor(config, seed)?;
+        let (motor, own, taxonomy) = motor(config, seed, on_masks)?;
         motors.push(motor);
         match &mut sums {
             Some(sums) => sums.iter_mut().zip(&own).for_each(|(sum, one)| sum.merge(one)),
@@ -179,10 +211,12 @@ pub fn run(config: &Config, on_step: &dyn Fn(usize, usize)) -> Result<Report, La
     Ok(Report { config: config.clone(), classes, defects, motors, rows })
 }
 
-fn motor(config: &Config, seed: u64) -> Result<(Motor, Vec<Sums>, Taxonomy), LabelsError> {
+fn motor(config: &Config, seed: u64, on_masks: TakeMasks<'_>) -> Result<(Motor, Vec<Sums>, Taxonomy), LabelsError> {
     let unknown = |what| LabelsError::Unknown { seed, what };
     let (width, height) = config.size;
-    let uri = format!("virtual:starter-motor?seed={seed}&views={}&size={width}x{height}", config.views);
+    let domain = if config.domain == TestDomain::Shifted { "shifted" } else { "standard" };
+    let views = config.views;
+    let uri = format!("virtual:starter-motor?seed={seed}&views={views}&size={width}x{height}&domain={domain}");
     let cell = VirtualCellSpec::parse(&uri)?;
     let mut spec = InspectionSpec { labels: config.labels, ..InspectionSpec::default() };
     spec.source.voxel_mm = config.voxel_mm;
@@ -208,11 +242,14 @@ fn motor(config: &Config, seed: u64) -> Result<(Motor, Vec<Sums>, Taxonomy), Lab
         let (Some(labels), Some(recorded)) = (&view.labels, record.views.iter().find(|v| v.index == view.index)) else {
             continue;
         };
-        let Some(captured) = captured(&view, recorded) else { continue };
+        let Some(captured) = captured(&view, recorded, views.info().volume) else { continue };
         let before = as_measured.project(&captured).masks;
         let after = as_corrected.project(&captured);
         let refined = after.masks_with(&captured, RimTreatment::Refine);
         let open = after.masks_with(&captured, RimTreatment::Open);
+        let (table_from_camera, masks) = (captured.table_from_camera, &refined);
+        on_masks(&MaskedView { seed, part: &record.part, view: &view, table_from_camera, masks, taxonomy: &taxonomy })
+            .map_err(|source| LabelsError::Masks { seed, source })?;
         let mut restricted = after.masks.clone();
         restrict(&mut restricted.components, &refined.components);
         restrict(&mut restricted.defects, &refined.defects);
@@ -243,7 +280,11 @@ fn vertex_truth(mesh: &SemanticMesh, truth: &TrueMesh, cell: &VirtualCell, voxel
 }
 
 /// A view at the pose that the inspection found for it; `None` where it found none.
-fn captured<'a>(view: &'a View, recorded: &ViewRecord) -> Option<CapturedView<'a>> {
+fn captured<'a>(
+    view: &'a View,
+    recorded: &ViewRecord,
+    volume: Option<(Point3<f64>, Point3<f64>)>,
+) -> Option<CapturedView<'a>> {
     let pose = recorded.pose.as_ref().filter(|_| recorded.accepted)?;
     let q = pose.rotation;
     let rotation = UnitQuaternion::try_new(Quaternion::new(q.w, q.x, q.y, q.z), 1e-6)?;
@@ -259,6 +300,7 @@ fn captured<'a>(view: &'a View, recorded: &ViewRecord) -> Option<CapturedView<'a
         intrinsics: view.intrinsics,
         table_from_camera: Isometry3::from_parts(Translation3::new(x, y, z), rotation),
         uncertainty,
+        volume: volume.map(|(least, greatest)| MeasuringVolume { least, greatest }),
     })
 }
 
@@ -342,8 +384,9 @@ pub fn print(out: &mut impl Write, report: &Report) -> io::Result<()> {
     let Report { config, classes, defects, motors, rows } = report;
     writeln!(
         out,
-        "labels of {} motors, {} views of {}x{}, from {}, corrected on the model with strokes of 3 to 10 mm",
+        "labels of {} motors ({}), {} views of {}x{}, from {}, corrected on the model with strokes of 3 to 10 mm",
         motors.len(),
+        config.domain.name(),
         config.views,
         config.size.0,
         config.size.1,
