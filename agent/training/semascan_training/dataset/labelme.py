@@ -3,8 +3,8 @@
 Pictures lie beside their `.json` or in `images/` beside `labels/`. Only polygons, rectangles and circles have an area;
 other shapes are refused by name rather than dropped. Shapes with one `group_id` are pieces of one object, as
 `semascan dataset` writes objects with holes. A file may name its `part`, as that command does; a recipe's pattern goes
-before, the file's own name is the last resort. What is labelled `__ignore__` is not known: it counts neither in the loss
-nor in a metric.
+before, the file's own name is the last resort. What is labelled `__ignore__` is not known: it counts neither in the
+loss nor in a metric.
 """
 
 import json
