@@ -20,7 +20,7 @@ mod queue;
 mod rim;
 mod volume;
 
-pub use corrected::{Contradiction, Corrected, CorrectedLabels, Labeller, WithoutEffect, corrected_labels};
+pub use corrected::{Contradiction, Corrected, CorrectedLabels, Labeller, Stroke, WithoutEffect, corrected_labels};
 pub use projection::{CapturedView, LabelledModel, PixelCounts, PoseUncertainty, Projection, Selection, ViewMasks};
 pub use queue::{Basis, QUEUE_CELL, QueuedRegion, queued_regions};
 pub use rim::RimTreatment;

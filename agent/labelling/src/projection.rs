@@ -17,7 +17,7 @@
 //! class nobody said, or that the selection leaves out, is [`IGNORE`].
 
 use crate::rim::{Guide, RimTreatment, treat_rim};
-use crate::{Corrected, CorrectedLabels, IGNORE, MeasuringVolume};
+use crate::{Corrected, CorrectedLabels, IGNORE, Labeller, MeasuringVolume, Stroke};
 use image::RgbImage;
 use nalgebra::{Isometry3, Point3};
 use rayon::prelude::*;
@@ -143,7 +143,25 @@ pub struct LabelledModel<'a> {
     /// Classes of vertices, [`IGNORE`] where they are not to be used.
     components: Vec<u16>,
     defects: Vec<u16>,
+    /// The same without the strokes of a brush.
+    components_beneath: Beneath,
+    defects_beneath: Beneath,
+    /// In the order of the log.
+    strokes: Vec<SearchableStroke<'a>>,
     voxel: f64,
+}
+
+/// Labels of vertices that strokes lie on.
+struct Beneath {
+    classes: Vec<u16>,
+    /// Places in the log of the entries that they are from; 0 = measured.
+    sequences: Vec<u64>,
+}
+
+/// A stroke with a search tree over its points.
+struct SearchableStroke<'a> {
+    stroke: &'a Stroke,
+    nearest: NearestPoints,
 }
 
 /// What a pixel is.
@@ -160,17 +178,28 @@ enum Pixel {
 
 impl<'a> LabelledModel<'a> {
     /// `mesh` with `corrected` labels; `voxel` metres is the edge of the voxels that it was made of.
-    pub fn new(mesh: &'a SemanticMesh, corrected: &Corrected, voxel: f64, selection: Selection) -> Self {
+    pub fn new(mesh: &'a SemanticMesh, corrected: &'a Corrected, voxel: f64, selection: Selection) -> Self {
         let usable = |labels: &CorrectedLabels, sigmas: &[f32]| -> Vec<u16> {
             let of = |v: usize| {
                 let certain = selection.max_sigma.is_none_or(|most| sigmas[v] <= most);
-                let measured = labels.by[v] == crate::Labeller::Measured && certain && !selection.only_people;
+                let measured = labels.by[v] == Labeller::Measured && certain && !selection.only_people;
                 if labels.by[v].is_person() || measured { labels.classes[v] } else { IGNORE }
             };
             (0..mesh.len()).map(of).collect()
         };
+        let beneath = |labels: &CorrectedLabels, sigmas: &[f32]| {
+            let sequence = |by: &Labeller| if let Labeller::Person(sequence) = by { *sequence } else { 0 };
+            Beneath { classes: usable(labels, sigmas), sequences: labels.by.iter().map(sequence).collect() }
+        };
+        let searchable = |stroke: &'a Stroke| {
+            let points: Vec<[f32; 3]> = stroke.points.iter().map(|p| p.map(|c| c as f32)).collect();
+            SearchableStroke { stroke, nearest: NearestPoints::new(&points) }
+        };
         Self {
             mesh,
+            components_beneath: beneath(&corrected.components_beneath, &mesh.vertices.sigma),
+            defects_beneath: beneath(&corrected.defects_beneath, &mesh.vertices.defect_sigma),
+            strokes: corrected.strokes.iter().map(searchable).collect(),
             scene: Scene::of_shape(mesh),
             nearest: NearestPoints::new(&mesh.vertices.positions),
             components: usable(&corrected.components, &mesh.vertices.sigma),
@@ -270,19 +299,37 @@ impl<'a> LabelledModel<'a> {
         }
     }
 
-    /// Component, defect and instance at a place: those that the corners with the most weight have.
+    /// Component, defect and instance at a place: of the last stroke that covers it, or those that the corners with the most
+    /// weight have.
     fn labels_at(&self, place: &SurfacePlace) -> [u16; 3] {
-        let best = |classes: &[u16]| {
-            let [a, b, c] = place.corners.map(|v| classes[v as usize]);
-            let [wa, wb, wc] = place.weights;
-            let weights = [
-                (a, wa + if b == a { wb } else { 0.0 } + if c == a { wc } else { 0.0 }),
-                (b, wb + if c == b { wc } else { 0.0 }),
-                (c, wc),
-            ];
-            weights.iter().fold(weights[0], |best, one| if one.1 > best.1 { *one } else { best }).0
+        let corners = place.corners.map(|v| self.mesh.vertices.positions[v as usize]);
+        let point: [f32; 3] =
+            std::array::from_fn(|axis| (0..3).map(|k| place.weights[k] * corners[k][axis]).sum::<f32>());
+        let mut over: [Option<(u64, u16)>; 2] = [None; 2];
+        for SearchableStroke { stroke, nearest } in self.strokes.iter().rev() {
+            let named = [(0, stroke.component), (1, stroke.defect)];
+            if named.iter().all(|(kind, class)| class.is_none() || over[*kind].is_some()) {
+                continue;
+            }
+            if nearest.nearest_within(point, stroke.radius as f32).is_some() {
+                for (kind, class) in named {
+                    over[kind] = over[kind].or(class.map(|class| (stroke.sequence, class)));
+                }
+            }
+        }
+        let label = |beneath: &Beneath, over: Option<(u64, u16)>| {
+            let (class, corner) = most_weighted(place, &beneath.classes);
+            match over {
+                Some((sequence, over)) if sequence > beneath.sequences[corner] => over,
+                _ => class,
+            }
         };
-        [best(&self.components), best(&self.defects), best(&self.mesh.vertices.instances)]
+        let [component, defect] = over;
+        [
+            label(&self.components_beneath, component),
+            label(&self.defects_beneath, defect),
+            most_weighted(place, &self.mesh.vertices.instances).0,
+        ]
     }
 
     fn labels_of(&self, v: u32) -> [u16; 3] {
@@ -301,6 +348,20 @@ impl Projection {
             ..self.masks.clone()
         }
     }
+}
+
+/// The value that the corners of a place with the most weight have, and the first such corner.
+fn most_weighted(place: &SurfacePlace, values: &[u16]) -> (u16, usize) {
+    let corners = place.corners.map(|v| v as usize);
+    let [a, b, c] = corners.map(|v| values[v]);
+    let [wa, wb, wc] = place.weights;
+    let weights = [
+        (a, corners[0], wa + if b == a { wb } else { 0.0 } + if c == a { wc } else { 0.0 }),
+        (b, corners[1], wb + if c == b { wc } else { 0.0 }),
+        (c, corners[2], wc),
+    ];
+    let best = weights.iter().fold(weights[0], |best, one| if one.2 > best.2 { *one } else { best });
+    (best.0, best.1)
 }
 
 /// The least and the greatest depth of the same surface in the pixels around one.
@@ -353,8 +414,9 @@ fn fill_holes(pixels: &mut [Pixel], seen: &SeenSurface) {
 mod tests {
     use super::*;
     use crate::corrected_labels;
-    use crate::fixtures::{plate, record, taxonomy};
+    use crate::fixtures::{entry, plate, record, taxonomy};
     use nalgebra::Vector3;
+    use semascan_model::review::{ReviewAction, ReviewEntry, Subject, SurfacePatch};
 
     const WIDTH: u32 = 160;
     const HEIGHT: u32 = 120;
@@ -466,6 +528,52 @@ mod tests {
             };
             assert_eq!(masks.components[at], expected, "{at}");
         }
+    }
+
+    #[test]
+    fn a_stroke_finer_than_the_mesh_is_as_fine_in_a_view() {
+        let mesh = plate();
+        let relabel = |sequence, y: f64, radius, defect: &str| {
+            // Between two rows of vertices, which are 1 mm apart.
+            let points = (-40..=40).map(|x| [f64::from(x) * 2.5e-4, y, 0.0]).collect();
+            let patch = SurfacePatch::Points { points, radius };
+            entry(
+                sequence,
+                Subject::Part,
+                ReviewAction::Relabel { patch, component: None, defect: Some(defect.into()) },
+            )
+        };
+        let (intrinsics, table_from_camera) = camera();
+        let (rgb, depth) = (RgbImage::new(WIDTH, HEIGHT), depth_of_plate());
+        let projected = |log: &[ReviewEntry]| {
+            let corrected = corrected_labels(&mesh, &taxonomy(), &record(vec![]), log);
+            let model = LabelledModel::new(&mesh, &corrected, 1e-3, Selection::default());
+            let view = CapturedView {
+                rgb: &rgb,
+                depth: &depth,
+                intrinsics,
+                table_from_camera,
+                uncertainty: None,
+                volume: None,
+            };
+            (corrected.without_effect.len(), model.project(&view).masks.defects)
+        };
+        let of = |defects: &[u16], class: u16| {
+            (0..defects.len()).filter(|at| defects[*at] == class).map(|at| at / WIDTH as usize).collect::<Vec<_>>()
+        };
+        // 0.7 mm wide, 20 mm long; two pixels a millimetre.
+        let (unused, defects) = projected(&[relabel(1, 5e-4, 3.5e-4, "crack")]);
+        let rows = of(&defects, 2);
+        assert_eq!((unused, rows.iter().max().map(|r| r - rows[0])), (0, Some(0)), "one row of pixels");
+        assert!((38..=43).contains(&rows.len()), "{}", rows.len());
+        // What is drawn over it later counts, and what lies under it does not.
+        let (_, defects) = projected(&[relabel(1, 5e-4, 3.5e-4, "crack"), relabel(2, 5e-4, 3e-3, "none")]);
+        assert!(of(&defects, 2).is_empty());
+        let (_, defects) = projected(&[relabel(1, 5e-4, 3e-3, "wear"), relabel(2, 5e-4, 3.5e-4, "crack")]);
+        assert_eq!(of(&defects, 2).len(), rows.len());
+        assert!(of(&defects, 1).len() > 8 * rows.len());
+        // A stroke beside the model has none.
+        assert_eq!(projected(&[relabel(1, 0.05, 3.5e-4, "crack")]).0, 1);
     }
 
     #[test]

@@ -8,8 +8,8 @@ use super::{Failure, Format};
 use anyhow::anyhow;
 use nalgebra::Matrix6;
 use semascan_labelling::{
-    CapturedView, Corrected, CorrectedLabels, IGNORE, LabelledModel, PixelCounts, PoseUncertainty, RimTreatment,
-    Selection, corrected_labels,
+    CapturedView, Corrected, IGNORE, LabelledModel, PixelCounts, PoseUncertainty, RimTreatment, Selection,
+    corrected_labels,
 };
 use semascan_model::record::{InspectionRecord, Outcome, SoftwareRecord, ViewRecord};
 use semascan_model::review::NetworkVersion;
@@ -138,23 +138,6 @@ impl ClassNames {
     }
 }
 
-/// The classes of a model in those of the data set, by class.
-fn renumbered(labels: &mut CorrectedLabels, own: &[ClassDef], all: &[ClassDef]) {
-    let of = |class: u16| {
-        let name = own.iter().find(|known| known.id == class).map(|known| &known.name);
-        all.iter().find(|known| Some(&known.name) == name).map_or(0, |known| known.id)
-    };
-    let most = own.iter().map(|class| class.id).max().unwrap_or(0);
-    let table: Vec<u16> = (0..=most).map(|class| if class == 0 { 0 } else { of(class) }).collect();
-    for (class, by) in labels.classes.iter_mut().zip(&mut labels.by) {
-        match table.get(usize::from(*class)) {
-            Some(number) => *class = *number,
-            // The file names no such class: nothing is known of it.
-            None => (*class, *by) = (0, semascan_labelling::Labeller::Nobody),
-        }
-    }
-}
-
 /// Writes the views of an inspection.
 fn inspection(
     writer: &mut DatasetWriter,
@@ -166,8 +149,7 @@ fn inspection(
     let record = &input.record;
     let (mesh, own) = input.mesh()?;
     let mut corrected: Corrected = corrected_labels(&mesh, &own, record, &input.entries);
-    renumbered(&mut corrected.components, &own.components, &taxonomy.components);
-    renumbered(&mut corrected.defects, &own.defects, &taxonomy.defects);
+    corrected.renumber(&own, taxonomy);
     let name = format!("{scene:06}");
     let mut entry = begun(input, &name, &mesh, &corrected);
     let model = LabelledModel::new(&mesh, &corrected, record.voxel.unwrap_or(1e-3), options.selection);

@@ -1,10 +1,12 @@
 //! Labels that were corrected once on the model and projected into every view, against the true masks of the views: with the
 //! edges of masks as the model has them, left open, and refined by the picture.
 
+mod lines;
 mod person;
 
 use super::{InspectError, inspect};
 use crate::{Confusion, PixelScores, TestDomain};
+use lines::Sampled;
 use nalgebra::{Isometry3, Matrix6, Point3, Quaternion, Translation3, UnitQuaternion};
 use person::{Corrections, VertexTruth, correct};
 use semascan_geometry::measure::SurfaceIndex;
@@ -12,8 +14,8 @@ use semascan_inspection::Inspected;
 use semascan_inspection::source::{Source, SourceError, TrueMesh};
 use semascan_inspection::spec::{InspectionSpec, LabelSource};
 use semascan_labelling::{
-    CapturedView, Corrected, IGNORE, LabelledModel, MeasuringVolume, PoseUncertainty, RimTreatment, Selection,
-    ViewMasks, corrected_labels,
+    CapturedView, IGNORE, LabelledModel, MeasuringVolume, PoseUncertainty, RimTreatment, Selection, ViewMasks,
+    corrected_labels,
 };
 use semascan_model::record::ViewRecord;
 use semascan_model::{SemanticMesh, Taxonomy};
@@ -104,6 +106,10 @@ pub struct Row {
     pub defects: PixelScores,
     /// Share of the pixels that truly show a component whose defect is left open.
     pub defects_open_on_part: f64,
+    /// Share of the pixels of each component class, none first, whose component is left open; `None` where there are none.
+    pub components_open: Vec<Option<f64>>,
+    /// The same of defect classes.
+    pub defects_open: Vec<Option<f64>>,
 }
 
 /// One motor.
@@ -225,17 +231,18 @@ fn motor(config: &Config, seed: u64, on_masks: TakeMasks<'_>) -> Result<(Motor, 
     let mut views = VirtualCell::open(&cell)?;
     let truth = views.truth().ok_or(unknown("its true mesh is not known"))?;
     let voxel = inspected.record.voxel.ok_or(unknown("its voxels are not known"))?;
+    let sampled = Sampled::around_defects(truth, &views);
     let truth = vertex_truth(&inspected.mesh, truth, &views, voxel);
     let taxonomy = inspected.source.info().taxonomy.clone();
     if taxonomy != views.info().taxonomy {
         return Err(unknown("its networks know other classes than the truth"));
     }
     let Inspected { mesh, record, .. } = &inspected;
-    let Corrections { entries, strokes } = correct(mesh, &truth, &taxonomy, record);
+    let Corrections { entries, strokes } = correct(mesh, &truth, &sampled, seed, &taxonomy, record);
     let measured = corrected_labels(mesh, &taxonomy, record, &[]);
     let corrected = corrected_labels(mesh, &taxonomy, record, &entries);
-    let model = |labels: &Corrected| LabelledModel::new(mesh, labels, voxel, Selection::default());
-    let (as_measured, as_corrected) = (model(&measured), model(&corrected));
+    let as_measured = LabelledModel::new(mesh, &measured, voxel, Selection::default());
+    let as_corrected = LabelledModel::new(mesh, &corrected, voxel, Selection::default());
     let mut sums = vec![Sums::new(&taxonomy); Masks::ALL.len()];
     while let Some(view) = views.next_view() {
         let view = view?;
@@ -319,6 +326,9 @@ struct Sums {
     open: u64,
     open_on_part: u64,
     defects_open_on_part: u64,
+    /// Pixels of each true class: left open, and all.
+    components_open: Vec<[u64; 2]>,
+    defects_open: Vec<[u64; 2]>,
 }
 
 impl Sums {
@@ -331,12 +341,23 @@ impl Sums {
             open: 0,
             open_on_part: 0,
             defects_open_on_part: 0,
+            components_open: vec![[0; 2]; taxonomy.components.len()],
+            defects_open: vec![[0; 2]; taxonomy.defects.len()],
         }
     }
 
     fn add(&mut self, truth: &RecordedLabels, components: &[u16], defects: &[u16]) {
         for (at, &component) in truth.components.iter().enumerate() {
             let on_part = u64::from(component != 0);
+            for (open, class, label) in [
+                (&mut self.components_open, component, components[at]),
+                (&mut self.defects_open, truth.defects[at], defects[at]),
+            ] {
+                if let Some([open, all]) = open.get_mut(usize::from(class)) {
+                    *open += u64::from(label == IGNORE);
+                    *all += 1;
+                }
+            }
             self.pixels += 1;
             self.on_part += on_part;
             match components[at] {
@@ -361,10 +382,19 @@ impl Sums {
         self.open += other.open;
         self.open_on_part += other.open_on_part;
         self.defects_open_on_part += other.defects_open_on_part;
+        let lists =
+            [(&mut self.components_open, &other.components_open), (&mut self.defects_open, &other.defects_open)];
+        for ([open, all], [more_open, more]) in lists.into_iter().flat_map(|(own, other)| own.iter_mut().zip(other)) {
+            *open += more_open;
+            *all += more;
+        }
     }
 
     fn row(&self, masks: Masks) -> Row {
         let share = |part: u64, all: u64| part as f64 / all.max(1) as f64;
+        let by_class = |counts: &[[u64; 2]]| -> Vec<Option<f64>> {
+            counts.iter().map(|[open, all]| (*all > 0).then(|| share(*open, *all))).collect()
+        };
         Row {
             masks,
             components: self.components.scores(),
@@ -372,6 +402,8 @@ impl Sums {
             open_on_part: share(self.open_on_part, self.on_part),
             defects: self.defects.scores(),
             defects_open_on_part: share(self.defects_open_on_part, self.on_part),
+            components_open: by_class(&self.components_open),
+            defects_open: by_class(&self.defects_open),
         }
     }
 }
@@ -384,7 +416,8 @@ pub fn print(out: &mut impl Write, report: &Report) -> io::Result<()> {
     let Report { config, classes, defects, motors, rows } = report;
     writeln!(
         out,
-        "labels of {} motors ({}), {} views of {}x{}, from {}, corrected on the model with strokes of 3 to 10 mm",
+        "labels of {} motors ({}), {} views of {}x{}, from {}, corrected on the model with strokes of 3 to 10 mm and, along \
+         what is thinner, lines of 1.5 and 0.8 mm",
         motors.len(),
         config.domain.name(),
         config.views,
@@ -420,10 +453,14 @@ pub fn print(out: &mut impl Write, report: &Report) -> io::Result<()> {
         )?;
     }
     let Some(refined) = rows.iter().find(|row| row.masks == Masks::RimRefined) else { return Ok(()) };
-    writeln!(out, "IoU by class, rims refined")?;
-    for (names, scores) in [(classes, &refined.components), (defects, &refined.defects)] {
-        for (name, iou) in names.iter().skip(1).zip(&scores.iou) {
-            writeln!(out, "  {name:<25} {}", iou.map_or_else(|| "-".to_owned(), |iou| format!("{iou:.4}")))?;
+    writeln!(out, "{:<27} {:>9} {:>8}", "by class, rims refined", "IoU", "open %")?;
+    for (names, scores, open) in
+        [(classes, &refined.components, &refined.components_open), (defects, &refined.defects, &refined.defects_open)]
+    {
+        for ((name, iou), open) in names.iter().skip(1).zip(&scores.iou).zip(open.iter().skip(1)) {
+            let iou = iou.map_or_else(|| "-".to_owned(), |iou| format!("{iou:.4}"));
+            let open = open.map_or_else(|| "-".to_owned(), |open| format!("{:.1}", 100.0 * open));
+            writeln!(out, "  {name:<25} {iou:>9} {open:>8}")?;
         }
     }
     Ok(())
