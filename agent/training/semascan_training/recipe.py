@@ -48,7 +48,6 @@ class DataRecipe:
     part_pattern: str = ""  # labelme: pattern of file names; its first group that matches is the part
     scale: float = 1.0  # labelme: pictures are resized by this factor
     window: tuple[float, ...] = ()  # columns and rows around the labelled part that are taken; empty = whole pictures
-    open_rim: int = 0  # pixels to either side of an edge between two labels that are taken for unknown
     split_seed: int = 1
     test_parts: int = 1  # of every ten parts; 0 = none
 
@@ -183,8 +182,6 @@ def _check(recipe: Recipe) -> None:
     window = recipe.data.window
     if window and not (len(window) == 2 and all(side > 0 and side % SIDE == 0 for side in window)):
         raise TrainingError(f"data.window: columns and rows, multiples of {SIDE}, or none are expected")
-    if recipe.data.open_rim < 0:
-        raise TrainingError(f"data.open_rim: 0 or more is expected, not {recipe.data.open_rim}")
     if not 0 <= recipe.data.test_parts <= 8:
         raise TrainingError(f"data.test_parts: 0 to 8 of every ten are expected, not {recipe.data.test_parts}")
     positive = (

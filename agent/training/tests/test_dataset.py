@@ -11,7 +11,7 @@ from conftest import CLASSES, VIEWS, draw_view, write_recipe, write_set
 from semascan_training.augment import View, augment, draw_motion, move
 from semascan_training.dataset import composition, open_samples, split_by_part
 from semascan_training.dataset.samples import IGNORE
-from semascan_training.dataset.synth import open_rims, window_around
+from semascan_training.dataset.synth import window_around
 from semascan_training.errors import TrainingError
 from semascan_training.recipe import read_recipe
 
@@ -126,17 +126,6 @@ def test_a_window_shows_the_part(tmp_path):
         open_samples(folder, read_recipe(write_recipe(tmp_path / "r.toml", data={"window": [128, 64]})))
     with pytest.raises(TrainingError, match="multiples of 32"):
         read_recipe(write_recipe(tmp_path / "r.toml", data={"window": [100, 64]}))
-
-
-def test_rims_are_opened_where_two_labels_meet():
-    labels = np.zeros((9, 12), np.uint8)
-    labels[:, 6:] = 2
-    labels[4:, :3] = IGNORE
-    opened = open_rims(labels, 1)
-    assert np.array_equal(opened == IGNORE, (labels == IGNORE) | np.isin(np.arange(12), (5, 6)))
-    opened = open_rims(labels, 2)
-    assert np.array_equal(opened == IGNORE, (labels == IGNORE) | np.isin(np.arange(12), (4, 5, 6, 7)))
-    assert np.array_equal(opened[opened != IGNORE], labels[opened != IGNORE])
 
 
 def test_members_differ_in_their_parts_but_stay_in_the_training_side():

@@ -31,8 +31,6 @@ def read(folder: Path, recipe: Recipe, threads: int = 1) -> Samples:
         raise TrainingError(f"{folder}: no part with rgb, depth, labels and defects in it")
     arrays = _arrays(folder, index, views, tuple(map(int, recipe.data.window)), threads)
     labels = {kind: arrays.pop(kind) for kind in ("labels", "defects")}["defects" if defects else "labels"]
-    if recipe.data.open_rim:
-        labels = np.stack([open_rims(plane, recipe.data.open_rim) for plane in labels])
     parts = [index["parts"].get(scene.name, scene.name) for scene, _ in views]
     about = {k: index[k] for k in ("generator", "seed", "views", "size", "window") if k in index}
     classes = index["defects" if defects else "classes"]
@@ -115,22 +113,6 @@ def window_around(labels: np.ndarray, height: int, width: int) -> tuple[slice, s
         middle = (int(places.min()) + int(places.max()) + 1) // 2 if places.size else length // 2
         starts.append(min(max(0, middle - wanted // 2), length - wanted))
     return slice(starts[0], starts[0] + height), slice(starts[1], starts[1] + width)
-
-
-def open_rims(labels: np.ndarray, pixels: int) -> np.ndarray:
-    """The labels, but for those at most so many steps from an edge between two of them, which become IGNORE.
-
-    Where a label borders on the unknown there is no edge.
-    """
-    known = labels != IGNORE
-    edge = np.zeros(labels.shape, np.uint8)
-    for here, there in ((np.s_[:, 1:], np.s_[:, :-1]), (np.s_[1:], np.s_[:-1])):
-        differ = (labels[here] != labels[there]) & known[here] & known[there]
-        edge[here] |= differ
-        edge[there] |= differ
-    if pixels > 1:
-        edge = cv2.dilate(edge, cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3)), iterations=pixels - 1)
-    return np.where(edge > 0, IGNORE, labels).astype(np.uint8)
 
 
 def _scenes(folder: Path) -> list[Path]:
