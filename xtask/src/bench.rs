@@ -4,7 +4,8 @@
 //! A benchmark is a cargo bench target that either prints one JSON object on stdout (people's text goes to stderr) or
 //! uses criterion. The stream benchmark is measured on models that the agent fuses first, beside Draco; other benches are
 //! compared with the peers that their `rivals.py` names, or with PCL by the program that lies beside them. Poses of the real
-//! captures are judged by their pictures, ours beside the robot's and Open3D's.
+//! captures are judged by their pictures, ours beside the robot's and Open3D's. What networks learn from corrected labels is
+//! measured where there is a Python with PyTorch.
 
 use crate::bench_table::{self, Row};
 use crate::browser::Browser;
@@ -13,6 +14,7 @@ use crate::pcl;
 use crate::process::{capture, line, run as run_command};
 use crate::report::{heading, note};
 use crate::rivals;
+use crate::teach;
 use crate::wasm_target::{TARGET, Toolchain};
 use crate::web;
 use crate::workspace::{Workspace, cargo};
@@ -97,6 +99,12 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     }
     if options.name.as_deref().is_none_or(|part| POSES.contains(part)) {
         rows.extend(poses(&workspace, &folder)?);
+    }
+    if options.name.as_deref().is_none_or(|part| teach::NAME.contains(part)) {
+        heading("training code: taught by corrected labels");
+        if let Some(mut command) = teach::run(&workspace, &folder.join(teach::NAME), &|| agent(&workspace))? {
+            rows.extend(keep(&mut command, &folder, teach::NAME)?);
+        }
     }
     rows.extend(bench_table::criterion(&workspace.target.join("criterion"))?);
     heading("Benchmarks");

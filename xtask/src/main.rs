@@ -1,5 +1,4 @@
-//! The developer commands: `cargo xtask demo`, `test`, `web`, `bench`, `attack`, `fuzz`,
-//! `deny`, `onnxruntime`.
+//! The developer commands: `cargo xtask demo`, `test`, `web`, `bench`, `attack`, `fuzz`, `deny`, `image`, `onnxruntime`.
 //!
 //! Each command prepares what a fresh machine lacks, says what it does and why, and ends with one of the exit codes
 //! of `semascan` itself: 0 done, 1 the work failed, 2 a person has to do something first (the command to type is
@@ -14,8 +13,10 @@ mod compress;
 mod demo;
 mod deny;
 mod dist;
+mod dockerfile;
 mod first_page;
 mod fuzz;
+mod image;
 mod onnx_runtime;
 mod packages;
 mod pcl;
@@ -23,6 +24,7 @@ mod process;
 mod report;
 mod rivals;
 mod tally;
+mod teach;
 mod test;
 mod training;
 mod venv;
@@ -59,6 +61,8 @@ enum Task {
     Fuzz(fuzz::Options),
     /// Check licences, duplicate versions and origins of all dependencies
     Deny,
+    /// Assemble the image of docker/Dockerfile without a daemon, run it, and see that it does what an image must
+    Image(image::Options),
     /// Fetch ONNX Runtime, which runs the trained networks, into target/onnxruntime
     Onnxruntime,
 }
@@ -79,6 +83,7 @@ fn main() -> ExitCode {
         Task::Attack(options) => attack::run(&options),
         Task::Fuzz(options) => fuzz::run_all(&options),
         Task::Deny => deny::check(),
+        Task::Image(options) => image::run(&options),
         Task::Onnxruntime => fetch_onnx_runtime(),
     };
     match outcome {

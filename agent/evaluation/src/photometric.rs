@@ -83,7 +83,7 @@ pub fn judge_poses(source: &mut dyn Source, files: &[PoseFile]) -> Result<Judged
 fn picture(info: &SourceInfo, view: &View) -> JudgedPicture {
     let cloud = OrganizedCloud::new(view.intrinsics, &view.depth, None);
     match view.labels.as_ref().filter(|_| info.turntable.is_some()) {
-        Some(labels) => JudgedPicture::new(&view.rgb, &cloud, Some(&|i| labels.components[i] != 0)),
+        Some(labels) => JudgedPicture::new(&view.rgb, &cloud, Some(&|i| labels.shows_component(i))),
         None => JudgedPicture::new(&view.rgb, &cloud, None),
     }
 }

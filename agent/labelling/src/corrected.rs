@@ -7,6 +7,9 @@
 //! - a finding of which a person changed the class: its region gets that class, or no defect where it was found in error;
 //! - a finding that a person drew and named a defect for: the surface within its outline has it.
 //!
+//! A brush stroke (a patch of points) may be finer than the mesh, as one along a crack is: strokes are kept beside the labels of
+//! vertices, and what lies beneath them, so that the place at a pixel can be asked for.
+//!
 //! Decisions (accept, reject, rework) are about the part and change no label. A vertex that no network and no source labelled
 //! and no person named stays unknown.
 
@@ -15,7 +18,7 @@ use semascan_inspection::findings::{MeasuredRegion, measure_regions};
 use semascan_inspection::review::drawn_name;
 use semascan_model::finding::{Finding, FindingId, FindingKind};
 use semascan_model::record::{InspectionRecord, LabelSource};
-use semascan_model::review::{ReviewAction, ReviewEntry, Subject};
+use semascan_model::review::{ReviewAction, ReviewEntry, Subject, SurfacePatch};
 use semascan_model::{ClassDef, PointFlags, SemanticMesh, Taxonomy};
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -51,6 +54,21 @@ pub struct CorrectedLabels {
     pub by: Vec<Labeller>,
 }
 
+/// A brush stroke: the surface nearer than the radius to one of its points.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Stroke {
+    /// Place of its entry in the log.
+    pub sequence: u64,
+    /// Table frame, metres.
+    pub points: Vec<[f64; 3]>,
+    /// Metres.
+    pub radius: f64,
+    /// The component that it names; `None` where the component stays.
+    pub component: Option<u16>,
+    /// The defect that it names; `None` where the defect stays.
+    pub defect: Option<u16>,
+}
+
 /// Two entries that name the same surface differently.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct Contradiction {
@@ -78,6 +96,12 @@ pub struct Corrected {
     pub components: CorrectedLabels,
     /// Defect classes.
     pub defects: CorrectedLabels,
+    /// Component classes without the strokes.
+    pub components_beneath: CorrectedLabels,
+    /// Defect classes without the strokes.
+    pub defects_beneath: CorrectedLabels,
+    /// The strokes, in order.
+    pub strokes: Vec<Stroke>,
     /// Entries that labelled surface.
     pub applied: u64,
     /// Entries among them that were made on another generation of the model: their places are those of that one.
@@ -112,6 +136,8 @@ pub fn corrected_labels(
         defects: measured(looked && looked_for_defects, &mesh.vertices.defects),
         ..Corrected::default()
     };
+    corrected.components_beneath.clone_from(&corrected.components);
+    corrected.defects_beneath.clone_from(&corrected.defects);
     let surface = PatchSurface::new(mesh);
     let mut regions = FindingRegions::new(mesh, record);
     let mut contradictions: BTreeMap<(u64, u64), u64> = BTreeMap::new();
@@ -128,7 +154,21 @@ pub fn corrected_labels(
         let generation = record.files.as_ref().map(|files| &files.generation);
         let of_other = matches!((&entry.versions.model, generation), (Some(then), Some(now)) if then != now);
         corrected.of_other_model += u64::from(of_other);
+        let is_stroke = labelled.stroke.is_some();
+        if let Some((points, radius)) = labelled.stroke {
+            let (component, defect) = (labelled.component, labelled.defect);
+            corrected.strokes.push(Stroke { sequence: entry.sequence, points, radius, component, defect });
+        }
         for v in labelled.vertices.iter().map(|v| *v as usize) {
+            let beneath = [
+                (&mut corrected.components_beneath, labelled.component),
+                (&mut corrected.defects_beneath, labelled.defect),
+            ];
+            for (labels, class) in beneath {
+                if let Some(class) = class.filter(|_| !is_stroke) {
+                    (labels.classes[v], labels.by[v]) = (class, Labeller::Person(entry.sequence));
+                }
+            }
             let mut contradicts = None;
             let named = [(&mut corrected.components, labelled.component), (&mut corrected.defects, labelled.defect)];
             for (labels, class) in named {
@@ -158,9 +198,50 @@ pub fn corrected_labels(
     corrected
 }
 
+impl Corrected {
+    /// Numbers the classes, which are those of `own`, by their names as `all` does. Of a class that `own` does not name nothing
+    /// is known.
+    pub fn renumber(&mut self, own: &Taxonomy, all: &Taxonomy) {
+        let component = |class: u16| renumbered(class, &own.components, &all.components);
+        let defect = |class: u16| renumbered(class, &own.defects, &all.defects);
+        self.components.renumber(&component);
+        self.components_beneath.renumber(&component);
+        self.defects.renumber(&defect);
+        self.defects_beneath.renumber(&defect);
+        for stroke in &mut self.strokes {
+            stroke.component = stroke.component.and_then(component);
+            stroke.defect = stroke.defect.and_then(defect);
+        }
+    }
+}
+
+impl CorrectedLabels {
+    fn renumber(&mut self, renumbered: &dyn Fn(u16) -> Option<u16>) {
+        let most = self.classes.iter().copied().max().unwrap_or(0);
+        let table: Vec<Option<u16>> = (0..=most).map(renumbered).collect();
+        for (class, by) in self.classes.iter_mut().zip(&mut self.by) {
+            match table[usize::from(*class)] {
+                Some(number) => *class = number,
+                None => (*class, *by) = (0, Labeller::Nobody),
+            }
+        }
+    }
+}
+
+/// The number that `all` has for the class that is `class` in `own`.
+fn renumbered(class: u16, own: &[ClassDef], all: &[ClassDef]) -> Option<u16> {
+    if class == 0 {
+        return Some(0);
+    }
+    let name = &own.iter().find(|known| known.id == class)?.name;
+    all.iter().find(|known| known.name == *name).map(|known| known.id)
+}
+
 /// What an entry says of which surface.
 struct Labelled {
     vertices: Vec<u32>,
+    /// Points and radius of a patch of points, which may be finer than the mesh.
+    stroke: Option<(Vec<[f64; 3]>, f64)>,
     /// `None` where the component stays.
     component: Option<u16>,
     /// `None` where the defect stays.
@@ -179,20 +260,25 @@ fn labelled(
     let component_of = |name: &Option<String>| class(&taxonomy.components, "component", name.as_deref());
     let defect_of = |name: &Option<String>| class(&taxonomy.defects, "defect", name.as_deref());
     let labelled = match &entry.review.action {
-        ReviewAction::Relabel { patch, component, defect } => Labelled {
-            component: component_of(component)?,
-            defect: defect_of(defect)?,
-            vertices: surface.vertices_of(patch),
-        },
+        ReviewAction::Relabel { patch, component, defect } => {
+            let stroke = match patch {
+                SurfacePatch::Points { points, radius } if surface.is_near(points) => Some((points.clone(), *radius)),
+                _ => None,
+            };
+            let (component, defect) = (component_of(component)?, defect_of(defect)?);
+            Labelled { component, defect, vertices: surface.vertices_of(patch), stroke }
+        }
         ReviewAction::NewFinding { outline, defect: defect @ Some(_), .. } => {
-            Labelled { component: None, defect: defect_of(defect)?, vertices: surface.within_curve(outline) }
+            let (vertices, defect) = (surface.within_curve(outline), defect_of(defect)?);
+            Labelled { component: None, defect, vertices, stroke: None }
         }
         ReviewAction::Reclassify { component, defect } => {
             let Subject::Finding { finding } = &entry.review.subject else { return Ok(None) };
             let Some(vertices) = vertices_of_finding(*finding, surface, regions, record, entries)? else {
                 return Ok(None);
             };
-            Labelled { component: component_of(component)?, defect: Some(defect_of(defect)?.unwrap_or(0)), vertices }
+            let (component, defect) = (component_of(component)?, Some(defect_of(defect)?.unwrap_or(0)));
+            Labelled { component, defect, vertices, stroke: None }
         }
         ReviewAction::NewFinding { defect: None, .. }
         | ReviewAction::Accept
@@ -200,8 +286,8 @@ fn labelled(
         | ReviewAction::Rework
         | ReviewAction::Comment => return Ok(None),
     };
-    if labelled.vertices.is_empty() {
-        return Err("no vertex of the model lies in its patch".into());
+    if labelled.vertices.is_empty() && labelled.stroke.is_none() {
+        return Err("no surface of the model lies in its patch".into());
     }
     Ok(Some(labelled))
 }
@@ -376,7 +462,7 @@ mod tests {
         ];
         let corrected = corrected_labels(&mesh, &taxonomy(), &record(vec![]), &log);
         let said: Vec<(u64, &str)> = corrected.without_effect.iter().map(|w| (w.sequence, w.reason.as_str())).collect();
-        assert_eq!(said[0], (1, "no vertex of the model lies in its patch"));
+        assert_eq!(said[0], (1, "no surface of the model lies in its patch"));
         assert_eq!(said[1], (2, "the model has no component \"anchor\""));
         assert!(said[2].0 == 3 && said[2].1.contains("no finding"), "{said:?}");
         assert_eq!(corrected.components.by[at(1, 1)], Labeller::Nobody);

@@ -5,6 +5,7 @@
 //! | `corrected.rs` | the labels of the model with the log of reviews applied, and who says so |
 //! | `projection.rs` | these labels in a view, tested against the view's own depth |
 //! | `rim.rs` | edges of masks refined by the picture, or left open |
+//! | `volume.rs` | where the part can be: what lies beside it is background |
 //! | `queue.rs` | where a label would teach most |
 //!
 //! A pixel of which nothing is known is [`IGNORE`], never background.
@@ -15,11 +16,13 @@ mod fixtures;
 mod projection;
 mod queue;
 mod rim;
+mod volume;
 
-pub use corrected::{Contradiction, Corrected, CorrectedLabels, Labeller, WithoutEffect, corrected_labels};
+pub use corrected::{Contradiction, Corrected, CorrectedLabels, Labeller, Stroke, WithoutEffect, corrected_labels};
 pub use projection::{CapturedView, LabelledModel, PixelCounts, PoseUncertainty, Projection, Selection, ViewMasks};
 pub use queue::{Basis, QUEUE_CELL, QueuedRegion, queued_regions};
 pub use rim::RimTreatment;
+pub use volume::MeasuringVolume;
 
 /// Label of a pixel of which nothing is known: it counts neither in a loss nor in a metric.
 pub const IGNORE: u16 = 255;

@@ -9,13 +9,15 @@
 //! | far from any surface of the model | background: class 0 |
 //! | between: nearer than [`FAR`] voxels, but not on the surface | [`IGNORE`] |
 //! | none, but all measured pixels around agree with the surface | that of the surface |
+//! | none, and the line of sight does not enter the measuring volume, where one is known | background: class 0 |
 //! | none otherwise | [`IGNORE`] |
 //!
-//! So nothing is labelled that stands before the model, and nothing is called background that was not measured. Surface whose
+//! So nothing is labelled that stands before the model, and nothing is called background that was neither measured nor is where
+//! the part cannot be. Surface whose
 //! class nobody said, or that the selection leaves out, is [`IGNORE`].
 
 use crate::rim::{Guide, RimTreatment, treat_rim};
-use crate::{Corrected, CorrectedLabels, IGNORE};
+use crate::{Corrected, CorrectedLabels, IGNORE, Labeller, MeasuringVolume, Stroke};
 use image::RgbImage;
 use nalgebra::{Isometry3, Point3};
 use rayon::prelude::*;
@@ -71,6 +73,8 @@ pub struct CapturedView<'a> {
     pub table_from_camera: Isometry3<f64>,
     /// How well that is known; `None` where it is not said.
     pub uncertainty: Option<PoseUncertainty>,
+    /// Where the part can be; `None` where nobody says.
+    pub volume: Option<MeasuringVolume>,
 }
 
 /// Pixels by what became of them, before rims are treated.
@@ -82,8 +86,10 @@ pub struct PixelCounts {
     pub beside: u64,
     /// Labelled by surface, without depth of their own among pixels that agree.
     pub in_holes: u64,
-    /// Background.
+    /// Background, by its measured depth.
     pub background: u64,
+    /// Background without depth: its line of sight does not enter the measuring volume.
+    pub outside: u64,
     /// Left open: near the model, but not on it.
     pub contradicting: u64,
     /// Left open: not measured.
@@ -97,6 +103,7 @@ impl PixelCounts {
         self.beside += other.beside;
         self.in_holes += other.in_holes;
         self.background += other.background;
+        self.outside += other.outside;
         self.contradicting += other.contradicting;
         self.unmeasured += other.unmeasured;
     }
@@ -136,7 +143,25 @@ pub struct LabelledModel<'a> {
     /// Classes of vertices, [`IGNORE`] where they are not to be used.
     components: Vec<u16>,
     defects: Vec<u16>,
+    /// The same without the strokes of a brush.
+    components_beneath: Beneath,
+    defects_beneath: Beneath,
+    /// In the order of the log.
+    strokes: Vec<SearchableStroke<'a>>,
     voxel: f64,
+}
+
+/// Labels of vertices that strokes lie on.
+struct Beneath {
+    classes: Vec<u16>,
+    /// Places in the log of the entries that they are from; 0 = measured.
+    sequences: Vec<u64>,
+}
+
+/// A stroke with a search tree over its points.
+struct SearchableStroke<'a> {
+    stroke: &'a Stroke,
+    nearest: NearestPoints,
 }
 
 /// What a pixel is.
@@ -146,23 +171,35 @@ enum Pixel {
     Beside(u32),
     Hole(SurfacePlace),
     Background,
+    Outside,
     Contradicts,
     Unmeasured,
 }
 
 impl<'a> LabelledModel<'a> {
     /// `mesh` with `corrected` labels; `voxel` metres is the edge of the voxels that it was made of.
-    pub fn new(mesh: &'a SemanticMesh, corrected: &Corrected, voxel: f64, selection: Selection) -> Self {
+    pub fn new(mesh: &'a SemanticMesh, corrected: &'a Corrected, voxel: f64, selection: Selection) -> Self {
         let usable = |labels: &CorrectedLabels, sigmas: &[f32]| -> Vec<u16> {
             let of = |v: usize| {
                 let certain = selection.max_sigma.is_none_or(|most| sigmas[v] <= most);
-                let measured = labels.by[v] == crate::Labeller::Measured && certain && !selection.only_people;
+                let measured = labels.by[v] == Labeller::Measured && certain && !selection.only_people;
                 if labels.by[v].is_person() || measured { labels.classes[v] } else { IGNORE }
             };
             (0..mesh.len()).map(of).collect()
         };
+        let beneath = |labels: &CorrectedLabels, sigmas: &[f32]| {
+            let sequence = |by: &Labeller| if let Labeller::Person(sequence) = by { *sequence } else { 0 };
+            Beneath { classes: usable(labels, sigmas), sequences: labels.by.iter().map(sequence).collect() }
+        };
+        let searchable = |stroke: &'a Stroke| {
+            let points: Vec<[f32; 3]> = stroke.points.iter().map(|p| p.map(|c| c as f32)).collect();
+            SearchableStroke { stroke, nearest: NearestPoints::new(&points) }
+        };
         Self {
             mesh,
+            components_beneath: beneath(&corrected.components_beneath, &mesh.vertices.sigma),
+            defects_beneath: beneath(&corrected.defects_beneath, &mesh.vertices.defect_sigma),
+            strokes: corrected.strokes.iter().map(searchable).collect(),
             scene: Scene::of_shape(mesh),
             nearest: NearestPoints::new(&mesh.vertices.positions),
             components: usable(&corrected.components, &mesh.vertices.sigma),
@@ -178,8 +215,9 @@ impl<'a> LabelledModel<'a> {
             &Camera { intrinsics: view.intrinsics, table_from_camera: view.table_from_camera },
         );
         let (width, height) = (seen.width, seen.height);
+        let volume = view.volume.map(|volume| volume.widened(self.volume_margin(view)));
         let mut pixels: Vec<Pixel> =
-            (0..width * height).into_par_iter().map(|at| self.pixel(view, &seen, at)).collect();
+            (0..width * height).into_par_iter().map(|at| self.pixel(view, &seen, volume.as_ref(), at)).collect();
         fill_holes(&mut pixels, &seen);
         let mut counts = PixelCounts::default();
         let mut masks = ViewMasks {
@@ -195,6 +233,7 @@ impl<'a> LabelledModel<'a> {
                 Pixel::Hole(place) => (&mut counts.in_holes, self.labels_at(place)),
                 Pixel::Beside(v) => (&mut counts.beside, self.labels_of(*v)),
                 Pixel::Background => (&mut counts.background, [0; 3]),
+                Pixel::Outside => (&mut counts.outside, [0; 3]),
                 Pixel::Contradicts => (&mut counts.contradicting, [IGNORE, IGNORE, 0]),
                 Pixel::Unmeasured => (&mut counts.unmeasured, [IGNORE, IGNORE, 0]),
             };
@@ -222,15 +261,29 @@ impl<'a> LabelledModel<'a> {
         (shift.ceil() as usize).clamp(1, WIDEST_RIM)
     }
 
-    fn pixel(&self, view: &CapturedView<'_>, seen: &SeenSurface, at: usize) -> Pixel {
+    /// Metres by which the volume is taken to be larger: as far as the part's rim may be shifted in a view.
+    fn volume_margin(&self, view: &CapturedView<'_>) -> f64 {
+        let distance = view.table_from_camera.translation.vector.norm();
+        let pose = view.uncertainty.map_or(0.5 * self.voxel, |u| u.translation.hypot(u.rotation * distance));
+        FAR * self.voxel + 3.0 * pose
+    }
+
+    fn pixel(&self, view: &CapturedView<'_>, seen: &SeenSurface, volume: Option<&MeasuringVolume>, at: usize) -> Pixel {
         let place = seen.places[at].filter(|place| place.is_outside);
         let depth = f64::from(view.depth[at]);
+        let (u, v) = (at % seen.width, at / seen.width);
         if !(depth > 0.0 && depth.is_finite()) {
-            return place.map_or(Pixel::Unmeasured, Pixel::Hole);
+            let passes = |volume: &MeasuringVolume| {
+                !volume.is_entered(&view.intrinsics, &view.table_from_camera, u as f64, v as f64)
+            };
+            return match place {
+                Some(place) => Pixel::Hole(place),
+                None if volume.is_some_and(passes) => Pixel::Outside,
+                None => Pixel::Unmeasured,
+            };
         }
         let footprint = view.intrinsics.footprint(depth);
         let slack = AGREEMENT.0 * self.voxel + AGREEMENT.1 * footprint;
-        let (u, v) = (at % seen.width, at / seen.width);
         if let Some(place) = place {
             let (least, greatest) = depths_around(seen, u, v, place.depth, slack as f32);
             if depth >= f64::from(least) - slack && depth <= f64::from(greatest) + slack {
@@ -246,19 +299,37 @@ impl<'a> LabelledModel<'a> {
         }
     }
 
-    /// Component, defect and instance at a place: those that the corners with the most weight have.
+    /// Component, defect and instance at a place: of the last stroke that covers it, or those that the corners with the most
+    /// weight have.
     fn labels_at(&self, place: &SurfacePlace) -> [u16; 3] {
-        let best = |classes: &[u16]| {
-            let [a, b, c] = place.corners.map(|v| classes[v as usize]);
-            let [wa, wb, wc] = place.weights;
-            let weights = [
-                (a, wa + if b == a { wb } else { 0.0 } + if c == a { wc } else { 0.0 }),
-                (b, wb + if c == b { wc } else { 0.0 }),
-                (c, wc),
-            ];
-            weights.iter().fold(weights[0], |best, one| if one.1 > best.1 { *one } else { best }).0
+        let corners = place.corners.map(|v| self.mesh.vertices.positions[v as usize]);
+        let point: [f32; 3] =
+            std::array::from_fn(|axis| (0..3).map(|k| place.weights[k] * corners[k][axis]).sum::<f32>());
+        let mut over: [Option<(u64, u16)>; 2] = [None; 2];
+        for SearchableStroke { stroke, nearest } in self.strokes.iter().rev() {
+            let named = [(0, stroke.component), (1, stroke.defect)];
+            if named.iter().all(|(kind, class)| class.is_none() || over[*kind].is_some()) {
+                continue;
+            }
+            if nearest.nearest_within(point, stroke.radius as f32).is_some() {
+                for (kind, class) in named {
+                    over[kind] = over[kind].or(class.map(|class| (stroke.sequence, class)));
+                }
+            }
+        }
+        let label = |beneath: &Beneath, over: Option<(u64, u16)>| {
+            let (class, corner) = most_weighted(place, &beneath.classes);
+            match over {
+                Some((sequence, over)) if sequence > beneath.sequences[corner] => over,
+                _ => class,
+            }
         };
-        [best(&self.components), best(&self.defects), best(&self.mesh.vertices.instances)]
+        let [component, defect] = over;
+        [
+            label(&self.components_beneath, component),
+            label(&self.defects_beneath, defect),
+            most_weighted(place, &self.mesh.vertices.instances).0,
+        ]
     }
 
     fn labels_of(&self, v: u32) -> [u16; 3] {
@@ -277,6 +348,20 @@ impl Projection {
             ..self.masks.clone()
         }
     }
+}
+
+/// The value that the corners of a place with the most weight have, and the first such corner.
+fn most_weighted(place: &SurfacePlace, values: &[u16]) -> (u16, usize) {
+    let corners = place.corners.map(|v| v as usize);
+    let [a, b, c] = corners.map(|v| values[v]);
+    let [wa, wb, wc] = place.weights;
+    let weights = [
+        (a, corners[0], wa + if b == a { wb } else { 0.0 } + if c == a { wc } else { 0.0 }),
+        (b, corners[1], wb + if c == b { wc } else { 0.0 }),
+        (c, corners[2], wc),
+    ];
+    let best = weights.iter().fold(weights[0], |best, one| if one.2 > best.2 { *one } else { best });
+    (best.0, best.1)
 }
 
 /// The least and the greatest depth of the same surface in the pixels around one.
@@ -306,7 +391,7 @@ fn fill_holes(pixels: &mut [Pixel], seen: &SeenSurface) {
                 return None;
             }
             match pixels[(v * width + u) as usize] {
-                Pixel::Hole(_) | Pixel::Unmeasured => {}
+                Pixel::Hole(_) | Pixel::Unmeasured | Pixel::Outside => {}
                 measured => return Some(matches!(measured, Pixel::Agrees(_) | Pixel::Beside(_))),
             }
         }
@@ -329,8 +414,9 @@ fn fill_holes(pixels: &mut [Pixel], seen: &SeenSurface) {
 mod tests {
     use super::*;
     use crate::corrected_labels;
-    use crate::fixtures::{plate, record, taxonomy};
+    use crate::fixtures::{entry, plate, record, taxonomy};
     use nalgebra::Vector3;
+    use semascan_model::review::{ReviewAction, ReviewEntry, Subject, SurfacePatch};
 
     const WIDTH: u32 = 160;
     const HEIGHT: u32 = 120;
@@ -349,12 +435,16 @@ mod tests {
     }
 
     fn projected(depth: &[f32], selection: Selection) -> Projection {
+        projected_within(depth, selection, None)
+    }
+
+    fn projected_within(depth: &[f32], selection: Selection, volume: Option<MeasuringVolume>) -> Projection {
         let mesh = plate();
         let corrected = corrected_labels(&mesh, &taxonomy(), &record(vec![]), &[]);
         let model = LabelledModel::new(&mesh, &corrected, 1e-3, selection);
         let (intrinsics, table_from_camera) = camera();
         let rgb = RgbImage::new(WIDTH, HEIGHT);
-        let view = CapturedView { rgb: &rgb, depth, intrinsics, table_from_camera, uncertainty: None };
+        let view = CapturedView { rgb: &rgb, depth, intrinsics, table_from_camera, uncertainty: None, volume };
         model.project(&view)
     }
 
@@ -414,6 +504,76 @@ mod tests {
         let all: u64 =
             [counts.agreeing, counts.beside, counts.in_holes, counts.background, counts.unmeasured].iter().sum();
         assert_eq!(all + counts.contradicting, u64::from(WIDTH * HEIGHT));
+    }
+
+    #[test]
+    fn without_depth_what_cannot_be_the_part_is_background_and_what_can_be_is_open() {
+        let depth: Vec<f32> = depth_of_plate().iter().map(|z| if *z < 0.35 { *z } else { 0.0 }).collect();
+        let open = projected(&depth, Selection::default());
+        assert_eq!((open.counts.background, open.counts.outside), (0, 0));
+        assert_eq!(open.masks.components[0], IGNORE);
+        // The plate is 40 mm wide, the volume 60 mm; from 0.3 m above, 2 pixels a millimetre.
+        let volume =
+            MeasuringVolume { least: Point3::new(-0.03, -0.03, -0.001), greatest: Point3::new(0.03, 0.03, 0.001) };
+        let Projection { masks, counts, .. } = projected_within(&depth, Selection::default(), Some(volume));
+        let labelled = (0..depth.len()).filter(|at| masks.components[*at] == 0);
+        assert_eq!(labelled.count() as u64, counts.outside);
+        for at in 0..depth.len() {
+            let expected = match (on_plate(at, 0.0), on_plate(at, -20.0)) {
+                (true, _) => 1,
+                (_, true) => IGNORE,
+                // Within the margin of 5.5 mm, 11 pixels, and its perspective it may be either.
+                _ if on_plate(at, -33.0) => continue,
+                _ => 0,
+            };
+            assert_eq!(masks.components[at], expected, "{at}");
+        }
+    }
+
+    #[test]
+    fn a_stroke_finer_than_the_mesh_is_as_fine_in_a_view() {
+        let mesh = plate();
+        let relabel = |sequence, y: f64, radius, defect: &str| {
+            // Between two rows of vertices, which are 1 mm apart.
+            let points = (-40..=40).map(|x| [f64::from(x) * 2.5e-4, y, 0.0]).collect();
+            let patch = SurfacePatch::Points { points, radius };
+            entry(
+                sequence,
+                Subject::Part,
+                ReviewAction::Relabel { patch, component: None, defect: Some(defect.into()) },
+            )
+        };
+        let (intrinsics, table_from_camera) = camera();
+        let (rgb, depth) = (RgbImage::new(WIDTH, HEIGHT), depth_of_plate());
+        let projected = |log: &[ReviewEntry]| {
+            let corrected = corrected_labels(&mesh, &taxonomy(), &record(vec![]), log);
+            let model = LabelledModel::new(&mesh, &corrected, 1e-3, Selection::default());
+            let view = CapturedView {
+                rgb: &rgb,
+                depth: &depth,
+                intrinsics,
+                table_from_camera,
+                uncertainty: None,
+                volume: None,
+            };
+            (corrected.without_effect.len(), model.project(&view).masks.defects)
+        };
+        let of = |defects: &[u16], class: u16| {
+            (0..defects.len()).filter(|at| defects[*at] == class).map(|at| at / WIDTH as usize).collect::<Vec<_>>()
+        };
+        // 0.7 mm wide, 20 mm long; two pixels a millimetre.
+        let (unused, defects) = projected(&[relabel(1, 5e-4, 3.5e-4, "crack")]);
+        let rows = of(&defects, 2);
+        assert_eq!((unused, rows.iter().max().map(|r| r - rows[0])), (0, Some(0)), "one row of pixels");
+        assert!((38..=43).contains(&rows.len()), "{}", rows.len());
+        // What is drawn over it later counts, and what lies under it does not.
+        let (_, defects) = projected(&[relabel(1, 5e-4, 3.5e-4, "crack"), relabel(2, 5e-4, 3e-3, "none")]);
+        assert!(of(&defects, 2).is_empty());
+        let (_, defects) = projected(&[relabel(1, 5e-4, 3e-3, "wear"), relabel(2, 5e-4, 3.5e-4, "crack")]);
+        assert_eq!(of(&defects, 2).len(), rows.len());
+        assert!(of(&defects, 1).len() > 8 * rows.len());
+        // A stroke beside the model has none.
+        assert_eq!(projected(&[relabel(1, 0.05, 3.5e-4, "crack")]).0, 1);
     }
 
     #[test]

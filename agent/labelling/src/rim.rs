@@ -5,6 +5,9 @@
 //! (joint bilateral filter, [Petschnigg 2004]): a neighbour votes for its own label, the more the nearer it is,
 //! the more alike its colour is, and the farther it lies from the edge, where its label is certain; a jump of depth between
 //! the two leaves next to nothing of its vote. Where no label has a clear majority, the pixel stays open.
+//!
+//! A region that is thinner than two rims, such as a crack, has no pixel that far from its edge; its middle is what is most certain
+//! of it and counts in full.
 
 use crate::IGNORE;
 use image::RgbImage;
@@ -109,9 +112,9 @@ fn neighbours(at: usize, (width, height): (usize, usize)) -> impl Iterator<Item 
 /// The votes of neighbourhoods.
 struct Voting<'a> {
     labels: &'a [u16],
-    steps: &'a [usize],
+    /// How certain the label of each pixel is, 0 to 1.
+    certainty: Vec<f32>,
     guide: &'a Guide<'a>,
-    rim: usize,
     /// Half the width of a neighbourhood, pixels.
     reach: usize,
     /// Weight by squared distance of colours, in steps of the table.
@@ -120,13 +123,14 @@ struct Voting<'a> {
 }
 
 impl<'a> Voting<'a> {
-    fn new(labels: &'a [u16], steps: &'a [usize], guide: &'a Guide<'a>, rim: usize) -> Self {
+    fn new(labels: &'a [u16], steps: &[usize], guide: &'a Guide<'a>, rim: usize) -> Self {
         const STEPS: usize = 512;
         let alike = ALIKE.max(ALIKE_IN_NOISE * noise(guide.rgb));
         // Beyond four deviations nothing is left of a vote.
         let color_step = 16.0 * alike * alike / STEPS as f32;
         let by_color = (0..STEPS).map(|k| (-0.5 * k as f32 * color_step / (alike * alike)).exp()).collect();
-        Self { labels, steps, guide, rim, reach: 2 * rim + 2, by_color, color_step }
+        let size = (guide.intrinsics.width as usize, guide.intrinsics.height as usize);
+        Self { labels, certainty: certainty(labels, steps, size, rim), guide, reach: 2 * rim + 2, by_color, color_step }
     }
 
     /// The label that the neighbourhood of a pixel votes for; [`IGNORE`] without a majority.
@@ -150,8 +154,7 @@ impl<'a> Voting<'a> {
                 let Some(by_color) = self.by_color.get((difference / self.color_step) as usize) else { continue };
                 let squared = (x.abs_diff(u).pow(2) + y.abs_diff(v).pow(2)) as f32;
                 let by_distance = (-0.5 * squared / (deviation * deviation)).exp();
-                let certain = (self.steps[other] - 1) as f32 / self.rim as f32;
-                let by_certainty = AT_EDGE + (1.0 - AT_EDGE) * certain.min(1.0).powi(2);
+                let by_certainty = AT_EDGE + (1.0 - AT_EDGE) * self.certainty[other].powi(2);
                 let by_depth = match self.guide.depth[other] {
                     there if there > 0.0 && depth > 0.0 => {
                         let reach = JUMP + SLOPE * footprint * squared.sqrt();
@@ -170,6 +173,34 @@ impl<'a> Voting<'a> {
         let best = votes.iter().fold((IGNORE, 0.0), |best, one| if one.1 > best.1 { *one } else { best });
         if best.1 >= MAJORITY * all { best.0 } else { IGNORE }
     }
+}
+
+/// How far each pixel lies from an edge as a share of the rim, or of the half width of its region where that is thinner.
+fn certainty(labels: &[u16], steps: &[usize], size: (usize, usize), rim: usize) -> Vec<f32> {
+    let mut certainty = vec![0.0; labels.len()];
+    let mut is_seen = vec![false; labels.len()];
+    for first in 0..labels.len() {
+        if is_seen[first] {
+            continue;
+        }
+        is_seen[first] = true;
+        let mut region = vec![first];
+        let mut next = 0;
+        while let Some(&at) = region.get(next) {
+            next += 1;
+            for beside in neighbours(at, size) {
+                if !is_seen[beside] && labels[beside] == labels[at] {
+                    is_seen[beside] = true;
+                    region.push(beside);
+                }
+            }
+        }
+        let deepest = region.iter().map(|at| steps[*at]).max().unwrap_or(1).saturating_sub(1).min(rim);
+        for at in region {
+            certainty[at] = if deepest == 0 { 1.0 } else { ((steps[at] - 1) as f32 / deepest as f32).min(1.0) };
+        }
+    }
+    certainty
 }
 
 /// Standard deviation of a channel by noise, steps of 255: from the median difference of pixels beside each other, which most
@@ -255,6 +286,24 @@ mod tests {
         let shown = picture(20, [[90, 90, 90]; 2]);
         let depth: Vec<f32> = (0..SIZE * SIZE).map(|at| if at % SIZE < 20 { 0.3 } else { 0.34 }).collect();
         check_moved(&treated(&shown, &depth, RimTreatment::Refine));
+    }
+
+    #[test]
+    fn a_thin_line_that_the_picture_shows_stays_and_one_that_it_does_not_show_is_open() {
+        let on_line = |at: usize| (18..20).contains(&(at % SIZE));
+        let labels: Vec<u16> = (0..SIZE * SIZE).map(|at| if on_line(at) { 2 } else { 1 }).collect();
+        let depth = vec![0.3; SIZE * SIZE];
+        let refined = |line: [u8; 3]| {
+            let shown = RgbImage::from_fn(SIZE as u32, SIZE as u32, |u, v| {
+                let noise = ((u * 7 + v * 13) % 5) as u8;
+                Rgb((if on_line(u as usize) { line } else { [120; 3] }).map(|c| c + noise))
+            });
+            treat_rim(&labels, &Guide { rgb: &shown, depth: &depth, intrinsics: &CAMERA }, 3, RimTreatment::Refine)
+        };
+        assert_eq!(refined([20; 3]), labels);
+        let lost = refined([120; 3]);
+        assert!((0..lost.len()).all(|at| lost[at] == labels[at] || lost[at] == IGNORE));
+        assert!((0..lost.len()).filter(|at| on_line(*at)).all(|at| lost[at] == IGNORE));
     }
 
     #[test]

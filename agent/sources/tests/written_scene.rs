@@ -5,12 +5,14 @@ use nalgebra::Isometry3;
 use semascan_inspection::source::Source;
 use semascan_inspection::spec::CameraMask;
 use semascan_model::Taxonomy;
-use semascan_perception::view::{PoseEvidence, View};
+use semascan_perception::segment::{RecordedSegmenter, Segmenter};
+use semascan_perception::view::{PoseEvidence, RecordedLabels, View};
 use semascan_simulation::{VirtualCell, VirtualCellSpec};
 use semascan_sources::bop::{BopSource, SceneEntry, SceneWriter};
 use serde_json::Value;
 use std::fs;
 use std::path::Path;
+use std::sync::Arc;
 
 fn cell() -> VirtualCell {
     let uri = "virtual:starter-motor?seed=4&views=2&size=96x80&cell=3";
@@ -64,6 +66,47 @@ fn a_written_scene_reads_back() {
     let pose = views[0].truth.as_ref().expect("truth").table_from_camera.inverse() * object;
     let z = truth["0"][0]["cam_t_m2c"][2].as_f64().expect("a number");
     assert!((z - pose.translation.vector.z * 1e3).abs() < 1e-9, "the object stands before the camera");
+}
+
+/// What nobody knows goes out as 255 and comes back as unknown: as no class, and not as none.
+#[test]
+fn what_is_unknown_comes_back_as_unknown() {
+    let dir = tempfile::tempdir().expect("temporary folder");
+    let folder = dir.path().join("scene");
+    let mut cell = cell();
+    let mut view = cell.next_view().expect("a view").expect("drawn");
+    let mut labels = (**view.labels.as_ref().expect("labels")).clone();
+    let known = labels.clone();
+    for i in (0..labels.components.len()).filter(|i| i % 3 == 0) {
+        labels.components[i] = RecordedLabels::UNKNOWN;
+    }
+    for i in (0..labels.defects.len()).filter(|i| i % 5 == 0) {
+        labels.defects[i] = RecordedLabels::UNKNOWN;
+    }
+    view.labels = Some(Arc::new(labels.clone()));
+    let writer = SceneWriter::create(&folder, &cell.info().taxonomy, Isometry3::identity()).expect("made");
+    let entry = writer.write(&view).expect("written");
+    writer.finish(&[entry]).expect("finished");
+    let read = |folder: &Path| {
+        let mut source = BopSource::open(folder, &CameraMask::None).expect("a scene");
+        source.next_view().expect("a view").map(|view| view.labels.expect("labels"))
+    };
+    let back = read(&folder).expect("readable");
+    assert_eq!((&back.components, &back.defects), (&labels.components, &labels.defects));
+    assert!((0..known.components.len()).all(|i| i % 3 == 0 || back.components[i] == known.components[i]));
+    let said = RecordedSegmenter.segment(&View { labels: Some(back), ..view.clone() }).expect("labelled");
+    let mut votes = vec![0.0; 8];
+    said.components.add_evidence(0, 1.0, &mut votes);
+    said.defects.add_evidence(0, 1.0, &mut votes);
+    assert_eq!(votes, [0.0; 8]);
+    // In a scene of others, whose objects have no names, the folder may be anything.
+    fs::remove_file(folder.join("objects.json")).expect("there");
+    let foreign = read(&folder).expect("readable");
+    assert!(!foreign.components.contains(&RecordedLabels::UNKNOWN));
+    // A file that names 255 means it.
+    let names = r#"{"1": "corrosion", "2": "wear", "3": "crack", "255": "dent"}"#;
+    fs::write(folder.join("defects.json"), names).expect("written");
+    assert_eq!(read(&folder).expect("readable").defects[0], 4);
 }
 
 #[test]

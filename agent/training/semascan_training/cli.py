@@ -103,4 +103,6 @@ def _evaluate(options) -> dict:
     samples = open_samples(options.data, run.recipe)
     whole = options.side == "all"
     rows = np.arange(len(samples)) if whole else run.split.rows(samples.parts, options.side)
+    if not len(rows):
+        raise TrainingError(f"{options.data}: none of its parts is on the side '{options.side}' of the run's split")
     return evaluate_networks(model_files(options.model), samples, rows, run.recipe)

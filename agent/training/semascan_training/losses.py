@@ -50,6 +50,16 @@ def _on_device(values: tuple[float, ...], device: torch.device) -> torch.Tensor:
     return torch.tensor(values, device=device)
 
 
+def keeping_loss(logits: torch.Tensor, before: torch.Tensor, labels: torch.Tensor) -> torch.Tensor:
+    """How far the class scores [N, K, H, W] part from those of the start where nothing is known.
+
+    The mean Kullback-Leibler divergence. Where labels are, the start has no say.
+    """
+    unknown = labels == IGNORE
+    divergence = F.kl_div(logits.log_softmax(1), before.log_softmax(1), reduction="none", log_target=True).sum(1)
+    return (divergence * unknown).sum() / unknown.sum().clamp(min=1)
+
+
 def segmentation_loss(logits: torch.Tensor, labels: torch.Tensor, recipe: Recipe) -> torch.Tensor:
     """The recipe's loss for class scores [N, K, H, W]."""
     kind = recipe.training.loss
@@ -74,8 +84,13 @@ def centre_loss(logits: torch.Tensor, heat: torch.Tensor, known: torch.Tensor) -
     return -(positive.sum() + negative.sum()) / is_centre.sum().clamp(min=1)
 
 
-def training_loss(network: torch.nn.Module, batch: Batch, recipe: Recipe) -> torch.Tensor:
-    """The loss of a batch; which terms it has follows from what the network gives."""
+def training_loss(
+    network: torch.nn.Module, batch: Batch, recipe: Recipe, before: torch.nn.Module | None = None
+) -> torch.Tensor:
+    """The loss of a batch; which terms it has follows from what the network gives.
+
+    `before` is the start, by which the recipe's `keep` goes.
+    """
     reduced = recipe.training.precision == "bfloat16"
     with torch.autocast(batch.image.device.type, torch.bfloat16, enabled=reduced):
         if hasattr(network, "own_losses"):
@@ -83,6 +98,10 @@ def training_loss(network: torch.nn.Module, batch: Batch, recipe: Recipe) -> tor
         outputs = network(batch.image)
     outputs = {name: output.float() for name, output in outputs.items()}
     loss = segmentation_loss(outputs["logits"], batch.labels, recipe)
+    if before is not None:
+        with torch.no_grad():
+            start = before(batch.image)["logits"].float()
+        loss = loss + recipe.training.keep * keeping_loss(outputs["logits"], start, batch.labels)
     for stream in ("colour_logits", "depth_logits"):
         if stream in outputs:
             loss = loss + STREAM_WEIGHT * segmentation_loss(outputs[stream], batch.labels, recipe)

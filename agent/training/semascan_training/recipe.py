@@ -17,6 +17,8 @@ OPTIMISERS = ("sgd", "adam", "adamw")
 SCHEDULES = ("steps", "one-cycle")
 PRECISIONS = ("float32", "bfloat16")
 COMPOSITIONS = ("all", "bootstrap", "subset")
+SIDE = 32
+"""Pixels that a picture's sides are multiples of."""
 
 
 @dataclass(frozen=True)
@@ -45,8 +47,9 @@ class DataRecipe:
     augment_validation: bool = False  # [Remanufacturing paper] validates on augmented images
     part_pattern: str = ""  # labelme: pattern of file names; its first group that matches is the part
     scale: float = 1.0  # labelme: pictures are resized by this factor
+    window: tuple[float, ...] = ()  # columns and rows around the labelled part that are taken; empty = whole pictures
     split_seed: int = 1
-    test_parts: int = 1  # of every ten parts
+    test_parts: int = 1  # of every ten parts; 0 = none
 
 
 @dataclass(frozen=True)
@@ -56,6 +59,9 @@ class TrainingRecipe:
     loss: str = "dice+focal"
     focal_gamma: float = 2.0
     class_weights: tuple[float, ...] = ()  # of the focal loss; empty = all alike
+    # Weight of what the start (--start, a trunk) says where nothing is known; 0 = it may change there. Learning without
+    # forgetting [Li 2018].
+    keep: float = 0.0
     optimiser: str = "adamw"
     learning_rate: float = 2e-3
     weight_decay: float = 1e-2
@@ -173,16 +179,24 @@ def _check(recipe: Recipe) -> None:
     footprint = recipe.data.footprint
     if footprint and not (len(footprint) == 2 and 0 < footprint[0] <= footprint[1]):
         raise TrainingError("data.footprint: two lengths, the finest first, or none are expected")
+    window = recipe.data.window
+    if window and not (len(window) == 2 and all(side > 0 and side % SIDE == 0 for side in window)):
+        raise TrainingError(f"data.window: columns and rows, multiples of {SIDE}, or none are expected")
+    if not 0 <= recipe.data.test_parts <= 8:
+        raise TrainingError(f"data.test_parts: 0 to 8 of every ten are expected, not {recipe.data.test_parts}")
     positive = (
         ("training.epochs", recipe.training.epochs),
         ("training.batch", recipe.training.batch),
         ("training.learning_rate", recipe.training.learning_rate),
         ("ensemble.members", recipe.ensemble.members),
         ("data.scale", recipe.data.scale),
-        ("data.test_parts", recipe.data.test_parts),
     )
     for name, value in positive:
         if value <= 0:
             raise TrainingError(f"{name}: more than 0 is expected, not {value}")
+    if recipe.training.keep < 0:
+        raise TrainingError(f"training.keep: 0 or more is expected, not {recipe.training.keep}")
+    if recipe.training.keep and recipe.training.loss == "mask-rcnn":
+        raise TrainingError("training.keep: is for networks that label pixels, not for detectors")
     if recipe.ensemble.members > 1 and recipe.ensemble.composition == "all":
         raise TrainingError("ensemble.composition: members of an ensemble differ in their data: bootstrap or subset")

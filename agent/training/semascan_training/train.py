@@ -5,6 +5,7 @@ epoch ends with the same weights as one that was never stopped. With a time limi
 instead, and the result depends on the machine.
 """
 
+import copy
 import json
 import time
 from dataclasses import dataclass
@@ -70,6 +71,8 @@ def train(recipe_path: Path, data: Path, out: Path, options: Options) -> Run:
     used = device.type if device.type != "cpu" else f"cpu, {threads}"
     run = Run(out, recipe, split, samples.classes, samples.about, started_from, used)
     run.save(recipe_path.read_text(encoding="utf-8"))
+    if recipe.training.keep and not options.start:
+        raise TrainingError("training.keep: what is kept of is the start; name it with --start, also for --resume")
     validation = split.rows(samples.parts, "validation")
     limit = recipe.training.validation_images
     if limit and limit < len(validation):
@@ -139,6 +142,8 @@ class Trainer:
         self.folder = run.stage(stage.name)
         self.optimiser = make_optimiser(network, run.recipe)
         self.epoch, self.elapsed = 0, 0.0
+        # A resumed stage has begun with the same start: its weights are in the network until the checkpoint's come.
+        self.before = copy.deepcopy(network).eval().requires_grad_(False) if run.recipe.training.keep else None
         checkpoint = load_checkpoint(self.folder)
         if checkpoint is not None:
             network.load_state_dict(checkpoint["network"])
@@ -191,7 +196,7 @@ class Trainer:
             rate = learning_rate(self.recipe, stage.peak_rate, progress)
             for group in self.optimiser.param_groups:
                 group["lr"] = rate
-            loss = training_loss(self.network, batch, self.recipe)
+            loss = training_loss(self.network, batch, self.recipe, self.before)
             self.optimiser.zero_grad(set_to_none=True)
             loss.backward()
             self.optimiser.step()

@@ -11,6 +11,7 @@ from conftest import CLASSES, VIEWS, draw_view, write_recipe, write_set
 from semascan_training.augment import View, augment, draw_motion, move
 from semascan_training.dataset import composition, open_samples, split_by_part
 from semascan_training.dataset.samples import IGNORE
+from semascan_training.dataset.synth import window_around
 from semascan_training.errors import TrainingError
 from semascan_training.recipe import read_recipe
 
@@ -68,6 +69,63 @@ def test_a_part_keeps_its_side_when_the_data_grow():
     parts = [f"{p:06}" for p in range(60)]
     before, after = split_by_part(parts[:25], 1), split_by_part(parts, 1)
     assert set(before.test) < set(after.test) and set(before.validation) < set(after.validation)
+
+
+def test_parts_with_names_keep_their_side_whatever_else_there_is():
+    names = [f"starter motor {k}" for k in range(100)]
+    split = split_by_part(names, 1)
+    assert {len(split.test), len(split.validation)} <= set(range(3, 20))
+    side = {name: kind for kind in ("train", "validation", "test") for name in getattr(split, kind)}
+    some = split_by_part(names[7:60], 1)
+    assert all(side[name] == kind for kind in ("train", "validation", "test") for name in getattr(some, kind))
+
+
+def test_a_small_set_trains_and_validates_where_no_test_is_asked_for():
+    for names in (["a", "b"], [f"motor {k}" for k in range(5)], ["000000", "000001"]):
+        split = split_by_part(names, 1, 0)
+        assert split.train and split.validation and not split.test
+        assert sorted(split.train + split.validation) == names
+    for names, tests in ((["a"], 0), (["a", "b", "c"], 1)):
+        with pytest.raises(TrainingError, match="test_parts = 0"):
+            split_by_part(names, 1, tests)
+    split = split_by_part([f"motor {k}" for k in range(10)], 3)
+    assert split.train and split.validation and split.test
+
+
+def test_two_inspections_of_one_part_are_one_part(tmp_path):
+    recipe = read_recipe(write_recipe(tmp_path / "r.toml"))
+    (folder := tmp_path / "set").mkdir()
+    write_set(folder, parts=3)
+    index = json.loads((folder / "dataset.json").read_text())
+    names = {"000000": "motor 8", "000001": "motor 9", "000002": "motor 8"}
+    (folder / "dataset.json").write_text(json.dumps(index | {"parts": names}))
+    samples = open_samples(folder, recipe)
+    assert samples.parts == [names[f"{scene:06}"] for scene in range(3) for _ in range(VIEWS)]
+    (folder / "dataset.json").write_text(json.dumps(index | {"parts": {"000000": 4}}))
+    with pytest.raises(TrainingError, match="parts"):
+        open_samples(folder, recipe)
+
+
+def test_a_window_shows_the_part(tmp_path):
+    (folder := tmp_path / "set").mkdir()
+    write_set(folder, parts=2)
+    whole = open_samples(folder, read_recipe(write_recipe(tmp_path / "whole.toml")))
+    narrow = {"window": [64, 32]}
+    samples = open_samples(folder, read_recipe(write_recipe(tmp_path / "r.toml", data=narrow)))
+    assert samples.labels.shape == (2 * VIEWS, 32, 64) and samples.rgb.shape == (2 * VIEWS, 32, 64, 3)
+    for row in range(len(samples)):
+        labels = whole.labels[row]
+        seen = window_around(labels, 32, 64)
+        for plane in ("rgb", "depth", "labels", "instances"):
+            assert np.array_equal(getattr(samples, plane)[row], getattr(whole, plane)[row][seen])
+    labels = np.full((100, 200), IGNORE, np.uint8)
+    labels[80:90, 10:30] = 2
+    assert window_around(labels, 32, 64) == (slice(68, 100), slice(0, 64))
+    assert window_around(np.zeros((100, 200), np.uint8), 32, 64) == (slice(34, 66), slice(68, 132))
+    with pytest.raises(TrainingError, match="does not fit"):
+        open_samples(folder, read_recipe(write_recipe(tmp_path / "r.toml", data={"window": [128, 64]})))
+    with pytest.raises(TrainingError, match="multiples of 32"):
+        read_recipe(write_recipe(tmp_path / "r.toml", data={"window": [100, 64]}))
 
 
 def test_members_differ_in_their_parts_but_stay_in_the_training_side():
@@ -128,6 +186,25 @@ def test_decoding_in_threads_gives_the_same(tmp_path):
     shutil.rmtree(tmp_path / "3" / ".training-cache")
     with pytest.raises(TrainingError, match=r"000007/depth/000002\.png"):
         open_samples(tmp_path / "3", recipe, 3)
+
+
+def test_labelme_files_name_the_part_or_a_pattern_does(tmp_path):
+    cv2.imwrite(str(tmp_path / "000003_000001.png"), np.full((256, 320, 3), 90, np.uint8))
+    square = [[10, 20], [110, 20], [110, 70], [10, 70]]
+    shapes = [{"label": "gear", "points": square, "shape_type": "polygon"}]
+    table = {"imagePath": "000003_000001.png", "shapes": shapes}
+    number = "^(\\d+)_"
+    for part, pattern, expected in (
+        (None, "", "000003_000001"),
+        (None, number, "000003"),
+        ("motor 8", "", "motor 8"),
+        ("motor 8", number, "000003"),
+    ):
+        named = table if part is None else table | {"part": part}
+        (tmp_path / "000003_000001.json").write_text(json.dumps(named))
+        data = {"part_pattern": pattern}
+        recipe = write_recipe(tmp_path / "r.toml", "u-net", "semantic", ["red", "green", "blue"], data=data)
+        assert open_samples(tmp_path, read_recipe(recipe)).parts == [expected]
 
 
 def test_labelme_polygons_become_masks(tmp_path):

@@ -1,7 +1,7 @@
 //! The views of an inspection, read again from its source.
 
 use super::source;
-use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
+use nalgebra::{Isometry3, Point3, Quaternion, Translation3, UnitQuaternion};
 use semascan_inspection::source::Source;
 use semascan_inspection::spec::{InspectionSpec, LabelSource};
 use semascan_model::record::{PoseRecord, ViewRecord};
@@ -19,6 +19,11 @@ impl RecordedViews {
         let spec = InspectionSpec { labels: LabelSource::None, ..InspectionSpec::default() };
         let source = source::open(uri, &spec).map_err(|error| format!("the source cannot be opened again: {error}"))?;
         Ok(Self { source, next: 0 })
+    }
+
+    /// Corners of the measuring volume that the source knows, least and greatest, in the table frame, metres.
+    pub(super) fn volume(&self) -> Option<(Point3<f64>, Point3<f64>)> {
+        self.source.info().volume
     }
 
     /// The view that was inspected as `recorded`, or why the source does not have it.

@@ -1,21 +1,27 @@
-//! `semascan tables P0|P1|P2|findings|labels`: reruns a paper's tables on the virtual cell, or judges findings or labels that
-//! were corrected on the model. P0 is [Remanufacturing paper], P1
+//! `semascan tables P0|P1|P2|findings|labels|teach`: reruns a paper's tables on the virtual cell, judges findings or labels that
+//! were corrected on the model, or networks before and after they were trained on such labels. P0 is [Remanufacturing paper], P1
 //! [Eye-in-hand 2020], P2 [Wang 2023].
 
+use super::dataset::{DatasetWriter, Format};
 use super::{Failure, numbers};
 use crate::stderr::Stderr;
 use crate::stdout::print_pretty_json;
 use anyhow::{Context, anyhow};
 use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
-use semascan_evaluation::tables::{NetworkSetting, findings, labels, p0, p1, p2};
+use nalgebra::Isometry3;
+use semascan_evaluation::TestDomain;
+use semascan_evaluation::tables::{NetworkSetting, findings, labels, p0, p1, p2, teach};
 use semascan_formats::regular_file;
+use semascan_labelling::ViewMasks;
+use semascan_model::Taxonomy;
 use semascan_model::record::LabelSource;
+use semascan_perception::view::View;
 use semascan_simulation::VirtualCellSpec;
-use semascan_store::{check_place, write_file};
+use semascan_store::{DATASET_KIND, DatasetFolder, MANIFEST, check_place, write_file};
 use serde::Serialize;
 use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// The papers whose tables can be rerun.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -33,6 +39,8 @@ enum Paper {
     Findings,
     /// No paper's: labels corrected once on the model and projected into every view, against true masks
     Labels,
+    /// No paper's: a network before and after it was trained on such labels, in the shifted world and in its own
+    Teach,
 }
 
 /// Arguments of `semascan tables`.
@@ -50,15 +58,27 @@ pub(crate) struct TablesArgs {
     /// Views of each [default: 5, in P1's Tables 3 to 5: 12; P1 itself took 16]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=360))]
     views: Option<u32>,
-    /// For findings and labels: seed of the first motor [default: 1001]
+    /// For findings, labels and teach: seed of the first motor [default: 1001, for teach 3001]
     #[arg(long, value_name = "SEED")]
     first_seed: Option<u64>,
-    /// For findings and labels: columns and rows of the pictures [default: 960x720, for labels 640x480]
+    /// For findings, labels and teach: columns and rows of the pictures [default: 960x720 for findings, else 640x480]
     #[arg(long, value_name = "WxH", value_parser = size)]
     size: Option<(u32, u32)>,
     /// For findings and labels: where labels come from, source or network [default: source, for labels network]
     #[arg(long, value_name = "FROM", value_parser = label_source)]
     labels: Option<LabelSource>,
+    /// For labels: the world that motors are seen in
+    #[arg(long, value_enum, value_name = "WORLD")]
+    domain: Option<World>,
+    /// For labels: write the masks as a data set into this folder, which agent/training reads
+    #[arg(long, value_name = "DIR")]
+    masks: Option<PathBuf>,
+    /// For teach: the network before [default: ud-net-edge]
+    #[arg(long, value_name = "MODEL")]
+    before: Option<PathBuf>,
+    /// For teach: the network after
+    #[arg(long, value_name = "MODEL")]
+    after: Option<PathBuf>,
     /// In P1's Tables 3 to 5: only objects whose name contains this
     #[arg(long, value_name = "NAME")]
     only: Option<String>,
@@ -80,6 +100,15 @@ pub(crate) struct TablesArgs {
     /// Print the report as one JSON object on stdout
     #[arg(long)]
     json: bool,
+}
+
+/// A world of the virtual cell.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum World {
+    /// As it is
+    Standard,
+    /// A camera, lights and noise that no training data have
+    Shifted,
 }
 
 fn size(value: &str) -> Result<(u32, u32), String> {
@@ -109,12 +138,19 @@ impl TablesArgs {
     pub(crate) fn run(self, quiet: bool) -> Result<(), Failure> {
         // What cannot be written is said before anything is computed.
         self.out.as_deref().map(check_place).transpose()?;
+        if self.paper != Paper::Labels && (self.domain.is_some() || self.masks.is_some()) {
+            return Err(Failure::Call(anyhow!("--domain and --masks belong to labels")));
+        }
+        if self.paper != Paper::Teach && (self.before.is_some() || self.after.is_some()) {
+            return Err(Failure::Call(anyhow!("--before and --after belong to teach")));
+        }
         match self.paper {
             Paper::P0 => self.p0(quiet),
             Paper::P1 => self.p1(quiet),
             Paper::P2 => self.p2(quiet),
             Paper::Findings => self.findings(quiet),
             Paper::Labels => self.labels(quiet),
+            Paper::Teach => self.teach(quiet),
         }
     }
 
@@ -255,8 +291,42 @@ impl TablesArgs {
         if let Some(motors) = self.seeds {
             config.motors = (first..first + motors).collect();
         }
-        let report = watched(quiet, |on_step| labels::run(&config, on_step))?;
+        if self.domain == Some(World::Shifted) {
+            config.domain = TestDomain::Shifted;
+        }
+        let mut set = self.masks.as_deref().map(MaskSet::begin).transpose()?;
+        let mut keep = |view: &labels::MaskedView<'_>| match &mut set {
+            Some(set) => set.add(view),
+            None => Ok(()),
+        };
+        let report = watched(quiet, |on_step| labels::run(&config, on_step, &mut keep))?;
+        set.map(|set| set.publish(&config)).transpose()?;
         labels::print(&mut Stderr::default(), &report)?;
+        self.write(&report)
+    }
+
+    /// A network before and after it was trained on corrected labels.
+    fn teach(self, quiet: bool) -> Result<(), Failure> {
+        self.not_p1()?;
+        if !self.tables.is_empty() || self.sigma.is_some() || self.labels.is_some() {
+            return Err(Failure::Call(anyhow!("--table, --sigma and --labels do not belong to teach")));
+        }
+        let Some(after) = self.after.clone() else {
+            return Err(Failure::Call(anyhow!("--after: name the folder of the network that was trained")));
+        };
+        let mut config = teach::Config::new(self.before.clone().unwrap_or_else(|| "ud-net-edge".into()), after);
+        if self.quick {
+            (config.views.size, config.views.views, config.views.cell) = ((320, 240), 2, 2.0);
+            config.views.motors.truncate(1);
+        }
+        config.views.views = self.views.unwrap_or(config.views.views);
+        config.views.size = self.size.unwrap_or(config.views.size);
+        config.models.clone_from(&self.models);
+        let first = self.first_seed.unwrap_or(teach::FIRST_MOTOR);
+        let motors = self.seeds.unwrap_or(config.views.motors.len() as u64);
+        config.views.motors = (first..first + motors).collect();
+        let report = watched(quiet, |on_step| teach::run(&config, on_step))?;
+        teach::print(&mut Stderr::default(), &report)?;
         self.write(&report)
     }
 
@@ -270,6 +340,67 @@ impl TablesArgs {
             print_pretty_json(report)?;
         }
         Ok(())
+    }
+}
+
+/// The masks of all motors as a data set, in the layout and by the code of `semascan dataset`.
+struct MaskSet {
+    folder: DatasetFolder,
+    /// The writer and the scene that it is in, once there is a view.
+    begun: Option<(DatasetWriter, u64)>,
+    scenes: u32,
+    views: u64,
+}
+
+impl MaskSet {
+    fn begin(folder: &Path) -> Result<Self, Failure> {
+        Ok(Self { folder: DatasetFolder::begin(folder, false)?, begun: None, scenes: 0, views: 0 })
+    }
+
+    fn add(&mut self, masked: &labels::MaskedView<'_>) -> Result<(), Box<dyn std::error::Error + Send + Sync>> {
+        let labels::MaskedView { seed, part, view, table_from_camera, masks, taxonomy } = *masked;
+        self.write(seed, part, view, table_from_camera, masks, taxonomy).map_err(|failure| failure.reason().into())
+    }
+
+    fn write(
+        &mut self,
+        seed: u64,
+        part: &str,
+        view: &View,
+        table_from_camera: Isometry3<f64>,
+        masks: &ViewMasks,
+        taxonomy: &Taxonomy,
+    ) -> Result<(), Failure> {
+        let (mut writer, scene_of) = match self.begun.take() {
+            Some((writer, seed)) => (writer, Some(seed)),
+            None => (DatasetWriter::begin(self.folder.draft(), Format::Bop, taxonomy)?, None),
+        };
+        if scene_of != Some(seed) {
+            writer.finish_scene()?;
+            writer.begin_scene(&format!("{:06}", self.scenes), part, taxonomy)?;
+            self.scenes += 1;
+        }
+        writer.write(view, table_from_camera, view.index, masks, taxonomy)?;
+        self.views += 1;
+        self.begun = Some((writer, seed));
+        Ok(())
+    }
+
+    fn publish(self, config: &labels::Config) -> Result<(), Failure> {
+        let Some((mut writer, _)) = self.begun else {
+            return Err(anyhow!("--masks: no view was inspected, there is nothing to write").into());
+        };
+        writer.finish_scene()?;
+        writer.finish()?;
+        let manifest = serde_json::json!({
+            "kind": DATASET_KIND,
+            "software": { "name": "semascan", "version": env!("CARGO_PKG_VERSION") },
+            "tables": config,
+            "views": self.views,
+        });
+        let text = serde_json::to_string_pretty(&manifest)?;
+        write_file(&self.folder.draft().join(MANIFEST), |file| Ok(writeln!(file, "{text}")?))?;
+        Ok(self.folder.publish()?)
     }
 }
 

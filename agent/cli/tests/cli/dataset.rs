@@ -98,6 +98,16 @@ fn what_a_person_said_of_the_model_is_in_every_view_and_every_format() {
         unknown.push(labels.iter().filter(|l| **l == IGNORE).count());
     }
 
+    // Both inspections are of one part; what is unknown in the set is unknown to an inspection of it.
+    assert_eq!(index["parts"], json!({ "000000": entry["part"] }));
+    let again = root.path().join("again");
+    let scene = bop.join("000000");
+    let output = semascan(&["inspect", text(&scene), "--labels", "source", "--out", text(&again)]);
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    let record = json_of(&again.join("inspection.json"));
+    assert_eq!(record["views"].as_array().map(Vec::len), Some(3));
+    assert!(record["views"].as_array().expect("a list").iter().all(|view| view["accepted"] == true), "{record}");
+
     let coco = root.path().join("coco");
     made(&["--from", text(&data), "--out", text(&coco), "--format", "coco"]);
     let file = json_of(&coco.join("annotations.json"));
@@ -119,6 +129,7 @@ fn what_a_person_said_of_the_model_is_in_every_view_and_every_format() {
     made(&["--from", text(&data), "--out", text(&labelme), "--format", "labelme"]);
     let file = json_of(&labelme.join("components/000000_000002.json"));
     assert_eq!((&file["imageWidth"], &file["imagePath"]), (&160.into(), &"../images/000000_000002.png".into()));
+    assert_eq!(file["part"], entry["part"]);
     let labels: BTreeSet<&str> =
         file["shapes"].as_array().expect("shapes").iter().filter_map(|shape| shape["label"].as_str()).collect();
     assert_eq!(labels, BTreeSet::from(["__ignore__", "gear"]));
@@ -127,6 +138,8 @@ fn what_a_person_said_of_the_model_is_in_every_view_and_every_format() {
     assert_eq!(refused.status.code(), Some(2), "{}", stderr(&refused));
     let all = made(&["--from", text(&data), "--out", text(&bop), "--overwrite", "--include-uncorrected"]);
     assert_eq!((&all["views"], all["left_out"].as_array().map(Vec::len)), (&6.into(), Some(0)));
+    let parts = json_of(&bop.join("dataset.json"))["parts"].clone();
+    assert_eq!(parts, json!({ "000000": entry["part"], "000001": entry["part"] }));
     let reviewed = made(&["--from", text(&data), "--out", text(&bop), "--overwrite", "--only-reviewed"]);
     assert_eq!(reviewed["inspections"][0]["pixels"], entry["pixels"], "all of it was reviewed");
 }

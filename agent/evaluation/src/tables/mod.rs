@@ -1,4 +1,5 @@
-//! The papers' tables, rerun on the virtual cell, and the tables of findings and of corrected labels.
+//! The papers' tables, rerun on the virtual cell, and the tables of findings, of corrected labels and of networks that were
+//! trained on them.
 
 pub mod findings;
 mod frozen_threshold;
@@ -7,6 +8,7 @@ pub mod p0;
 pub mod p1;
 pub mod p2;
 mod setting;
+pub mod teach;
 
 pub use frozen_threshold::{FrozenThreshold, ValidationPoint, freeze};
 pub use setting::{DomainScores, NetworkSetting, Progress};

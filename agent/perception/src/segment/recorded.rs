@@ -2,7 +2,7 @@
 
 use super::class_field::ClassField;
 use super::segmentation::{SegmentError, Segmentation, Segmenter};
-use crate::view::View;
+use crate::view::{RecordedLabels, View};
 
 /// Passes a view's recorded labels on; a view without any is refused.
 #[derive(Clone, Copy, Debug)]
@@ -20,12 +20,30 @@ impl Segmenter for RecordedSegmenter {
             }
         }
         Ok(Segmentation {
-            components: ClassField::Hard(labels.components.clone()),
-            defects: ClassField::Hard(labels.defects.clone()),
+            components: field(&labels.components),
+            defects: field(&labels.defects),
             instances: labels.instances.clone(),
             network: None,
         })
     }
+}
+
+/// Labels as they are; those that nobody knows give no evidence for a class, not for none either.
+fn field(labels: &[u16]) -> ClassField {
+    if !labels.contains(&RecordedLabels::UNKNOWN) {
+        return ClassField::Hard(labels.to_vec());
+    }
+    let known = labels.iter().filter(|class| **class != RecordedLabels::UNKNOWN);
+    let classes = usize::from(known.copied().max().unwrap_or(0)) + 1;
+    let mut probabilities = vec![0; labels.len() * classes];
+    let mut sigma = vec![0; labels.len()];
+    for (i, class) in labels.iter().enumerate() {
+        match *class {
+            RecordedLabels::UNKNOWN => sigma[i] = u8::MAX,
+            class => probabilities[i * classes + usize::from(class)] = u8::MAX,
+        }
+    }
+    ClassField::Soft { classes, probabilities, sigma, model_sigma: Vec::new() }
 }
 
 /// Says nothing of any pixel, whatever labels the view carries: the model is geometry alone. Its points have no evidence
@@ -39,5 +57,29 @@ impl Segmenter for Unlabelled {
         let (probabilities, sigma) = (vec![0; pixels], vec![0; pixels]);
         let nothing = ClassField::Soft { classes: 1, probabilities, sigma, model_sigma: Vec::new() };
         Ok(Segmentation { components: nothing.clone(), defects: nothing, instances: vec![0; pixels], network: None })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_nobody_knows_is_no_evidence_and_the_rest_votes_as_before() {
+        assert_eq!(field(&[0, 2, 1]), ClassField::Hard(vec![0, 2, 1]));
+        let labels = [0, 2, RecordedLabels::UNKNOWN, 1];
+        let (said, hard) = (field(&labels), ClassField::Hard(labels.to_vec()));
+        for i in [0, 1, 3] {
+            let (mut votes, mut expected) = ([0.0; 4], [0.0; 4]);
+            said.add_evidence(i, 0.7, &mut votes);
+            hard.add_evidence(i, 0.7, &mut expected);
+            assert_eq!((votes, said.sigma(i)), (expected, 0.0), "{i}");
+        }
+        let mut votes = [0.0; 4];
+        said.add_evidence(2, 0.7, &mut votes);
+        assert_eq!((votes, said.sigma(2)), ([0.0; 4], 1.0));
+        let mut nothing = [0.0; 4];
+        field(&[RecordedLabels::UNKNOWN; 2]).add_evidence(1, 1.0, &mut nothing);
+        assert_eq!(nothing, [0.0; 4]);
     }
 }

@@ -137,12 +137,22 @@ pub fn covariance_of_prior(sigma_rotation: f64, sigma_translation: f64) -> Matri
 /// Labels that came with a view: recorded masks or simulated truth. Row-major, one value a pixel.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RecordedLabels {
-    /// Component class; 0 = none.
+    /// Component class; 0 = none, [`Self::UNKNOWN`] = nobody knows.
     pub components: Vec<u16>,
-    /// Defect class; 0 = none.
+    /// Defect class; 0 = none, [`Self::UNKNOWN`] = nobody knows.
     pub defects: Vec<u16>,
     /// Instance; 0 = not separated.
     pub instances: Vec<u16>,
+}
+
+impl RecordedLabels {
+    /// Class of a pixel of which nothing is known: it votes for no class, not for none either.
+    pub const UNKNOWN: u16 = u16::MAX;
+
+    /// Whether pixel `i` is known to show a component; not past the end.
+    pub fn shows_component(&self, i: usize) -> bool {
+        self.components.get(i).is_some_and(|class| *class != 0 && *class != Self::UNKNOWN)
+    }
 }
 
 /// What a simulated or laboratory source knows to be true of a view.

@@ -62,6 +62,8 @@ pub(super) struct SceneMetadata {
     /// Objects of views, by their places in the list, that `scene_gt_info.json` says are hidden.
     hidden: HashSet<(u32, u32)>,
     pub(super) objects: Vec<SceneClass>,
+    /// Whether the scene names the classes of its objects.
+    pub(super) names_objects: bool,
     /// What the values of the pictures in `defects/` mean; empty if the scene records no defects.
     pub(super) defects: Vec<SceneClass>,
 }
@@ -78,10 +80,12 @@ impl SceneMetadata {
         let ground_truth = optional(&ground_truth_path)?.map(by_view);
         let info = optional(&folder.join("scene_gt_info.json"))?.map(by_view).unwrap_or_default();
         let names = |file: &str| optional(&folder.join(file)).map(Option::unwrap_or_default);
-        let objects = classes(ground_truth.as_ref(), &names("objects.json")?);
+        let named = names("objects.json")?;
+        let objects = classes(ground_truth.as_ref(), &named);
+        let names_objects = !named.is_empty();
         let defects = classes(None, &names("defects.json")?);
         let hidden = hidden_objects(&info);
-        Ok(Self { cameras_path, cameras, ground_truth_path, ground_truth, hidden, objects, defects })
+        Ok(Self { cameras_path, cameras, ground_truth_path, ground_truth, hidden, objects, names_objects, defects })
     }
 
     /// The file that lists the objects.

@@ -2,8 +2,11 @@
 //!
 //! The layout of the BOP benchmark [Hodan 2018]: millimetres, world-to-camera poses. Masks become recorded labels;
 //! an `objects.json` beside them names the classes. Defects, which the benchmark does not know, are read from
-//! `defects/` (one value a pixel, 0 = none) if a `defects.json` names the values. A view that cannot be read is an
+//! `defects/` (one value a pixel, 0 = none, 255 = unknown) if a `defects.json` names the values. A view that cannot be read is an
 //! error of its own; the rest go on.
+//!
+//! In a scene that names its classes (`objects.json`) a pixel of `labels/` that is 255 and in no mask is one of which nothing is
+//! known, as data sets of corrected models have them: no label, and not none.
 //!
 //! A mask that is not there says nothing: its view is an error, unless `scene_gt_info.json` says that the object is hidden.
 //! Units are checked (`units`), and what is assumed is said.
@@ -54,6 +57,9 @@ pub struct BopSource {
 
 /// The setting that says how far masks overlap.
 const OVERLAP: &str = "mask_overlap";
+
+/// Value of a pixel of which nothing is known, in `labels/` and, unless `defects.json` names it, in `defects/`.
+const UNKNOWN: u8 = u8::MAX;
 
 /// Standard deviations assumed of recorded poses: BOP records none. Radians and metres.
 const POSE_SIGMA: (f64, f64) = (0.01, 0.003);
@@ -212,8 +218,23 @@ impl BopSource {
                 instances[i] = instance;
             }
         }
+        for i in self.unknown(number, size)? {
+            if components[i] == 0 {
+                components[i] = RecordedLabels::UNKNOWN;
+            }
+        }
         let defects = self.read_defects(number, size)?;
         Ok(Some((RecordedLabels { components, defects, instances }, shared)))
+    }
+
+    /// The pixels of a view of whose component nothing is known.
+    fn unknown(&self, number: u32, size: (u32, u32)) -> Result<Vec<usize>, SourceError> {
+        if !self.metadata.names_objects {
+            return Ok(Vec::new());
+        }
+        let Some(path) = self.pictures.labels.find(number)? else { return Ok(Vec::new()) };
+        let labels = pictures::read_classes(path, size)?;
+        Ok((0..labels.len()).filter(|i| labels[*i] == UNKNOWN).collect())
     }
 
     /// Defect classes of a view's pixels: none where the scene records none.
@@ -227,13 +248,13 @@ impl BopSource {
             if value == 0 {
                 return Ok(0);
             }
-            let at = known.iter().position(|d| d.id == u64::from(value));
-            at.map(|at| at as u16 + 1).ok_or_else(|| SourceError::Format {
+            let at = known.iter().position(|d| d.id == u64::from(value)).map(|at| at as u16 + 1);
+            at.or((value == UNKNOWN).then_some(RecordedLabels::UNKNOWN)).ok_or_else(|| SourceError::Format {
                 path: path.to_owned(),
                 reason: format!("a pixel has the value {value}, which defects.json does not name"),
             })
         };
-        pictures::read_defects(path, size)?.into_iter().map(class).collect()
+        pictures::read_classes(path, size)?.into_iter().map(class).collect()
     }
 }
 

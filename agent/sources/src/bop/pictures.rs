@@ -24,6 +24,8 @@ pub(super) struct Pictures {
     pub(super) depth: Listing<u32>,
     pub(super) masks: Listing<(u32, u32)>,
     pub(super) defects: Listing<u32>,
+    /// Components with one class a pixel, which say beside the masks of what nothing is known.
+    pub(super) labels: Listing<u32>,
 }
 
 impl Pictures {
@@ -46,7 +48,8 @@ impl Pictures {
         }
         let depth = Listing::read(folder.join("depth"))?;
         let masks = Listing::read(folder.join("mask_visib"))?;
-        Ok(Self { color, depth, masks, defects: Listing::read(folder.join("defects"))? })
+        let [defects, labels] = ["defects", "labels"].map(|kind| Listing::read(folder.join(kind)));
+        Ok(Self { color, depth, masks, defects: defects?, labels: labels? })
     }
 }
 
@@ -167,12 +170,12 @@ pub(super) fn read_mask(path: &Path, size: (u32, u32)) -> Result<Vec<bool>, Sour
     Ok(mask.inside)
 }
 
-/// The values of a picture in `defects/`.
-pub(super) fn read_defects(path: &Path, size: (u32, u32)) -> Result<Vec<u8>, SourceError> {
+/// The values of a picture with one class a pixel, in `defects/` or `labels/`.
+pub(super) fn read_classes(path: &Path, size: (u32, u32)) -> Result<Vec<u8>, SourceError> {
     let DynamicImage::ImageLuma8(picture) = raster::read(path)? else {
         return Err(SourceError::Format {
             path: path.to_owned(),
-            reason: "defects are not an 8-bit grey picture".into(),
+            reason: "classes are not an 8-bit grey picture".into(),
         });
     };
     check_size(path, picture.dimensions(), size)?;

@@ -2,7 +2,8 @@
 //!
 //! Millimetres, world-to-camera poses, depth in tenths of a millimetre, one visible-pixel mask for each component that a
 //! view shows. What the layout of the benchmark cannot hold goes beside it: `labels/` and `defects/` with one class a
-//! pixel in one picture, which is what training reads, and `defects.json` with the names of the latter.
+//! pixel in one picture, 255 where nothing is known, which is what training reads, and `defects.json` with the names of the
+//! latter.
 
 use super::pictures::path_of;
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};

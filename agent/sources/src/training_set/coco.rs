@@ -2,7 +2,8 @@
 //!
 //! An object of a component, and each connected region of a defect, is an annotation with a run-length mask, which can have
 //! holes. What is not known is marked as COCO marks it: an annotation with `iscrowd` 1 for each category that could be there;
-//! evaluation neither asks for it nor counts what is found in it.
+//! evaluation neither asks for it nor counts what is found in it. An image names its `part`: two inspections of one part belong
+//! on one side of a split.
 
 use super::labelled_picture::{ClassPixels, LabelledPicture};
 use super::polygons::connected;
@@ -49,7 +50,8 @@ impl CocoWriter {
         write_png(&path, picture.rgb.as_raw(), picture.rgb.dimensions(), ExtendedColorType::Rgb8)?;
         let size = (picture.masks.width, picture.masks.height);
         let image = self.images.len() as u32 + 1;
-        self.images.push(json!({ "id": image, "file_name": name, "width": size.0, "height": size.1 }));
+        let entry = json!({ "id": image, "file_name": name, "width": size.0, "height": size.1, "part": picture.part });
+        self.images.push(entry);
         let mut annotate = |category: u32, is_crowd: bool, mask: &[bool]| {
             let id = self.annotations.len() as u32 + 1;
             self.annotations.extend(annotation([id, image, category], is_crowd, mask, size));

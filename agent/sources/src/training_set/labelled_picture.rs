@@ -10,6 +10,8 @@ use std::collections::BTreeSet;
 pub struct LabelledPicture<'a> {
     /// The name of its files, without an extension.
     pub name: &'a str,
+    /// The name of the part that it shows: all pictures of one part belong on one side of a split.
+    pub part: &'a str,
     /// The picture.
     pub rgb: &'a RgbImage,
     /// The masks, of the same size.

@@ -1,7 +1,8 @@
 //! Labelled pictures for LabelMe: `images/NAME.png` and, for components and defects each, `KIND/NAME.json` with polygons.
 //!
 //! Pieces of one object have the same `group_id`. What is not known has the label `__ignore__`, as LabelMe's own examples name
-//! it; the training code leaves it out. Coordinates count from the corner of a pixel, as LabelMe's do.
+//! it; the training code leaves it out. `part`, which LabelMe keeps and does not read, names the part: two inspections of one
+//! belong on one side of a split. Coordinates count from the corner of a pixel, as LabelMe's do.
 
 use super::labelled_picture::{ClassPixels, LabelledPicture};
 use super::polygons::{Polygon, polygons};
@@ -52,6 +53,7 @@ impl LabelmeWriter {
             let file = json!({
                 "version": VERSION,
                 "flags": {},
+                "part": picture.part,
                 "shapes": shapes(labels, &shown, picture.masks.width),
                 "imagePath": format!("../images/{name}"),
                 "imageData": null,

@@ -2,8 +2,9 @@
 
 Pictures lie beside their `.json` or in `images/` beside `labels/`. Only polygons, rectangles and circles have an area;
 other shapes are refused by name rather than dropped. Shapes with one `group_id` are pieces of one object, as
-`semascan dataset` writes objects with holes. What is labelled `__ignore__` is not known: it counts neither in the loss
-nor in a metric.
+`semascan dataset` writes objects with holes. A file may name its `part`, as that command does; a recipe's pattern goes
+before, the file's own name is the last resort. What is labelled `__ignore__` is not known: it counts neither in the
+loss nor in a metric.
 """
 
 import json
@@ -70,9 +71,11 @@ def _annotation(path: Path, part_pattern: str) -> Annotation:
     picture = next((p for p in candidates if p.exists()), None)
     if picture is None:
         raise TrainingError(f"{path}: its picture {name} is neither beside it nor in images/")
-    part = path.stem
+    part = table.get("part") or path.stem
+    if not isinstance(part, str):
+        raise TrainingError(f"{path}: part must be a name")
     if part_pattern:
-        found = re.search(part_pattern, part)
+        found = re.search(part_pattern, path.stem)
         if found is None or not found.groups():
             raise TrainingError(f"{path}: its name does not match data.part_pattern '{part_pattern}' with a group")
         part = next((group for group in found.groups() if group), part)

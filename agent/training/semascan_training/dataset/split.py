@@ -1,8 +1,9 @@
 """80 % of the parts to train, 10 % to validate, 10 % to test, as in [Remanufacturing paper], or more to test.
 
-A part never is on two sides.
+A part never is on two sides. Parts are told apart by their names, so two inspections of one part are one part.
 """
 
+import hashlib
 from dataclasses import asdict, dataclass
 
 import numpy as np
@@ -31,19 +32,41 @@ class Split:
 
 
 def split_by_part(parts: list[str], seed: int, tests: int = 1) -> Split:
-    """A seeded split: of every ten parts one validates and `tests` test.
+    """A seeded split: of every ten parts one validates and `tests` test; none, where `tests` is 0.
 
-    Parts with numbers for names are counted by them, so a data set may grow: a part keeps its side.
+    A part keeps its side when the data set grows: parts with numbers for names are counted by them, others are drawn by
+    their names alone. A side that this leaves empty, as happens in small sets, gets a training part.
     """
     names = sorted(set(parts))
     sides: dict[str, list[str]] = {"test": [], "validation": [], "train": []}
-    for position, name in enumerate(names):
-        ten, one = divmod(int(name) if name.isdigit() else position, 10)
-        drawn = int(np.random.default_rng([seed, ten]).permutation(10)[one])
+    for name in names:
+        drawn = _drawn(name, seed)
         sides["test" if drawn < tests else "validation" if drawn == tests else "train"].append(name)
-    if not all(sides.values()):
-        raise TrainingError(f"{len(names)} parts: at least 10 are needed to train, validate and test on different ones")
+    needed = ["train", "validation", *(["test"] if tests else [])]
+    if len(names) < (10 if tests else 2):
+        reason = "at least 10 are needed to train, validate and test on different ones"
+        instead = "data.test_parts = 0 tests on none of them and needs 2"
+        raise TrainingError(f"{len(names)} part{'s' if len(names) != 1 else ''}: {reason}; {instead}")
+    for side in needed:
+        if not sides[side]:
+            # From the largest side, the one whose digest is least: not the first by name.
+            largest = max(sides.values(), key=len)
+            chosen = min(largest, key=lambda name: _digest(name, seed))
+            largest.remove(chosen)
+            sides[side].append(chosen)
     return Split(**sides)
+
+
+def _drawn(name: str, seed: int) -> int:
+    """A number below 10 for the part: all different for numbered parts of one ten."""
+    if name.isdecimal() and name.isascii():
+        ten, one = divmod(int(name), 10)
+        return int(np.random.default_rng([seed, ten]).permutation(10)[one])
+    return _digest(name, seed) % 10
+
+
+def _digest(name: str, seed: int) -> int:
+    return int.from_bytes(hashlib.sha256(f"{seed}/{name}".encode()).digest()[:8], "big")
 
 
 def composition(train: list[str], kind: str, seed: int, member: int) -> list[str]:

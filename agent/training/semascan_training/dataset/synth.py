@@ -1,7 +1,8 @@
 """The data sets of `semascan synth` and `semascan dataset`: one BOP scene folder a part, with label pictures beside it.
 
 Of corrected models' views not every pixel is known: such a set names `ignore` in its `dataset.json`, and these pixels
-count neither in the loss nor in a metric.
+count neither in the loss nor in a metric. Its `parts` name the part that each scene shows: two inspections of one part
+are one part of a split.
 """
 
 import json
@@ -28,11 +29,12 @@ def read(folder: Path, recipe: Recipe, threads: int = 1) -> Samples:
     views = [(scene, view) for scene in _scenes(folder) for view in _views(scene)]
     if not views:
         raise TrainingError(f"{folder}: no part with rgb, depth, labels and defects in it")
-    arrays = _arrays(folder, index, views, threads)
+    arrays = _arrays(folder, index, views, tuple(map(int, recipe.data.window)), threads)
     labels = {kind: arrays.pop(kind) for kind in ("labels", "defects")}["defects" if defects else "labels"]
+    parts = [index["parts"].get(scene.name, scene.name) for scene, _ in views]
     about = {k: index[k] for k in ("generator", "seed", "views", "size", "window") if k in index}
     classes = index["defects" if defects else "classes"]
-    return Samples(**arrays, labels=labels, parts=[scene.name for scene, _ in views], classes=classes, about=about)
+    return Samples(**arrays, labels=labels, parts=parts, classes=classes, about=about)
 
 
 def _index(path: Path) -> dict:
@@ -45,12 +47,25 @@ def _index(path: Path) -> dict:
             raise TrainingError(f"{path}: {kind} must be a list that begins with 'none'")
     if index.get("ignore", IGNORE) != IGNORE:
         raise TrainingError(f"{path}: ignore is {index['ignore']!r}; this version reads {IGNORE}")
+    parts = index.setdefault("parts", {})
+    if not isinstance(parts, dict):  # the number of parts, of `semascan synth`: each scene is one
+        index["parts"] = {}
+    elif not all(isinstance(name, str) and name for name in parts.values()):
+        raise TrainingError(f"{path}: parts must name the part of each scene")
     return index
 
 
-def _arrays(folder: Path, index: dict, views: list[tuple[Path, str]], threads: int) -> dict[str, np.ndarray]:
-    """Everything of all views, components and defects, so that one decoding serves every recipe."""
-    height, width = _picture(views[0][0] / "rgb" / f"{views[0][1]}.png").shape[:2]
+def _arrays(
+    folder: Path, index: dict, views: list[tuple[Path, str]], window: tuple[int, ...], threads: int
+) -> dict[str, np.ndarray]:
+    """Everything of all views, components and defects, so that one decoding serves every recipe.
+
+    With a `window` (columns, rows) only what it shows of each view, the part in its middle.
+    """
+    whole = _picture(views[0][0] / "rgb" / f"{views[0][1]}.png").shape[:2]
+    height, width = (window[1], window[0]) if window else whole
+    if height > whole[0] or width > whole[1]:
+        raise TrainingError(f"data.window: {width}x{height} does not fit into pictures of {whole[1]}x{whole[0]}")
     plane = (len(views), height, width)
     shapes = {"rgb": ((*plane, 3), "u1"), "depth": (plane, "u2"), "instances": (plane, "u1")}
     kinds = {"labels": len(index["classes"]), "defects": len(index["defects"])}
@@ -62,17 +77,22 @@ def _arrays(folder: Path, index: dict, views: list[tuple[Path, str]], threads: i
     def decode(arrays: dict, row: int) -> None:
         scene, view = views[row]
         picture = _picture(scene / "rgb" / f"{view}.png")
-        if picture.shape[:2] != (height, width):
-            raise TrainingError(f"{scene / 'rgb' / view}.png: {width}x{height} is expected, as the first view has")
-        arrays["rgb"][row] = cv2.cvtColor(picture, cv2.COLOR_BGR2RGB)
-        arrays["depth"][row] = _depth(scene, view, cameras[scene])
-        arrays["instances"][row] = _instances(scene, view, (height, width))
+        if picture.shape[:2] != whole:
+            raise TrainingError(f"{scene / 'rgb' / view}.png: {whole[1]}x{whole[0]} is expected, as the first view has")
+        planes = {kind: _plane(scene / kind / f"{view}.png") for kind in kinds}
+        for kind, plane in planes.items():
+            if plane.shape != whole:
+                raise TrainingError(f"{scene / kind / view}.png: {whole[1]}x{whole[0]} is expected, as colour has")
+        seen = window_around(planes["labels"], height, width)
+        arrays["rgb"][row] = cv2.cvtColor(picture[seen], cv2.COLOR_BGR2RGB)
+        arrays["depth"][row] = _depth(scene, view, cameras[scene])[seen]
+        arrays["instances"][row] = _instances(scene, view, whole)[seen]
         for kind, classes in kinds.items():
-            labels = _plane(scene / kind / f"{view}.png")
+            labels = planes[kind]
             known = labels[labels != IGNORE] if has_unknown else labels
             if known.size and known.max() >= classes:
                 raise TrainingError(f"{scene / kind / view}.png: class {known.max()} of {classes}")
-            arrays[kind][row] = labels
+            arrays[kind][row] = labels[seen]
 
     def fill(arrays: dict) -> None:
         for scene in {scene for scene, _ in views}:
@@ -81,8 +101,18 @@ def _arrays(folder: Path, index: dict, views: list[tuple[Path, str]], threads: i
             for _ in pool.map(lambda row: decode(arrays, row), range(len(views))):
                 pass  # raises what a decoding raised
 
-    key = {"index": index, "views": [f"{scene.name}/{view}" for scene, view in views]}
+    key = {"index": index, "window": window, "views": [f"{scene.name}/{view}" for scene, view in views]}
     return cached(folder, key, shapes, fill)
+
+
+def window_around(labels: np.ndarray, height: int, width: int) -> tuple[slice, slice]:
+    """Rows and columns of a window whose middle is that of what is labelled, as far as the picture allows it."""
+    rows, columns = np.nonzero((labels > 0) & (labels != IGNORE))
+    starts = []
+    for places, wanted, length in ((rows, height, labels.shape[0]), (columns, width, labels.shape[1])):
+        middle = (int(places.min()) + int(places.max()) + 1) // 2 if places.size else length // 2
+        starts.append(min(max(0, middle - wanted // 2), length - wanted))
+    return slice(starts[0], starts[0] + height), slice(starts[1], starts[1] + width)
 
 
 def _scenes(folder: Path) -> list[Path]:

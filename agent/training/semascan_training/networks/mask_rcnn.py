@@ -18,18 +18,22 @@ from torchvision.models.detection import MaskRCNN
 from torchvision.models.detection.anchor_utils import AnchorGenerator
 from torchvision.models.detection.faster_rcnn import FastRCNNConvFCHead, FastRCNNPredictor
 from torchvision.models.detection.mask_rcnn import MaskRCNNHeads, MaskRCNNPredictor
-from torchvision.models.detection.rpn import RPNHead
+from torchvision.models.detection.roi_heads import RoIHeads
+from torchvision.models.detection.rpn import RegionProposalNetwork, RPNHead
 from torchvision.models.detection.transform import GeneralizedRCNNTransform
 from torchvision.ops import FeaturePyramidNetwork, MultiScaleRoIAlign, masks_to_boxes
 from torchvision.ops.feature_pyramid_network import LastLevelMaxPool
 
 from ..dataset.samples import IGNORE
+from .unknown_boxes import leave_out_unknown
 
 FINEST_STRIDE = 4
 SMALLEST_ANCHOR = 16
 BOX_CELLS, MASK_CELLS = 7, 14
 """Side of the grid that a proposal's features are sampled on."""
 DETECTIONS = 20
+LEAST_KNOWN = 0.5
+"""Share of a picture without objects that has to be known."""
 TINY = 1e-6
 
 
@@ -86,6 +90,41 @@ class AsItIs(GeneralizedRCNNTransform):
         return image, target
 
 
+class ProposalsBesideUnknown(RegionProposalNetwork):
+    """Torchvision's, but that anchors in unknown pixels are no background."""
+
+    @classmethod
+    def of(cls, other: RegionProposalNetwork) -> "ProposalsBesideUnknown":
+        """With the parts of another, which they share."""
+        own = cls.__new__(cls)
+        own.__dict__.update(other.__dict__)
+        return own
+
+    def assign_targets_to_anchors(self, anchors, targets):
+        labels, boxes = super().assign_targets_to_anchors(anchors, targets)
+        return [leave_out_unknown(*one) for one in zip(labels, anchors, (t["unknown"] for t in targets))], boxes
+
+
+class HeadsBesideUnknown(RoIHeads):
+    """Torchvision's, but that proposals in unknown pixels are no background."""
+
+    @classmethod
+    def of(cls, other: RoIHeads) -> "HeadsBesideUnknown":
+        """With the parts of another, which they share."""
+        own = cls.__new__(cls)
+        own.__dict__.update(other.__dict__)
+        own.unknown = []
+        return own
+
+    def select_training_samples(self, proposals, targets):
+        self.unknown = [target["unknown"] for target in targets]  # torchvision passes boxes and labels on, nothing else
+        return super().select_training_samples(proposals, targets)
+
+    def assign_targets_to_proposals(self, proposals, gt_boxes, gt_labels):
+        matched, labels = super().assign_targets_to_proposals(proposals, gt_boxes, gt_labels)
+        return matched, [leave_out_unknown(*one) for one in zip(labels, proposals, self.unknown)]
+
+
 class MaskRcnn(nn.Module):
     """[N, C, H, W] to detections and probabilities. `body` gives the pyramid's maps by name and has `out_channels`."""
 
@@ -129,10 +168,19 @@ class MaskRcnn(nn.Module):
             mask_predictor=MaskRCNNPredictor(size.pyramid, size.pyramid, classes),
         )
         self.detector.transform = AsItIs(channels)
+        self.detector.rpn = ProposalsBesideUnknown.of(self.detector.rpn)
+        self.detector.roi_heads = HeadsBesideUnknown.of(self.detector.roi_heads)
         self.pixel_classes = nn.Conv2d(size.pyramid, classes, 1)
 
     def own_losses(self, image, labels, instances) -> dict[str, torch.Tensor]:
-        """The losses of the paper (objectness, box, class, mask) and that of the pixels' classes."""
+        """The losses of the paper (objectness, box, class, mask) and that of the pixels' classes.
+
+        Pictures that show no object and of which less than half is known are left out: no box may remain there.
+        """
+        teaches = (instances > 0).flatten(1).any(1) | ((labels != IGNORE).float().mean((1, 2)) >= LEAST_KNOWN)
+        image, labels, instances = image[teaches], labels[teaches], instances[teaches]
+        if not len(image):
+            return {"loss_pixels": 0.0 * self.pixel_classes.weight.sum()}
         targets = [self.target(one, numbers) for one, numbers in zip(labels, instances)]
         maps = {}
         hook = self.detector.backbone.register_forward_hook(lambda _module, _input, output: maps.update(output))
@@ -145,7 +193,10 @@ class MaskRcnn(nn.Module):
 
     @staticmethod
     def target(labels, instances) -> dict[str, torch.Tensor]:
-        """Boxes, classes and masks of one image's objects; objects thinner than a pixel's box are left out."""
+        """Boxes, classes and masks of one image's objects, and where nothing is known.
+
+        Objects thinner than a pixel's box are left out.
+        """
         numbers = torch.unique(instances)
         masks = instances[None] == numbers[numbers > 0][:, None, None]
         boxes = masks_to_boxes(masks) if len(masks) else torch.zeros(0, 4, device=labels.device)
@@ -153,7 +204,8 @@ class MaskRcnn(nn.Module):
         masks, boxes = masks[solid], boxes[solid]
         kinds = [labels[mask].mode().values for mask in masks]
         kinds = torch.stack(kinds) if kinds else torch.zeros(0, dtype=torch.int64, device=labels.device)
-        return {"boxes": boxes.float(), "labels": kinds, "masks": masks.to(torch.uint8)}
+        unknown = labels == IGNORE
+        return {"boxes": boxes.float(), "labels": kinds, "masks": masks.to(torch.uint8), "unknown": unknown}
 
     def forward(self, image):
         detections = self.detector(list(image))

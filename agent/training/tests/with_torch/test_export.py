@@ -81,7 +81,7 @@ def test_large_weights_are_stored_in_16_bits_and_can_be_a_start(model, tmp_path)
 def test_any_size_and_batch(tmp_path, architecture, fusion, task, outputs):
     recipe = read_recipe(write_recipe(tmp_path / "r.toml", architecture, task, network={"fusion": fusion}))
     network = make_network(recipe, 6)
-    content = to_onnx(network, recipe)
+    content, _ = to_onnx(network, recipe)
     graph = onnx.load_model_from_string(content).graph
     assert not {"Shape", "Loop", "If"} & {node.op_type for node in graph.node}
     session = onnxruntime.InferenceSession(content, providers=["CPUExecutionProvider"])
@@ -102,7 +102,7 @@ def test_an_untrained_mask_rcnn_exports(tmp_path):
     )
     recipe = read_recipe(recipe)
     torch.manual_seed(0)
-    content = to_onnx(make_network(recipe, 6), recipe)
+    content, _ = to_onnx(make_network(recipe, 6), recipe)
     session = onnxruntime.InferenceSession(content, providers=["CPUExecutionProvider"])
     assert [o.name for o in session.get_outputs()] == ["probabilities", "boxes", "labels", "scores", "masks"]
     picture = example_picture(1, 160, 256, 3, seed=9).numpy()

@@ -1,15 +1,20 @@
 """Training: resuming, forking, time limits, starts."""
 
+import json
 import time
 
+import cv2
+import numpy as np
 import pytest
-from conftest import write_recipe
+from conftest import write_recipe, write_set
 
 torch = pytest.importorskip("torch", reason="needs PyTorch")
 
+from semascan_training.batches import make_batch
+from semascan_training.dataset import open_samples
 from semascan_training.dataset.samples import IGNORE
 from semascan_training.errors import TrainingError
-from semascan_training.losses import centre_loss, dice_loss
+from semascan_training.losses import centre_loss, dice_loss, keeping_loss
 from semascan_training.networks import make_network
 from semascan_training.recipe import read_recipe
 from semascan_training.run import load_checkpoint
@@ -48,6 +53,66 @@ def test_dice_means_over_the_classes_that_are_shown():
     loss.backward()
     assert scores.grad[:, 2].abs().sum() == 0 and scores.grad[:, :, 6:].abs().sum() == 0
     assert dice_loss(scores, torch.full_like(labels, IGNORE)).item() == 0
+
+
+def test_the_start_has_a_say_only_where_nothing_is_known():
+    torch.manual_seed(0)
+    labels = torch.zeros(1, 4, 4, dtype=torch.long)
+    labels[:, 2:] = IGNORE
+    before = torch.randn(1, 3, 4, 4)
+    logits = before.clone()
+    logits[:, :, :2] += torch.randn(1, 3, 2, 4)  # where labels are
+    logits += 2.0  # the same probabilities
+    assert keeping_loss(logits, before, labels).item() == pytest.approx(0, abs=1e-6)
+    logits[0, 1, 3, 3] += 3.0
+    logits.requires_grad_(True)
+    loss = keeping_loss(logits, before, labels)
+    p, q = (scores[0, :, 3, 3].softmax(0) for scores in (before, logits))
+    assert loss.item() == pytest.approx(((p * (p / q).log()).sum() / 8).item(), rel=1e-4)
+    loss.backward()
+    assert logits.grad[:, :, :2].abs().sum() == 0
+    assert keeping_loss(logits, before, torch.zeros_like(labels)).item() == 0
+
+
+def test_keeping_needs_a_start_and_holds_the_network_to_it(tmp_path, data):
+    (unknown := tmp_path / "unknown").mkdir()
+    write_set(unknown, parts=10)
+    mark_unknown(unknown)
+    recipe = write_recipe(tmp_path / "start.toml", training={"epochs": 1})
+    start = train(recipe, data, tmp_path / "start", Options()).folder
+    moved = {}
+    for keep in (0.0, 50.0):
+        recipe = write_recipe(tmp_path / "r.toml", training={"epochs": 2, "learning_rate": 5e-3, "keep": keep})
+        run = train(recipe, unknown, tmp_path / f"run-{keep}", Options(start=(start,)))
+        moved[keep] = divergence(run, start, unknown)
+    assert moved[50.0] < 0.5 * moved[0.0]
+    with pytest.raises(TrainingError, match="--start"):
+        train(recipe, data, tmp_path / "none", Options())
+    with pytest.raises(TrainingError, match="detectors"):
+        read_recipe(write_recipe(tmp_path / "d.toml", "md-net", training={"keep": 1.0, "loss": "mask-rcnn"}))
+
+
+def mark_unknown(folder):
+    """Leaves the upper half of every label picture open."""
+    index = json.loads((folder / "dataset.json").read_text())
+    (folder / "dataset.json").write_text(json.dumps(index | {"ignore": IGNORE}))
+    for path in folder.glob("*/labels/*.png"):
+        labels = cv2.imread(str(path), cv2.IMREAD_UNCHANGED)
+        labels[: len(labels) // 2] = IGNORE
+        cv2.imwrite(str(path), labels)
+
+
+@torch.no_grad()
+def divergence(run, start, folder):
+    """How far the run's network is from the start where nothing is known."""
+    samples = open_samples(folder, run.recipe)
+    batch = make_batch(samples, np.arange(8), run.recipe, None)
+    outputs = []
+    for path in (run.folder, start):
+        network = make_network(run.recipe, len(samples.classes))
+        load_start(network, path)
+        outputs.append(network.eval()(batch.image)["logits"])
+    return keeping_loss(*outputs, batch.labels).item()
 
 
 def test_a_centre_where_nothing_is_known_costs_nothing():

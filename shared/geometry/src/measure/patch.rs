@@ -53,6 +53,12 @@ impl<'a> PatchSurface<'a> {
         Self { mesh, nearest, first, around, spacing: edges / f64::from(count.max(1)) }
     }
 
+    /// Whether one of the points lies on the surface, or as near to a vertex as its neighbours are.
+    pub fn is_near(&self, points: &[[f64; 3]]) -> bool {
+        let reach = self.spacing as f32;
+        points.iter().any(|point| self.nearest.nearest_within(point.map(|c| c as f32), reach).is_some())
+    }
+
     /// The vertices of `patch`, in order.
     pub fn vertices_of(&self, patch: &SurfacePatch) -> Vec<u32> {
         match patch {

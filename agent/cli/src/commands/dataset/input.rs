@@ -3,8 +3,10 @@
 use super::super::recorded_views::RecordedViews;
 use super::Failure;
 use anyhow::{Context, anyhow};
+use semascan_captures::CaptureReader;
 use semascan_formats::{ply, regular_file};
 use semascan_inspection::ports::{Archive, Catalogue, InspectionFilter, ReviewLog};
+use semascan_labelling::MeasuringVolume;
 use semascan_model::record::{InspectionRecord, ViewRecord};
 use semascan_model::review::ReviewEntry;
 use semascan_model::{InspectionId, SemanticMesh, Taxonomy};
@@ -153,6 +155,21 @@ impl Input {
             return Err(anyhow!("{name}: is shifted against the table frame, which poses are given in").into());
         }
         Ok((model.mesh, model.taxonomy))
+    }
+
+    /// Where its part can be; `None` where its source does not say.
+    pub(super) fn volume(&self, views: &InputViews<'_>) -> Result<Option<MeasuringVolume>, Failure> {
+        let corners = match views {
+            InputViews::Source(Ok(views)) => views.volume(),
+            InputViews::Source(Err(_)) => None,
+            InputViews::Kept(data, id) => {
+                let path = data.capture_path(*id);
+                // A capture that was deleted has no views either, which is said of each.
+                let info = path.exists().then(|| CaptureReader::open(&path)).transpose()?;
+                info.and_then(|capture| capture.info().source_info("").volume)
+            }
+        };
+        Ok(corners.map(|(least, greatest)| MeasuringVolume { least, greatest }))
     }
 
     /// Its views.

@@ -5,6 +5,9 @@ mod input;
 mod manifest;
 mod queue;
 mod scenes;
+mod writer;
+
+pub(super) use writer::DatasetWriter;
 
 use super::{Failure, numbers};
 use anyhow::anyhow;
@@ -17,7 +20,7 @@ use std::path::PathBuf;
 /// The layout of a data set.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize)]
 #[serde(rename_all = "lowercase")]
-enum Format {
+pub(super) enum Format {
     /// BOP scenes with a mask of each component, and one class a pixel in labels/ and defects/: what the training code reads
     Bop,
     /// Polygons for LabelMe: images/, components/, defects/; what is not known is `__ignore__`

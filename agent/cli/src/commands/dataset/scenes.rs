@@ -3,24 +3,20 @@
 use super::super::recorded_views::table_from_camera;
 use super::input::{Input, Inputs, LeftOut};
 use super::manifest::{InspectionEntry, Manifest, SCHEMA, ViewLeftOut};
+use super::writer::DatasetWriter;
 use super::{Failure, Format};
 use anyhow::anyhow;
-use nalgebra::{Isometry3, Matrix6};
+use nalgebra::Matrix6;
 use semascan_labelling::{
-    CapturedView, Corrected, CorrectedLabels, IGNORE, LabelledModel, PixelCounts, PoseUncertainty, RimTreatment,
-    Selection, ViewMasks, corrected_labels,
+    CapturedView, Corrected, IGNORE, LabelledModel, PixelCounts, PoseUncertainty, RimTreatment, Selection,
+    corrected_labels,
 };
 use semascan_model::record::{InspectionRecord, Outcome, SoftwareRecord, ViewRecord};
 use semascan_model::review::NetworkVersion;
 use semascan_model::{ClassDef, SemanticMesh, Taxonomy};
-use semascan_perception::view::{PoseEvidence, RecordedLabels, View, covariance_of_prior};
-use semascan_sources::bop::{SceneEntry, SceneWriter};
-use semascan_sources::training_set::{CocoWriter, LabelledPicture, LabelmeWriter};
 use semascan_store::{DATASET_KIND, DatasetFolder, MANIFEST, write_file};
-use serde_json::json;
 use std::io::Write;
-use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::path::Path;
 
 /// How a data set is made.
 pub(super) struct Options {
@@ -54,7 +50,7 @@ pub(super) fn write(out: &Path, inputs: Inputs, options: &Options) -> Result<Man
         return Err(anyhow!("there is no inspection that a data set can be made of").into());
     }
     let taxonomy = names.taxonomy()?;
-    let mut writer = Writer::begin(folder.draft(), options.format, &taxonomy)?;
+    let mut writer = DatasetWriter::begin(folder.draft(), options.format, &taxonomy)?;
     let mut inspections = Vec::new();
     for (scene, input) in (0..).zip(&used) {
         let entry = inspection(&mut writer, input, scene, &taxonomy, options)?;
@@ -142,26 +138,9 @@ impl ClassNames {
     }
 }
 
-/// The classes of a model in those of the data set, by class.
-fn renumbered(labels: &mut CorrectedLabels, own: &[ClassDef], all: &[ClassDef]) {
-    let of = |class: u16| {
-        let name = own.iter().find(|known| known.id == class).map(|known| &known.name);
-        all.iter().find(|known| Some(&known.name) == name).map_or(0, |known| known.id)
-    };
-    let most = own.iter().map(|class| class.id).max().unwrap_or(0);
-    let table: Vec<u16> = (0..=most).map(|class| if class == 0 { 0 } else { of(class) }).collect();
-    for (class, by) in labels.classes.iter_mut().zip(&mut labels.by) {
-        match table.get(usize::from(*class)) {
-            Some(number) => *class = *number,
-            // The file names no such class: nothing is known of it.
-            None => (*class, *by) = (0, semascan_labelling::Labeller::Nobody),
-        }
-    }
-}
-
 /// Writes the views of an inspection.
 fn inspection(
-    writer: &mut Writer,
+    writer: &mut DatasetWriter,
     input: &Input,
     scene: u32,
     taxonomy: &Taxonomy,
@@ -170,13 +149,13 @@ fn inspection(
     let record = &input.record;
     let (mesh, own) = input.mesh()?;
     let mut corrected: Corrected = corrected_labels(&mesh, &own, record, &input.entries);
-    renumbered(&mut corrected.components, &own.components, &taxonomy.components);
-    renumbered(&mut corrected.defects, &own.defects, &taxonomy.defects);
+    corrected.renumber(&own, taxonomy);
     let name = format!("{scene:06}");
     let mut entry = begun(input, &name, &mesh, &corrected);
     let model = LabelledModel::new(&mesh, &corrected, record.voxel.unwrap_or(1e-3), options.selection);
-    writer.begin_scene(&name, taxonomy)?;
+    writer.begin_scene(&name, &record.part, taxonomy)?;
     let mut views = input.views();
+    let volume = input.volume(&views)?;
     let mut pixels = PixelCounts::default();
     for recorded in &record.views {
         let mut leave_out = |reason: String| entry.left_out.push(ViewLeftOut { view: recorded.index, reason });
@@ -201,6 +180,7 @@ fn inspection(
             intrinsics: view.intrinsics,
             table_from_camera: pose,
             uncertainty: uncertainty(recorded),
+            volume,
         };
         let projection = model.project(&captured);
         let masks = projection.masks_with(&captured, RimTreatment::Refine);
@@ -256,95 +236,4 @@ fn uncertainty(recorded: &ViewRecord) -> Option<PoseUncertainty> {
     let covariance = Matrix6::from_fn(|row, column| rows[row][column]);
     let largest = |first: usize| covariance.fixed_view::<3, 3>(first, first).symmetric_eigenvalues().max();
     Some(PoseUncertainty { rotation: largest(0).max(0.0).sqrt(), translation: largest(3).max(0.0).sqrt() })
-}
-
-/// A data set in one of the formats.
-enum Writer {
-    Bop { folder: PathBuf, scene: Option<(SceneWriter, Vec<SceneEntry>)>, taxonomy: Taxonomy },
-    Labelme { writer: LabelmeWriter, scene: String },
-    Coco { writer: CocoWriter, scene: String },
-}
-
-impl Writer {
-    fn begin(folder: &Path, format: Format, taxonomy: &Taxonomy) -> Result<Self, Failure> {
-        let scene = String::new();
-        Ok(match format {
-            Format::Bop => Self::Bop { folder: folder.to_owned(), scene: None, taxonomy: taxonomy.clone() },
-            Format::Labelme => Self::Labelme { writer: LabelmeWriter::create(folder)?, scene },
-            Format::Coco => Self::Coco { writer: CocoWriter::create(folder, taxonomy)?, scene },
-        })
-    }
-
-    fn begin_scene(&mut self, name: &str, taxonomy: &Taxonomy) -> Result<(), Failure> {
-        match self {
-            Self::Bop { folder, scene, .. } => {
-                let writer = SceneWriter::create(&folder.join(name), taxonomy, Isometry3::identity())?;
-                *scene = Some((writer, Vec::new()));
-            }
-            Self::Labelme { scene, .. } | Self::Coco { scene, .. } => name.clone_into(scene),
-        }
-        Ok(())
-    }
-
-    fn write(
-        &mut self,
-        view: &View,
-        table_from_camera: Isometry3<f64>,
-        index: u32,
-        masks: &ViewMasks,
-        taxonomy: &Taxonomy,
-    ) -> Result<(), Failure> {
-        match self {
-            Self::Bop { scene, .. } => {
-                let Some((writer, entries)) = scene else { return Ok(()) };
-                let labels = RecordedLabels {
-                    components: masks.components.clone(),
-                    defects: masks.defects.clone(),
-                    instances: masks.instances.clone(),
-                };
-                let pose = PoseEvidence::World { table_from_camera, covariance: covariance_of_prior(0.0, 0.0) };
-                let labelled = View { index, pose, labels: Some(Arc::new(labels)), truth: None, ..view.clone() };
-                entries.push(writer.write(&labelled)?);
-            }
-            Self::Labelme { writer, scene } => {
-                let name = format!("{scene}_{index:06}");
-                writer.write(&LabelledPicture { name: &name, rgb: &view.rgb, masks, taxonomy })?;
-            }
-            Self::Coco { writer, scene } => {
-                let name = format!("{scene}_{index:06}");
-                writer.write(&LabelledPicture { name: &name, rgb: &view.rgb, masks, taxonomy })?;
-            }
-        }
-        Ok(())
-    }
-
-    fn finish_scene(&mut self) -> Result<(), Failure> {
-        if let Self::Bop { scene, .. } = self
-            && let Some((writer, entries)) = scene.take()
-        {
-            writer.finish(&entries)?;
-        }
-        Ok(())
-    }
-
-    /// Writes what stands beside the scenes: for the training code what the values of the masks mean.
-    fn finish(self) -> Result<(), Failure> {
-        match self {
-            Self::Bop { folder, taxonomy, .. } => {
-                let names = |classes: &[ClassDef]| classes.iter().map(|c| c.name.clone()).collect::<Vec<_>>();
-                let index = json!({
-                    "schema": 1,
-                    "generator": concat!("semascan dataset ", env!("CARGO_PKG_VERSION")),
-                    "classes": names(&taxonomy.components),
-                    "defects": names(&taxonomy.defects),
-                    "ignore": IGNORE,
-                });
-                let text = serde_json::to_string_pretty(&index)?;
-                write_file(&folder.join("dataset.json"), |file| Ok(writeln!(file, "{text}")?))?;
-            }
-            Self::Labelme { .. } => {}
-            Self::Coco { writer, .. } => writer.finish()?,
-        }
-        Ok(())
-    }
 }

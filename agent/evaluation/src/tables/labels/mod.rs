@@ -1,18 +1,21 @@
 //! Labels that were corrected once on the model and projected into every view, against the true masks of the views: with the
 //! edges of masks as the model has them, left open, and refined by the picture.
 
+mod lines;
 mod person;
 
 use super::{InspectError, inspect};
-use crate::{Confusion, PixelScores};
-use nalgebra::{Isometry3, Matrix6, Quaternion, Translation3, UnitQuaternion};
+use crate::{Confusion, PixelScores, TestDomain};
+use lines::Sampled;
+use nalgebra::{Isometry3, Matrix6, Point3, Quaternion, Translation3, UnitQuaternion};
 use person::{Corrections, VertexTruth, correct};
 use semascan_geometry::measure::SurfaceIndex;
 use semascan_inspection::Inspected;
 use semascan_inspection::source::{Source, SourceError, TrueMesh};
 use semascan_inspection::spec::{InspectionSpec, LabelSource};
 use semascan_labelling::{
-    CapturedView, Corrected, IGNORE, LabelledModel, PoseUncertainty, RimTreatment, Selection, corrected_labels,
+    CapturedView, IGNORE, LabelledModel, MeasuringVolume, PoseUncertainty, RimTreatment, Selection, ViewMasks,
+    corrected_labels,
 };
 use semascan_model::record::ViewRecord;
 use semascan_model::{SemanticMesh, Taxonomy};
@@ -33,6 +36,8 @@ pub struct Config {
     pub views: u32,
     /// Columns and rows.
     pub size: (u32, u32),
+    /// The world that they are seen in: one with whole motors, [`TestDomain::VirtualCell`] or [`TestDomain::Shifted`].
+    pub domain: TestDomain,
     /// Where labels come from before they are corrected.
     pub labels: LabelSource,
     /// Voxel edge in millimetres; by default that of the inspection.
@@ -46,6 +51,7 @@ impl Default for Config {
             motors: (1001..=1010).collect(),
             views: 12,
             size: (640, 480),
+            domain: TestDomain::VirtualCell,
             labels: LabelSource::Network,
             voxel_mm: None,
         }
@@ -100,6 +106,10 @@ pub struct Row {
     pub defects: PixelScores,
     /// Share of the pixels that truly show a component whose defect is left open.
     pub defects_open_on_part: f64,
+    /// Share of the pixels of each component class, none first, whose component is left open; `None` where there are none.
+    pub components_open: Vec<Option<f64>>,
+    /// The same of defect classes.
+    pub defects_open: Vec<Option<f64>>,
 }
 
 /// One motor.
@@ -146,6 +156,14 @@ pub enum LabelsError {
         /// Why.
         source: InspectError,
     },
+    /// Its masks were not taken.
+    #[error("masks of motor {seed}: {source}")]
+    Masks {
+        /// Its seed.
+        seed: u64,
+        /// Why.
+        source: Box<dyn std::error::Error + Send + Sync>,
+    },
     /// There is nothing to compare with.
     #[error("motor {seed}: {what}")]
     Unknown {
@@ -156,17 +174,37 @@ pub enum LabelsError {
     },
 }
 
-/// Inspects, corrects and projects every motor; `on_step` gets how many are done, and of how many.
+/// A view with the masks that a data set of its inspection has.
+#[derive(Debug)]
+pub struct MaskedView<'a> {
+    /// Seed of the motor.
+    pub seed: u64,
+    /// Name of the motor.
+    pub part: &'a str,
+    /// The view, with its true labels.
+    pub view: &'a View,
+    /// The pose that the inspection found.
+    pub table_from_camera: Isometry3<f64>,
+    /// Corrected labels, projected, with refined rims.
+    pub masks: &'a ViewMasks,
+    /// The classes of the masks.
+    pub taxonomy: &'a Taxonomy,
+}
+
+/// What takes the masks of every view, motor by motor.
+pub type TakeMasks<'a> = &'a mut dyn FnMut(&MaskedView<'_>) -> Result<(), Box<dyn std::error::Error + Send + Sync>>;
+
+/// Inspects, corrects and projects every motor; `on_step` gets how many are done, and of how many, `on_masks` each view.
 ///
 /// # Errors
 /// [`LabelsError`] naming the motor.
-pub fn run(config: &Config, on_step: &dyn Fn(usize, usize)) -> Result<Report, LabelsError> {
+pub fn run(config: &Config, on_step: &dyn Fn(usize, usize), on_masks: TakeMasks<'_>) -> Result<Report, LabelsError> {
     let mut motors = Vec::new();
     let mut sums: Option<Vec<Sums>> = None;
     let (mut classes, mut defects) = (Vec::new(), Vec::new());
     for &seed in &config.motors {
         on_step(motors.len(), config.motors.len());
-        let (motor, own, taxonomy) = motor(config, seed)?;
+        let (motor, own, taxonomy) = motor(config, seed, on_masks)?;
         motors.push(motor);
         match &mut sums {
             Some(sums) => sums.iter_mut().zip(&own).for_each(|(sum, one)| sum.merge(one)),
@@ -179,10 +217,12 @@ pub fn run(config: &Config, on_step: &dyn Fn(usize, usize)) -> Result<Report, La
     Ok(Report { config: config.clone(), classes, defects, motors, rows })
 }
 
-fn motor(config: &Config, seed: u64) -> Result<(Motor, Vec<Sums>, Taxonomy), LabelsError> {
+fn motor(config: &Config, seed: u64, on_masks: TakeMasks<'_>) -> Result<(Motor, Vec<Sums>, Taxonomy), LabelsError> {
     let unknown = |what| LabelsError::Unknown { seed, what };
     let (width, height) = config.size;
-    let uri = format!("virtual:starter-motor?seed={seed}&views={}&size={width}x{height}", config.views);
+    let domain = if config.domain == TestDomain::Shifted { "shifted" } else { "standard" };
+    let views = config.views;
+    let uri = format!("virtual:starter-motor?seed={seed}&views={views}&size={width}x{height}&domain={domain}");
     let cell = VirtualCellSpec::parse(&uri)?;
     let mut spec = InspectionSpec { labels: config.labels, ..InspectionSpec::default() };
     spec.source.voxel_mm = config.voxel_mm;
@@ -191,28 +231,32 @@ fn motor(config: &Config, seed: u64) -> Result<(Motor, Vec<Sums>, Taxonomy), Lab
     let mut views = VirtualCell::open(&cell)?;
     let truth = views.truth().ok_or(unknown("its true mesh is not known"))?;
     let voxel = inspected.record.voxel.ok_or(unknown("its voxels are not known"))?;
+    let sampled = Sampled::around_defects(truth, &views);
     let truth = vertex_truth(&inspected.mesh, truth, &views, voxel);
     let taxonomy = inspected.source.info().taxonomy.clone();
     if taxonomy != views.info().taxonomy {
         return Err(unknown("its networks know other classes than the truth"));
     }
     let Inspected { mesh, record, .. } = &inspected;
-    let Corrections { entries, strokes } = correct(mesh, &truth, &taxonomy, record);
+    let Corrections { entries, strokes } = correct(mesh, &truth, &sampled, seed, &taxonomy, record);
     let measured = corrected_labels(mesh, &taxonomy, record, &[]);
     let corrected = corrected_labels(mesh, &taxonomy, record, &entries);
-    let model = |labels: &Corrected| LabelledModel::new(mesh, labels, voxel, Selection::default());
-    let (as_measured, as_corrected) = (model(&measured), model(&corrected));
+    let as_measured = LabelledModel::new(mesh, &measured, voxel, Selection::default());
+    let as_corrected = LabelledModel::new(mesh, &corrected, voxel, Selection::default());
     let mut sums = vec![Sums::new(&taxonomy); Masks::ALL.len()];
     while let Some(view) = views.next_view() {
         let view = view?;
         let (Some(labels), Some(recorded)) = (&view.labels, record.views.iter().find(|v| v.index == view.index)) else {
             continue;
         };
-        let Some(captured) = captured(&view, recorded) else { continue };
+        let Some(captured) = captured(&view, recorded, views.info().volume) else { continue };
         let before = as_measured.project(&captured).masks;
         let after = as_corrected.project(&captured);
         let refined = after.masks_with(&captured, RimTreatment::Refine);
         let open = after.masks_with(&captured, RimTreatment::Open);
+        let (table_from_camera, masks) = (captured.table_from_camera, &refined);
+        on_masks(&MaskedView { seed, part: &record.part, view: &view, table_from_camera, masks, taxonomy: &taxonomy })
+            .map_err(|source| LabelsError::Masks { seed, source })?;
         let mut restricted = after.masks.clone();
         restrict(&mut restricted.components, &refined.components);
         restrict(&mut restricted.defects, &refined.defects);
@@ -243,7 +287,11 @@ fn vertex_truth(mesh: &SemanticMesh, truth: &TrueMesh, cell: &VirtualCell, voxel
 }
 
 /// A view at the pose that the inspection found for it; `None` where it found none.
-fn captured<'a>(view: &'a View, recorded: &ViewRecord) -> Option<CapturedView<'a>> {
+fn captured<'a>(
+    view: &'a View,
+    recorded: &ViewRecord,
+    volume: Option<(Point3<f64>, Point3<f64>)>,
+) -> Option<CapturedView<'a>> {
     let pose = recorded.pose.as_ref().filter(|_| recorded.accepted)?;
     let q = pose.rotation;
     let rotation = UnitQuaternion::try_new(Quaternion::new(q.w, q.x, q.y, q.z), 1e-6)?;
@@ -259,6 +307,7 @@ fn captured<'a>(view: &'a View, recorded: &ViewRecord) -> Option<CapturedView<'a
         intrinsics: view.intrinsics,
         table_from_camera: Isometry3::from_parts(Translation3::new(x, y, z), rotation),
         uncertainty,
+        volume: volume.map(|(least, greatest)| MeasuringVolume { least, greatest }),
     })
 }
 
@@ -277,6 +326,9 @@ struct Sums {
     open: u64,
     open_on_part: u64,
     defects_open_on_part: u64,
+    /// Pixels of each true class: left open, and all.
+    components_open: Vec<[u64; 2]>,
+    defects_open: Vec<[u64; 2]>,
 }
 
 impl Sums {
@@ -289,12 +341,23 @@ impl Sums {
             open: 0,
             open_on_part: 0,
             defects_open_on_part: 0,
+            components_open: vec![[0; 2]; taxonomy.components.len()],
+            defects_open: vec![[0; 2]; taxonomy.defects.len()],
         }
     }
 
     fn add(&mut self, truth: &RecordedLabels, components: &[u16], defects: &[u16]) {
         for (at, &component) in truth.components.iter().enumerate() {
             let on_part = u64::from(component != 0);
+            for (open, class, label) in [
+                (&mut self.components_open, component, components[at]),
+                (&mut self.defects_open, truth.defects[at], defects[at]),
+            ] {
+                if let Some([open, all]) = open.get_mut(usize::from(class)) {
+                    *open += u64::from(label == IGNORE);
+                    *all += 1;
+                }
+            }
             self.pixels += 1;
             self.on_part += on_part;
             match components[at] {
@@ -319,10 +382,19 @@ impl Sums {
         self.open += other.open;
         self.open_on_part += other.open_on_part;
         self.defects_open_on_part += other.defects_open_on_part;
+        let lists =
+            [(&mut self.components_open, &other.components_open), (&mut self.defects_open, &other.defects_open)];
+        for ([open, all], [more_open, more]) in lists.into_iter().flat_map(|(own, other)| own.iter_mut().zip(other)) {
+            *open += more_open;
+            *all += more;
+        }
     }
 
     fn row(&self, masks: Masks) -> Row {
         let share = |part: u64, all: u64| part as f64 / all.max(1) as f64;
+        let by_class = |counts: &[[u64; 2]]| -> Vec<Option<f64>> {
+            counts.iter().map(|[open, all]| (*all > 0).then(|| share(*open, *all))).collect()
+        };
         Row {
             masks,
             components: self.components.scores(),
@@ -330,6 +402,8 @@ impl Sums {
             open_on_part: share(self.open_on_part, self.on_part),
             defects: self.defects.scores(),
             defects_open_on_part: share(self.defects_open_on_part, self.on_part),
+            components_open: by_class(&self.components_open),
+            defects_open: by_class(&self.defects_open),
         }
     }
 }
@@ -342,8 +416,10 @@ pub fn print(out: &mut impl Write, report: &Report) -> io::Result<()> {
     let Report { config, classes, defects, motors, rows } = report;
     writeln!(
         out,
-        "labels of {} motors, {} views of {}x{}, from {}, corrected on the model with strokes of 3 to 10 mm",
+        "labels of {} motors ({}), {} views of {}x{}, from {}, corrected on the model with strokes of 3 to 10 mm and, along \
+         what is thinner, lines of 1.5 and 0.8 mm",
         motors.len(),
+        config.domain.name(),
         config.views,
         config.size.0,
         config.size.1,
@@ -377,10 +453,14 @@ pub fn print(out: &mut impl Write, report: &Report) -> io::Result<()> {
         )?;
     }
     let Some(refined) = rows.iter().find(|row| row.masks == Masks::RimRefined) else { return Ok(()) };
-    writeln!(out, "IoU by class, rims refined")?;
-    for (names, scores) in [(classes, &refined.components), (defects, &refined.defects)] {
-        for (name, iou) in names.iter().skip(1).zip(&scores.iou) {
-            writeln!(out, "  {name:<25} {}", iou.map_or_else(|| "-".to_owned(), |iou| format!("{iou:.4}")))?;
+    writeln!(out, "{:<27} {:>9} {:>8}", "by class, rims refined", "IoU", "open %")?;
+    for (names, scores, open) in
+        [(classes, &refined.components, &refined.components_open), (defects, &refined.defects, &refined.defects_open)]
+    {
+        for ((name, iou), open) in names.iter().skip(1).zip(&scores.iou).zip(open.iter().skip(1)) {
+            let iou = iou.map_or_else(|| "-".to_owned(), |iou| format!("{iou:.4}"));
+            let open = open.map_or_else(|| "-".to_owned(), |open| format!("{:.1}", 100.0 * open));
+            writeln!(out, "  {name:<25} {iou:>9} {open:>8}")?;
         }
     }
     Ok(())

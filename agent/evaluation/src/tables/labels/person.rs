@@ -3,8 +3,9 @@
 //! Strokes are 10, 5 and 3 mm wide, the wide ones first. The person sets the brush where the label is wrong, names the class
 //! that is there, and uses a width only where nearly all of the surface under it has that class; with the narrowest one it
 //! is enough that a stroke mends clearly more than it spoils. What is left after that, such as the last millimetre beside
-//! a border, stays as it is.
+//! a border, stays as it is. Along defects that are too thin for a brush the person draws lines (`lines`).
 
+use super::lines::{PENS, Sampled};
 use jiff::Timestamp;
 use semascan_geometry::measure::NearestPoints;
 use semascan_model::record::{InspectionRecord, SoftwareRecord};
@@ -40,12 +41,15 @@ pub(super) struct Corrections {
 pub(super) fn correct(
     mesh: &SemanticMesh,
     truth: &VertexTruth,
+    sampled: &Sampled,
+    seed: u64,
     taxonomy: &Taxonomy,
     record: &InspectionRecord,
 ) -> Corrections {
     let nearest = NearestPoints::new(&mesh.vertices.positions);
-    let components = strokes(mesh, &nearest, &mesh.vertices.labels, &truth.components);
-    let defects = strokes(mesh, &nearest, &mesh.vertices.defects, &truth.defects);
+    let (components, _) = strokes(mesh, &nearest, &mesh.vertices.labels, &truth.components);
+    let (defects, painted) = strokes(mesh, &nearest, &mesh.vertices.defects, &truth.defects);
+    let lines = sampled.lines(mesh, &painted, seed);
     let mut corrections = Corrections { entries: Vec::new(), strokes: 0 };
     let name = |classes: &[ClassDef], class: u16| classes.iter().find(|c| c.id == class).map(|c| c.name.clone());
     for ((width, class), points) in components {
@@ -59,6 +63,14 @@ pub(super) fn correct(
     for ((width, class), points) in defects {
         let defect = name(&taxonomy.defects, class);
         corrections.add(record, points, RADII[width], |patch| ReviewAction::Relabel {
+            patch,
+            component: None,
+            defect: defect.clone(),
+        });
+    }
+    for ((class, pen), points) in lines {
+        let defect = name(&taxonomy.defects, class);
+        corrections.add(record, points, PENS[pen], |patch| ReviewAction::Relabel {
             patch,
             component: None,
             defect: defect.clone(),
@@ -87,7 +99,8 @@ impl Corrections {
 /// Centres of strokes by width (place in [`RADII`]) and class.
 type Strokes = BTreeMap<(usize, u16), Vec<[f64; 3]>>;
 
-fn strokes(mesh: &SemanticMesh, nearest: &NearestPoints, measured: &[u16], truth: &[u16]) -> Strokes {
+/// The strokes that make `truth` of what was measured, and the labels after them.
+fn strokes(mesh: &SemanticMesh, nearest: &NearestPoints, measured: &[u16], truth: &[u16]) -> (Strokes, Vec<u16>) {
     let mut labels = measured.to_vec();
     let mut strokes = Strokes::new();
     for (width, radius) in RADII.iter().enumerate() {
@@ -110,7 +123,7 @@ fn strokes(mesh: &SemanticMesh, nearest: &NearestPoints, measured: &[u16], truth
             }
         }
     }
-    strokes
+    (strokes, labels)
 }
 
 fn entry(record: &InspectionRecord, sequence: u64, action: ReviewAction) -> ReviewEntry {
@@ -157,7 +170,7 @@ mod tests {
 
     fn strokes_on(labels: impl Fn(usize) -> u16) -> Strokes {
         let (mesh, truth) = row(labels);
-        strokes(&mesh, &NearestPoints::new(&mesh.vertices.positions), &mesh.vertices.labels, &truth)
+        strokes(&mesh, &NearestPoints::new(&mesh.vertices.positions), &mesh.vertices.labels, &truth).0
     }
 
     #[test]

@@ -39,7 +39,7 @@ impl TurningView {
         // A mean of depths across an edge would lie on no surface: the middle pixel stands for its block.
         let middle = |i: usize| (i / columns * factor + factor / 2) * width + i % columns * factor + factor / 2;
         let depth = (0..columns * rows).map(|i| view.depth.metres[middle(i)]).collect();
-        let part = view.labels.as_deref().map(|l| (0..columns * rows).map(|i| l.components[middle(i)] != 0).collect());
+        let part = view.labels.as_deref().map(|l| (0..columns * rows).map(|i| l.shows_component(middle(i))).collect());
         let shrink = 1.0 / factor as f64;
         let scaled = view.intrinsics.scaled(shrink);
         let off = (factor / 2) as f64 - 0.5 * (factor - 1) as f64;
