@@ -224,7 +224,7 @@ mod tests {
             ("FROM a\nADD x /y\n", "ADD"),
             ("FROM a\nCOPY --chown=1 x /y\n", "--chown"),
             ("FROM ${A}\n", "no ARG gives A"),
-            ("RUN x\n", "before the first FROM"),
+            ("RUN x\nFROM a\n", "before the first FROM"),
             ("FROM a\nHEALTHCHECK --retries=3 CMD x\n", "3"),
             ("FROM a\nENV A=\"b c\"\n", "quotes"),
             ("\n", "no FROM"),
