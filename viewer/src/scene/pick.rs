@@ -120,13 +120,13 @@ mod tests {
         model.apply(&LinkEvent::Cleared(Inspection { id: "a".into(), voxel: 2e-3, ..Inspection::default() }));
         let cloud: SemanticCloud = (0..300).map(|i| point([i as f32 * 1e-3, 0.0, 0.0], 1 + i as u16 % 7)).collect();
         let chunk = DecodedChunk { id: [1, 2, 3], revision: 1, epoch: 0, hash: 0, voxel: 2e-3, cloud: cloud.clone() };
-        model.apply(&LinkEvent::Chunk(chunk.into()));
+        model.apply(&LinkEvent::Chunk(chunk));
         let at = |block, slot| {
             let piece = Piece::Slot { chunk: [1, 2, 3], block, slot };
             picked_point(&model, &HeldMesh::default(), piece, Vec3::ZERO)
         };
-        let mut found: Vec<_> =
-            (0..2).flat_map(|b| (0..256).filter_map(move |s| Some((b, s)))).filter_map(|(b, s)| at(b, s)).collect();
+        let slots = (0..2).flat_map(|block| (0..256).map(move |slot| (block, slot)));
+        let mut found: Vec<_> = slots.filter_map(|(block, slot)| at(block, slot)).collect();
         found.sort_by(|a, b| a.position[0].total_cmp(&b.position[0]));
         assert_eq!(found.iter().map(|p| p.position).collect::<Vec<_>>(), cloud.positions);
         assert!(
