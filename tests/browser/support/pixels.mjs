@@ -59,16 +59,33 @@ export class Picture {
    * hue, so a pixel counts for the colour of nearest hue, if that is within `degrees`.
    */
   byHue(colors, degrees = 12) {
-    const hues = colors.map(hue);
     const counts = colors.map(() => 0);
     this.#eachDrawn((rgb) => {
-      if (Math.max(...rgb) - Math.min(...rgb) < 26) return;
-      const own = hue(rgb);
-      const apart = hues.map((other) => (Number.isNaN(other) ? Infinity : Math.abs(((own - other + 540) % 360) - 180)));
-      const nearest = apart.indexOf(Math.min(...apart));
-      if (apart[nearest] <= degrees) counts[nearest]++;
+      const nearest = nearestHue(rgb, colors, degrees);
+      if (nearest >= 0) counts[nearest]++;
     });
     return counts;
+  }
+
+  /**
+   * Places `[x, y]` well inside areas that are of one of `colors` (see [`Picture.byHue`]), evenly over the picture:
+   * `{x, y, color}`, `color` an index. Within `margin` pixels everything is of that colour.
+   */
+  insides(colors, margin, degrees = 12) {
+    const of = new Int16Array(this.pixels).fill(-1);
+    for (let i = 0; i < this.pixels; i++) of[i] = nearestHue(this.at(i), colors, degrees);
+    const found = [];
+    for (let y = margin; y < this.height - margin; y += margin) {
+      for (let x = margin; x < this.width - margin; x += margin) {
+        const color = of[y * this.width + x];
+        let whole = color >= 0;
+        for (let dy = -margin; whole && dy <= margin; dy++) {
+          for (let dx = -margin; whole && dx <= margin; dx++) whole = of[(y + dy) * this.width + x + dx] === color;
+        }
+        if (whole) found.push({ x, y, color });
+      }
+    }
+    return found;
   }
 
   #eachDrawn(visit) {
@@ -84,6 +101,15 @@ export class Picture {
 
 function farthest(a, b) {
   return Math.max(Math.abs(a[0] - b[0]), Math.abs(a[1] - b[1]), Math.abs(a[2] - b[2]));
+}
+
+/** Index of the colour of nearest hue, if that is within `degrees`; -1 for greys and others. */
+function nearestHue(rgb, colors, degrees) {
+  if (Math.max(...rgb) - Math.min(...rgb) < 26) return -1;
+  const own = hue(rgb);
+  const apart = colors.map(hue).map((other) => (Number.isNaN(other) ? Infinity : Math.abs(((own - other + 540) % 360) - 180)));
+  const nearest = apart.indexOf(Math.min(...apart));
+  return apart[nearest] <= degrees ? nearest : -1;
 }
 
 /** Hue in degrees; greys have none (NaN). */

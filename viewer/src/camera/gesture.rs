@@ -6,6 +6,8 @@
 //! | right or middle button, or left with Shift | pan |
 //! | two fingers | pan by their middle, zoom by their distance about it |
 //! | wheel | zoom about the pointer |
+//!
+//! A primary pointer that goes up near where it went down, alone all the while, was a click and moved nothing.
 
 use super::CameraInput;
 use glam::Vec2;
@@ -24,6 +26,8 @@ struct Pointer {
     id: i32,
     at: Vec2,
     button: Button,
+    /// Whether it may still turn out to be a click.
+    is_click: bool,
 }
 
 /// The pointers that are down. Positions are CSS pixels from the viewport's top left corner.
@@ -34,6 +38,9 @@ pub struct Gesture {
 
 /// Pointers past the second are ignored; fingers closer than this do not pinch (CSS pixels).
 const MIN_PINCH: f32 = 8.0;
+
+/// A pointer that stays this close to where it went down does not drag (CSS pixels): a hand is never quite still.
+const CLICK_REACH: f32 = 3.0;
 
 /// How far one wheel pixel zooms: a notch of 100 px is a factor of 1.16.
 const ZOOM_PER_WHEEL_PIXEL: f32 = 0.0015;
@@ -46,7 +53,9 @@ impl Gesture {
     pub fn down(&mut self, id: i32, button: Button, at: Vec2) {
         self.up(id);
         if self.pointers.len() < 2 && at.is_finite() {
-            self.pointers.push(Pointer { id, at, button });
+            let is_click = self.pointers.is_empty();
+            self.pointers.iter_mut().for_each(|p| p.is_click = false);
+            self.pointers.push(Pointer { id, at, button, is_click });
         }
     }
 
@@ -56,6 +65,10 @@ impl Gesture {
             return Vec::new();
         };
         let before = self.pointers[index].at;
+        if self.pointers[index].is_click && at.distance(before) <= CLICK_REACH {
+            return Vec::new();
+        }
+        self.pointers[index].is_click = false;
         let (middle, span) = self.middle_and_span();
         self.pointers[index].at = at;
         if self.pointers.len() == 1 {
@@ -73,9 +86,11 @@ impl Gesture {
         inputs
     }
 
-    /// A pointer went up or was cancelled.
-    pub fn up(&mut self, id: i32) {
-        self.pointers.retain(|p| p.id != id);
+    /// A pointer went up or was cancelled: where it had gone down, if that was a click of the primary button.
+    pub fn up(&mut self, id: i32) -> Option<Vec2> {
+        let index = self.pointers.iter().position(|p| p.id == id)?;
+        let pointer = self.pointers.remove(index);
+        (pointer.is_click && pointer.button == Button::Primary).then_some(pointer.at)
     }
 
     /// Whether anything is down.
@@ -113,6 +128,27 @@ mod tests {
         assert!(gesture.moved(1, step).is_empty() && !gesture.is_active());
         gesture.down(1, Button::Secondary, Vec2::ZERO);
         assert_eq!(gesture.moved(1, step), [CameraInput::Pan { pixels: step }]);
+    }
+
+    #[test]
+    fn a_pointer_that_hardly_moves_clicks_and_one_that_moves_drags() {
+        let (mut gesture, start) = (Gesture::default(), Vec2::new(50.0, 60.0));
+        gesture.down(1, Button::Primary, start);
+        assert!(gesture.moved(1, start + Vec2::new(2.0, -1.0)).is_empty(), "the camera stands still");
+        assert_eq!(gesture.up(1), Some(start));
+
+        gesture.down(1, Button::Primary, start);
+        let far = Vec2::new(9.0, 0.0);
+        assert_eq!(gesture.moved(1, start + far), [CameraInput::Orbit { pixels: far }], "nothing of the drag is lost");
+        gesture.moved(1, start);
+        assert_eq!(gesture.up(1), None, "back where it began, and a drag all the same");
+
+        gesture.down(1, Button::Secondary, start);
+        assert_eq!(gesture.up(1), None);
+        gesture.down(1, Button::Primary, start);
+        gesture.down(2, Button::Primary, start + far);
+        assert_eq!((gesture.up(2), gesture.up(1)), (None, None), "two fingers");
+        assert_eq!(gesture.up(7), None);
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! What may be asked of the camera: the one vocabulary of pointer, keyboard and panels.
+//! What may be asked of the camera: the one vocabulary of pointer, keyboard and panels; and what a pointer does besides.
 
 use glam::Vec2;
 
@@ -45,4 +45,15 @@ pub enum CameraInput {
     Fit,
     /// Look from a standard direction and show everything.
     View(StandardView),
+}
+
+/// What the pointer does on the 3D view. Places are CSS pixels from the viewport's top left corner.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum PointerInput {
+    /// It moves the camera.
+    Camera(CameraInput),
+    /// It clicked there.
+    Click(Vec2),
+    /// A mouse is there with no button down; `None` once it has left.
+    Hover(Option<Vec2>),
 }

@@ -12,7 +12,7 @@ mod pointer;
 
 pub use bounds::Bounds;
 pub use gesture::{Button, Gesture};
-pub use input::{CameraInput, StandardView};
+pub use input::{CameraInput, PointerInput, StandardView};
 pub use keyboard::{Modifiers, key_input};
 pub use orbit::OrbitCamera;
 #[cfg(target_arch = "wasm32")]

@@ -207,6 +207,32 @@ impl OrbitCamera {
         (near, far.max(near * 1.01))
     }
 
+    /// Where a point of the table frame (metres) appears: CSS pixels from the viewport's top left corner, and its distance
+    /// along the direction of view in metres; `None` behind the eye.
+    pub fn project(&self, point: Vec3) -> Option<(Vec2, f32)> {
+        let from_eye = point - self.eye();
+        let distance = from_eye.dot(self.forward());
+        if !(distance.is_finite() && distance > 1e-6) {
+            return None;
+        }
+        let (right, up) = self.right_and_up();
+        let aside = Vec2::new(from_eye.dot(right), -from_eye.dot(up)) * self.pixels_per_metre(distance);
+        Some((self.viewport / 2.0 + aside, distance))
+    }
+
+    /// The point of the table frame (metres) that appears at `at` (CSS pixels from the viewport's top left corner) at a
+    /// distance of so many metres along the direction of view: the inverse of [`OrbitCamera::project`].
+    pub fn unproject(&self, at: Vec2, distance: f32) -> Vec3 {
+        let (right, up) = self.right_and_up();
+        let aside = (at - self.viewport / 2.0) * self.metres_per_pixel(distance);
+        self.eye() + self.forward() * distance + right * aside.x - up * aside.y
+    }
+
+    /// Size of the viewport in CSS pixels.
+    pub fn viewport(&self) -> Vec2 {
+        self.viewport
+    }
+
     /// CSS pixels that one metre at `depth` metres from the eye covers.
     pub fn pixels_per_metre(&self, depth: f32) -> f32 {
         1.0 / self.metres_per_pixel(depth)

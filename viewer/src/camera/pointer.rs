@@ -1,9 +1,9 @@
-//! DOM pointer and wheel events of the canvas, as inputs for the camera.
+//! DOM pointer and wheel events of the canvas, as inputs for the camera, clicks, and where a mouse rests.
 //!
 //! Pointer events cover mouse, touch and pen alike. The pointer is captured while it is down, so a drag may leave the
 //! canvas. The wheel listener is not passive: zooming must not scroll the page.
 
-use super::{Button, CameraInput, Gesture};
+use super::{Button, CameraInput, Gesture, PointerInput};
 use glam::Vec2;
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -28,7 +28,7 @@ impl CameraPointer {
     ///
     /// # Errors
     /// What the browser says when a listener cannot be added.
-    pub fn attach(canvas: &HtmlCanvasElement, on_input: impl FnMut(CameraInput) + 'static) -> Result<Self, JsValue> {
+    pub fn attach(canvas: &HtmlCanvasElement, on_input: impl FnMut(PointerInput) + 'static) -> Result<Self, JsValue> {
         let gesture = Rc::new(RefCell::new(Gesture::default()));
         let on_input = Rc::new(RefCell::new(on_input));
         canvas.style().set_property("touch-action", "none")?;
@@ -45,18 +45,29 @@ impl CameraPointer {
         let (state, sink) = (gesture.clone(), on_input.clone());
         pointer.listen("pointermove", move |event| {
             let event: PointerEvent = event.unchecked_into();
+            if event.buttons() == 0 && event.pointer_type() == "mouse" {
+                (sink.borrow_mut())(PointerInput::Hover(Some(position(&event))));
+            }
             let inputs = state.borrow_mut().moved(event.pointer_id(), position(&event));
             for input in inputs {
-                (sink.borrow_mut())(input);
+                (sink.borrow_mut())(PointerInput::Camera(input));
             }
         })?;
-        for name in ["pointerup", "pointercancel"] {
-            let state = gesture.clone();
-            pointer.listen(name, move |event| {
-                let event: PointerEvent = event.unchecked_into();
-                state.borrow_mut().up(event.pointer_id());
-            })?;
-        }
+        let (state, sink) = (gesture.clone(), on_input.clone());
+        pointer.listen("pointerup", move |event| {
+            let event: PointerEvent = event.unchecked_into();
+            let click = state.borrow_mut().up(event.pointer_id());
+            if let Some(at) = click {
+                (sink.borrow_mut())(PointerInput::Click(at));
+            }
+        })?;
+        let state = gesture.clone();
+        pointer.listen("pointercancel", move |event| {
+            let event: PointerEvent = event.unchecked_into();
+            state.borrow_mut().up(event.pointer_id());
+        })?;
+        let sink = on_input.clone();
+        pointer.listen("pointerleave", move |_| (sink.borrow_mut())(PointerInput::Hover(None)))?;
         let sink = on_input.clone();
         pointer.listen("wheel", move |event| {
             let event: WheelEvent = event.unchecked_into();
@@ -66,10 +77,10 @@ impl CameraPointer {
                 WheelEvent::DOM_DELTA_PAGE => event.delta_y() * PAGE,
                 _ => event.delta_y(),
             };
-            (sink.borrow_mut())(Gesture::wheel(pixels as f32, position(&event)));
+            (sink.borrow_mut())(PointerInput::Camera(Gesture::wheel(pixels as f32, position(&event))));
         })?;
         let sink = on_input;
-        pointer.listen("dblclick", move |_| (sink.borrow_mut())(CameraInput::Fit))?;
+        pointer.listen("dblclick", move |_| (sink.borrow_mut())(PointerInput::Camera(CameraInput::Fit)))?;
         // The right button pans.
         pointer.listen("contextmenu", |event| event.unchecked_into::<MouseEvent>().prevent_default())?;
         Ok(pointer)

@@ -16,6 +16,8 @@
 macro_rules! for_each_feature {
     ($then:ident) => {
         $then! {
+            measure: Measure,
+            inspect: Inspect,
             mesh: Mesh,
             deviation: Deviation,
         }
@@ -23,6 +25,8 @@ macro_rules! for_each_feature {
 }
 
 pub mod deviation;
+pub mod inspect;
+pub mod measure;
 pub mod mesh;
 
 mod feature;

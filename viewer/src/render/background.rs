@@ -31,6 +31,7 @@ impl Background {
             blend: None,
             writes_depth: false,
             depth_compare: CompareFunction::Always,
+            target: None,
         }
         .pipeline(gpu);
         Self { pipeline, uniform }

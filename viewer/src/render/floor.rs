@@ -37,6 +37,7 @@ impl Floor {
             blend: Some(BlendState::ALPHA_BLENDING),
             writes_depth: false,
             depth_compare: CompareFunction::LessEqual,
+            target: None,
         }
         .pipeline(gpu);
         Self { pipeline, uniform }

@@ -50,6 +50,7 @@ impl Lines {
             blend: Some(BlendState::ALPHA_BLENDING),
             writes_depth: false,
             depth_compare: CompareFunction::LessEqual,
+            target: None,
         }
         .pipeline(gpu);
         Self { pipeline }

@@ -4,6 +4,7 @@ use super::frame::FrameUniform;
 use super::gpu::Gpu;
 use super::lookup::Lookup;
 use super::mesh_vertex::{self, MeshVertex};
+use super::pick::{PICK_FORMAT, Window};
 use super::pipeline::{Primitive, buffer, uniform_entry};
 use super::request::DrawRequest;
 use crate::display::{ClassMask, ColorMode, deviation_colors};
@@ -85,6 +86,7 @@ impl Mesh {
             blend: None,
             writes_depth: true,
             depth_compare: CompareFunction::Less,
+            target: None,
         }
         .pipeline(gpu);
         Self { pipeline, uniform, style, lookup, loaded: None, visible: ClassMask::ALL }
@@ -136,6 +138,38 @@ impl Mesh {
         let Some(loaded) = &self.loaded else { return };
         pass.set_pipeline(&self.pipeline);
         pass.set_bind_group(1, &self.style, &[]);
+        pass.set_vertex_buffer(0, loaded.vertices.slice(..));
+        pass.set_index_buffer(loaded.indices.slice(..), IndexFormat::Uint32);
+        for range in self.ranges() {
+            pass.draw_indexed(range.clone(), 0, 0..1);
+        }
+    }
+
+    /// The pipeline that draws numbers in place of colours.
+    pub(super) fn pick_pipeline(&self, gpu: &Gpu, frame: &FrameUniform, window: &Window) -> RenderPipeline {
+        Primitive {
+            name: "mesh_pick",
+            shader: concat!(include_str!("pick.wgsl"), include_str!("mesh_pick.wgsl")),
+            groups: &[&frame.layout, &window.layout],
+            vertices: Some(VertexBufferLayout {
+                array_stride: size_of::<MeshVertex>() as u64,
+                step_mode: VertexStepMode::Vertex,
+                attributes: &wgpu::vertex_attr_array![0 => Float32x3],
+            }),
+            topology: PrimitiveTopology::TriangleList,
+            blend: None,
+            writes_depth: true,
+            depth_compare: CompareFunction::Less,
+            target: Some(PICK_FORMAT),
+        }
+        .pipeline(gpu)
+    }
+
+    /// Draws the numbers of the triangles that the last frame showed.
+    pub(super) fn draw_pick(&self, pass: &mut RenderPass<'_>, pipeline: &RenderPipeline, window: &Window) {
+        let Some(loaded) = &self.loaded else { return };
+        pass.set_pipeline(pipeline);
+        pass.set_bind_group(1, &window.group, &[]);
         pass.set_vertex_buffer(0, loaded.vertices.slice(..));
         pass.set_index_buffer(loaded.indices.slice(..), IndexFormat::Uint32);
         for range in self.ranges() {

@@ -5,10 +5,12 @@
 //! | [`request`] | what a frame shall show: pure data |
 //! | [`record`], [`mesh_vertex`] | a point and a mesh as the GPU reads them |
 //! | [`pool`], [`thinning`], [`point_counts`] | where a chunk's points lie, in which order, how many of them show |
+//! | [`pick_window`], [`seen`] | the pixels that a pick reads back, what it found |
 //! | [`frustum`], [`axes`] | camera poses and the table frame as line [`segment`]s |
 //! | [`scale`] | round distances of grid lines |
 //! | [`device_lost`], `error` | the loss of the device; why there is no picture |
 //! | `points`, `mesh`, `background`, `turntable`, `floor`, `lines` | the primitives (browser only) |
+//! | `pick` | what lies at a place of the picture: the primitives as numbers (browser only) |
 //! | `frame`, `pipeline`, `lookup` | what primitives share (browser only) |
 //! | `gpu`, `frames_in_flight`, `renderer` | device and canvas, frames not finished yet, the frame (browser only) |
 //! | `self_test`, `open` | whether a device draws, and the fallback to another (browser only) |
@@ -29,6 +31,8 @@
 //! if !renderer.is_busy() {                            // else in the next animation frame
 //!     let stats: FrameStats = renderer.draw(&request)?;   // on demand, at most once per animation frame
 //! }
+//! renderer.pick(at);                                  // what lies there? then, with each animation frame:
+//! if let Some(seen) = renderer.picked() { .. }
 //! ```
 
 pub mod axes;
@@ -36,11 +40,13 @@ pub mod device_lost;
 mod error;
 pub mod frustum;
 pub mod mesh_vertex;
+pub mod pick_window;
 pub mod point_counts;
 pub mod pool;
 pub mod record;
 pub mod request;
 pub mod scale;
+pub mod seen;
 pub mod segment;
 pub mod thinning;
 
@@ -62,6 +68,8 @@ mod lookup;
 mod mesh;
 #[cfg(target_arch = "wasm32")]
 mod open;
+#[cfg(target_arch = "wasm32")]
+mod pick;
 #[cfg(target_arch = "wasm32")]
 mod pipeline;
 #[cfg(target_arch = "wasm32")]

@@ -26,6 +26,8 @@ pub(super) struct Primitive<'a> {
     pub(super) blend: Option<BlendState>,
     pub(super) writes_depth: bool,
     pub(super) depth_compare: CompareFunction,
+    /// Format of what is drawn on; `None` for the canvas's.
+    pub(super) target: Option<TextureFormat>,
 }
 
 impl Primitive<'_> {
@@ -44,7 +46,11 @@ impl Primitive<'_> {
         });
         let (vertex, fragment) = (format!("vs_{}", self.name), format!("fs_{}", self.name));
         let buffers: Vec<_> = self.vertices.iter().cloned().map(Some).collect();
-        let target = ColorTargetState { format: gpu.config.format, blend: self.blend, write_mask: ColorWrites::ALL };
+        let target = ColorTargetState {
+            format: self.target.unwrap_or(gpu.config.format),
+            blend: self.blend,
+            write_mask: ColorWrites::ALL,
+        };
         device.create_render_pipeline(&RenderPipelineDescriptor {
             label: Some(self.name),
             layout: Some(&layout),

@@ -3,6 +3,8 @@
 use super::frame::FrameUniform;
 use super::gpu::Gpu;
 use super::lookup::Lookup;
+use super::pick::{PICK_FORMAT, Window};
+use super::pick_window;
 use super::pipeline::{Primitive, buffer, uniform_entry};
 use super::point_counts::PointCounts;
 use super::pool::{BLOCK_POINTS, Block, PAGE_HEIGHT, PAGE_WIDTH, Pool};
@@ -49,6 +51,7 @@ pub(super) struct Points {
     pipeline: RenderPipeline,
     uniform: Buffer,
     style: BindGroup,
+    style_layout: BindGroupLayout,
     page_layout: BindGroupLayout,
     pages: Vec<Page>,
     pool: Pool,
@@ -89,12 +92,14 @@ impl Points {
             blend: None,
             writes_depth: true,
             depth_compare: CompareFunction::Less,
+            target: None,
         }
         .pipeline(gpu);
         Self {
             pipeline,
             uniform,
             style,
+            style_layout,
             page_layout,
             pages: Vec::new(),
             pool: Pool::default(),
@@ -179,6 +184,40 @@ impl Points {
             pass.set_bind_group(2, &page.group, &[]);
             pass.draw(0..blocks as u32 * self.slots * 3, 0..1);
         }
+    }
+
+    /// The pipeline that draws numbers in place of colours.
+    pub(super) fn pick_pipeline(&self, gpu: &Gpu, frame: &FrameUniform, window: &Window) -> RenderPipeline {
+        Primitive {
+            name: "points_pick",
+            shader: concat!(include_str!("points.wgsl"), include_str!("pick.wgsl"), include_str!("points_pick.wgsl")),
+            groups: &[&frame.layout, &self.style_layout, &self.page_layout, &window.layout],
+            vertices: None,
+            topology: PrimitiveTopology::TriangleList,
+            blend: None,
+            writes_depth: true,
+            depth_compare: CompareFunction::Less,
+            target: Some(PICK_FORMAT),
+        }
+        .pipeline(gpu)
+    }
+
+    /// Draws the numbers of the points that the last frame showed.
+    pub(super) fn draw_pick(&self, pass: &mut RenderPass<'_>, pipeline: &RenderPipeline, window: &Window) {
+        pass.set_pipeline(pipeline);
+        pass.set_bind_group(1, &self.style, &[]);
+        pass.set_bind_group(3, &window.group, &[]);
+        for (index, (page, blocks)) in (0_u32..).zip(self.pages.iter().zip(self.pool.used_blocks())) {
+            pass.set_bind_group(2, &page.group, &[]);
+            pass.draw(0..blocks as u32 * self.slots * 3, index..index + 1);
+        }
+    }
+
+    /// The chunk that a point drawn under `number` belongs to, which of its blocks and which slot of that.
+    pub(super) fn place_of(&self, number: u32) -> Option<([i32; 3], usize, usize)> {
+        let (page, slot) = pick_window::page_and_slot(number);
+        let (chunk, block) = self.pool.owner(Block { page, index: slot / BLOCK_POINTS })?;
+        Some((chunk, block, slot % BLOCK_POINTS))
     }
 
     fn write(&mut self, gpu: &Gpu, block: Block, records: &[[u32; RECORD_WORDS]; BLOCK_POINTS]) {

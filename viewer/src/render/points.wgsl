@@ -97,17 +97,21 @@ fn base_color(record: vec4<u32>) -> vec3<f32> {
     return class_color(defect, 1u).rgb;
 }
 
-@vertex
-fn vs_points(@builtin(vertex_index) vertex: u32) -> Splat {
+// The slot of the page whose point vertex `vertex` belongs to.
+fn slot_of(vertex: u32) -> u32 {
+    let slots = points.select.x;
+    let point = vertex / 3u;
+    return (point / slots) * BLOCK_POINTS + point % slots;
+}
+
+fn splat_corner(vertex: u32) -> Splat {
     var splat: Splat;
     splat.position = vec4<f32>(0.0, 0.0, 2.0, 1.0); // behind the far plane: draws nothing
     splat.disc = vec2<f32>(0.0);
     splat.plane = vec4<f32>(0.0);
     splat.color = vec3<f32>(0.0);
 
-    let slots = points.select.x;
-    let point = vertex / 3u;
-    let slot = (point / slots) * BLOCK_POINTS + point % slots;
+    let slot = slot_of(vertex);
     let texel = vec2<u32>((slot * 2u) % PAGE_WIDTH, (slot * 2u) / PAGE_WIDTH);
     let record = textureLoad(page, texel + vec2<u32>(1u, 0u), 0);
     let marks = record.w;
@@ -149,6 +153,17 @@ fn vs_points(@builtin(vertex_index) vertex: u32) -> Splat {
     return splat;
 }
 
+@vertex
+fn vs_points(@builtin(vertex_index) vertex: u32) -> Splat {
+    return splat_corner(vertex);
+}
+
+// Distance along the direction of view to the surface of a splat, metres.
+fn surface_distance(disc: vec2<f32>, plane: vec4<f32>) -> f32 {
+    let towards_eye = dot(plane.xy, disc) - plane.z * dot(disc, disc);
+    return max(plane.w - towards_eye, frame.depth.z);
+}
+
 struct Pixel {
     @location(0) color: vec4<f32>,
     @builtin(frag_depth) depth: f32,
@@ -156,12 +171,10 @@ struct Pixel {
 
 @fragment
 fn fs_points(splat: Splat) -> Pixel {
-    let rim = dot(splat.disc, splat.disc);
-    if rim > 1.0 {
+    if dot(splat.disc, splat.disc) > 1.0 {
         discard;
     }
-    let towards_eye = dot(splat.plane.xy, splat.disc) - splat.plane.z * rim;
-    let distance = max(splat.plane.w - towards_eye, frame.depth.z);
+    let distance = surface_distance(splat.disc, splat.plane);
     var pixel: Pixel;
     pixel.color = vec4<f32>(splat.color, 1.0);
     pixel.depth = clamp(frame.depth.x + frame.depth.y / distance, 0.0, 1.0);

@@ -104,6 +104,11 @@ impl Pool {
         *self = Self::default();
     }
 
+    /// The chunk that owns a block, and which of its blocks it is.
+    pub fn owner(&self, block: Block) -> Option<([i32; 3], usize)> {
+        self.chunks.iter().find_map(|(id, blocks)| Some((*id, blocks.iter().position(|b| *b == block)?)))
+    }
+
     /// Drops empty pages from the end; how many remain.
     pub fn trim(&mut self) -> usize {
         while self.pages.last().is_some_and(|page| page.end() == 0) {
@@ -176,6 +181,10 @@ mod tests {
                 let id = [chunk, 0, 0];
                 let placed = pool.place(id, points);
                 prop_assert_eq!(placed.blocks.len(), points.div_ceil(BLOCK_POINTS));
+                for (i, block) in placed.blocks.iter().enumerate() {
+                    prop_assert_eq!(pool.owner(*block), Some((id, i)));
+                }
+                prop_assert!(placed.emptied.iter().all(|b| pool.owner(*b).is_none()));
                 owned.insert(id, placed.blocks.clone());
                 let all: Vec<Block> = owned.values().flatten().copied().collect();
                 let distinct: BTreeSet<Block> = all.iter().copied().collect();

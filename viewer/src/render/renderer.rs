@@ -14,13 +14,18 @@ use super::frustum;
 use super::gpu::{Backend, Gpu};
 use super::lines::{LineBuffer, Lines};
 use super::mesh::Mesh;
+use super::pick::{Pick, Reading};
+use super::pick_window::WindowHit;
 use super::pipeline::DEPTH_FORMAT;
 use super::points::Points;
 use super::request::DrawRequest;
+use super::seen::{Piece, Seen};
+use super::segment::Segment;
 use super::turntable::Turntable;
-use crate::camera::Bounds;
+use crate::camera::{Bounds, OrbitCamera};
 use glam::{Vec2, Vec3};
 use semascan_model::{SemanticCloud, SemanticMesh};
+use std::collections::BTreeMap;
 use web_sys::HtmlCanvasElement;
 use wgpu::{
     Color, CommandEncoderDescriptor, CurrentSurfaceTexture, Extent3d, LoadOp, Operations, RenderPassColorAttachment,
@@ -46,6 +51,27 @@ pub struct FrameStats {
     pub frames: u64,
 }
 
+/// What the last frame showed, as far as picks need to know.
+#[derive(Clone, Copy)]
+struct Drawn {
+    camera: OrbitCamera,
+    of_mesh: bool,
+}
+
+/// A pick whose answer is on its way.
+struct Asked {
+    reading: Reading,
+    drawn: Drawn,
+    /// Middle of the pixel that was asked for, device pixels.
+    pixel: Vec2,
+    /// Changes of the model, and meshes, until then.
+    sequence: u64,
+    meshes: u64,
+}
+
+/// Opacity of marks where they lie behind the model or inside it, in parts of their own.
+const BEHIND: f32 = 0.4;
+
 /// Draws the model on a canvas.
 pub struct Renderer {
     gpu: Gpu,
@@ -58,8 +84,19 @@ pub struct Renderer {
     floor: Floor,
     lines: Lines,
     frusta: LineBuffer,
+    marks: LineBuffer,
+    marks_behind: LineBuffer,
     axes: LineBuffer,
     depth: TextureView,
+    /// Made with the first pick.
+    pick: Option<Pick>,
+    drawn: Option<Drawn>,
+    asked: Option<Asked>,
+    /// Change of the model at which each chunk came or went, and at which everything did.
+    changed: BTreeMap<[i32; 3], u64>,
+    cleared: u64,
+    /// Meshes that were taken.
+    meshes: u64,
     in_flight: FramesInFlight,
     scale: f32,
     frames: u64,
@@ -79,8 +116,16 @@ impl Renderer {
             floor: Floor::new(&gpu, &frame),
             lines: Lines::new(&gpu, &frame),
             frusta: LineBuffer::default(),
+            marks: LineBuffer::default(),
+            marks_behind: LineBuffer::default(),
             axes: LineBuffer::default(),
             depth: depth_buffer(&gpu),
+            pick: None,
+            drawn: None,
+            asked: None,
+            changed: BTreeMap::new(),
+            cleared: 0,
+            meshes: 0,
             in_flight: FramesInFlight::default(),
             scale: 1.0,
             frames: 0,
@@ -94,6 +139,8 @@ impl Renderer {
     pub(super) fn restart_counts(&mut self) {
         self.frames = 0;
         self.sequence = 0;
+        self.cleared = 0;
+        self.drawn = None;
     }
 
     /// The canvas element that is drawn on.
@@ -132,23 +179,73 @@ impl Renderer {
     pub fn set_chunk(&mut self, id: [i32; 3], cloud: &SemanticCloud) {
         self.points.set_chunk(&self.gpu, id, cloud);
         self.sequence += 1;
+        self.changed.insert(id, self.sequence);
     }
 
     /// Takes chunk `id` out.
     pub fn remove_chunk(&mut self, id: [i32; 3]) {
         self.points.remove_chunk(&self.gpu, id);
         self.sequence += 1;
+        self.changed.remove(&id);
     }
 
     /// Takes everything out.
     pub fn clear(&mut self) {
         self.points.clear();
         self.sequence += 1;
+        self.changed.clear();
+        self.cleared = self.sequence;
     }
 
     /// Takes a mesh in the place of the one before, with a deviation in metres for each vertex if it has such.
     pub fn set_mesh(&mut self, mesh: Option<(&SemanticMesh, &[f32])>) {
         self.mesh.set(&self.gpu, mesh);
+        self.meshes += 1;
+    }
+
+    /// Asks what the last frame shows at `at` (CSS pixels from the picture's top left corner), or within a few CSS pixels
+    /// of it; in the place of what was asked before. [`Renderer::picked`] answers.
+    pub fn pick(&mut self, at: Vec2) {
+        let Some(drawn) = self.drawn else { return };
+        let picture = Vec2::new(self.gpu.config.width as f32, self.gpu.config.height as f32);
+        let pixel = (at / drawn.camera.viewport() * picture).floor() + 0.5;
+        let (gpu, frame, points, mesh) = (&self.gpu, &self.frame, &self.points, &self.mesh);
+        let pick = self.pick.get_or_insert_with(|| Pick::new(gpu, frame, points, mesh));
+        let reading = pick.begin(gpu, frame, points, mesh, drawn.of_mesh, pixel);
+        self.asked = Some(Asked { reading, drawn, pixel, sequence: self.sequence, meshes: self.meshes });
+    }
+
+    /// Whether an answer is on its way.
+    pub fn is_picking(&self) -> bool {
+        self.asked.is_some()
+    }
+
+    /// The answer to [`Renderer::pick`], once it is there; it never waits for it.
+    pub fn picked(&mut self) -> Option<Seen> {
+        let hit = self.asked.as_ref()?.reading.poll(&self.gpu, self.scale)?;
+        let asked = self.asked.take()?;
+        Some(hit.map_or(Seen::Nothing, |hit| self.seen(&asked, hit)))
+    }
+
+    /// What was hit.
+    fn seen(&self, asked: &Asked, hit: WindowHit) -> Seen {
+        let of = match asked.drawn.of_mesh {
+            true if self.meshes > asked.meshes => return Seen::Changed,
+            true => Piece::Vertex(hit.number),
+            false => match self.points.place_of(hit.number) {
+                Some((chunk, block, slot)) if self.changed.get(&chunk).is_some_and(|at| *at <= asked.sequence) => {
+                    Piece::Slot { chunk, block, slot }
+                }
+                _ => return Seen::Changed,
+            },
+        };
+        if self.cleared > asked.sequence {
+            return Seen::Changed;
+        }
+        let picture = Vec2::new(self.gpu.config.width as f32, self.gpu.config.height as f32);
+        let camera = asked.drawn.camera;
+        let at = (asked.pixel + hit.offset) / picture * camera.viewport();
+        Seen::Surface { of, place: camera.unproject(at, hit.distance), distance: hit.distance }
     }
 
     /// Whether the graphics processor is still at earlier frames, so that another would only come late.
@@ -197,9 +294,13 @@ impl Renderer {
                 None => self.floor.draw(&mut pass),
             }
             self.lines.draw(&mut pass, &self.frusta);
+            self.lines.draw(&mut pass, &self.marks);
+            // Depth range of zero width: nothing is in front of these.
+            let (width, height) = (self.gpu.config.width as f32, self.gpu.config.height as f32);
+            pass.set_viewport(0.0, 0.0, width, height, 0.0, 0.0);
+            self.lines.draw(&mut pass, &self.marks_behind);
             if let Some(side) = self.axes_side() {
                 let y = self.gpu.config.height as f32 - side - AXES_MARGIN * self.scale;
-                // Depth range of zero width: nothing is in front of the axes.
                 pass.set_viewport(AXES_MARGIN * self.scale, y, side, side, 0.0, 0.0);
                 pass.set_bind_group(0, &self.axes_frame.group, &[]);
                 self.lines.draw(&mut pass, &self.axes);
@@ -209,6 +310,7 @@ impl Renderer {
         self.gpu.queue.present(texture);
         self.in_flight.submit(&self.gpu.queue);
         self.frames += 1;
+        self.drawn = Some(Drawn { camera: request.camera, of_mesh: request.content.mesh });
         let (points, triangles) =
             if request.content.mesh { (0, self.mesh.shown()) } else { (self.points.shown(request), 0) };
         let stats = FrameStats { points, triangles, frames: self.frames };
@@ -249,6 +351,12 @@ impl Renderer {
             scene.include(segment.to);
         }
         self.frusta.write(gpu, &segments);
+        self.marks.write(gpu, &request.content.marks);
+        let faint = |segment: &Segment| {
+            let [r, g, b, opacity] = segment.color;
+            Segment { color: [r, g, b, (f32::from(opacity) * BEHIND) as u8], ..*segment }
+        };
+        self.marks_behind.write(gpu, &request.content.marks.iter().map(faint).collect::<Vec<_>>());
         let forward = request.camera.forward();
         let right = forward.cross(Vec3::Z).normalize_or(Vec3::X);
         self.axes.write(gpu, &axes::segments(right, right.cross(forward)));

@@ -1,5 +1,6 @@
 //! What a frame shall show: plain data, made of the state, read by the renderer.
 
+use super::segment::Segment;
 use crate::camera::{Bounds, OrbitCamera};
 use crate::display::{ClassMask, ColorMode, ColorScheme, HiddenFlags, Palette, ShareScales};
 use glam::{Quat, Vec3};
@@ -95,6 +96,8 @@ pub struct FrameContent {
     pub frusta: Vec<CameraFrustum>,
     /// Whether the model is drawn as its mesh, not as points.
     pub mesh: bool,
+    /// Lines over the model: faint where they lie behind or inside it.
+    pub marks: Vec<Segment>,
     /// Largest deviation within tolerance in [`ColorMode::Deviation`], metres.
     pub tolerance: f32,
 }
@@ -125,6 +128,7 @@ impl Default for FrameContent {
             turntable: None,
             frusta: Vec::new(),
             mesh: false,
+            marks: Vec::new(),
             tolerance: 5e-4,
         }
     }

@@ -26,6 +26,11 @@ pub fn assign_slots(positions: &[[f32; 3]]) -> Vec<[Option<usize>; BLOCK_POINTS]
         .collect()
 }
 
+/// The point of a chunk that lies in a slot of one of its blocks; `None` where there is none.
+pub fn point_in_slot(positions: &[[f32; 3]], block: usize, slot: usize) -> Option<usize> {
+    assign_slots(positions).get(block)?.get(slot).copied().flatten()
+}
+
 /// How many slots of every block to draw, so that about `budget` of `points` points are drawn; at least one.
 pub fn slots_within(budget: Option<usize>, points: usize) -> u32 {
     let slots = budget.map_or(BLOCK_POINTS, |budget| budget.saturating_mul(BLOCK_POINTS) / points.max(1));
@@ -77,6 +82,18 @@ mod tests {
             all.sort_unstable();
             assert_eq!(all, (0..n).collect::<Vec<_>>());
         }
+    }
+
+    #[test]
+    fn a_slot_leads_back_to_its_point() {
+        let positions: Vec<_> = square(30).into_iter().take(700).collect();
+        for (block, slots) in assign_slots(&positions).iter().enumerate() {
+            for (slot, point) in slots.iter().enumerate() {
+                assert_eq!(point_in_slot(&positions, block, slot), *point);
+            }
+        }
+        assert_eq!(point_in_slot(&positions, 3, 0), None);
+        assert_eq!(point_in_slot(&[], 0, 0), None);
     }
 
     #[test]

@@ -35,6 +35,7 @@ impl Turntable {
             blend: Some(BlendState::ALPHA_BLENDING),
             writes_depth: false,
             depth_compare: CompareFunction::LessEqual,
+            target: None,
         }
         .pipeline(gpu);
         Self { pipeline, uniform }

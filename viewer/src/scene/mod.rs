@@ -6,6 +6,7 @@
 //! | [`mesh`] | the mesh of the model, and its deviations |
 //! | [`figures`] | the model's figures, for the state |
 //! | [`frame_content`] | from the state to what a frame shall show |
+//! | [`pick`] | from what the graphics device saw to what the model knows of it |
 //! | [`export`] | the visible part of model or mesh as the bytes of a file |
 
 pub mod export;
@@ -13,6 +14,7 @@ pub mod figures;
 pub mod frame_content;
 pub mod mesh;
 pub mod model;
+pub mod pick;
 
 pub use mesh::HeldMesh;
 pub use model::{HeldModel, ModelChange};

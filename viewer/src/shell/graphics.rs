@@ -2,12 +2,14 @@
 //! it: without a renderer the page says why, and goes on.
 
 use super::canvas_data;
-use crate::camera::{CameraInput, CameraPointer};
+use crate::camera::{CameraPointer, PointerInput};
+use crate::render::seen::Seen;
 use crate::render::{BackendChoice, DrawRequest, RenderError, Renderer};
 use crate::scene::{HeldModel, ModelChange};
 use crate::state::Event;
 use crate::state::connection::GraphicsStatus;
 use crate::ui::Ui;
+use glam::Vec2;
 use semascan_model::SemanticMesh;
 use std::cell::{Cell, RefCell};
 use std::rc::Rc;
@@ -33,7 +35,7 @@ pub(super) struct Graphics {
     ui: Ui,
     document: Document,
     choice: BackendChoice,
-    on_input: Box<dyn Fn(CameraInput)>,
+    on_input: Box<dyn Fn(PointerInput)>,
     on_ready: Box<dyn Fn()>,
     renderer: RefCell<Option<Renderer>>,
     pointer: RefCell<Option<CameraPointer>>,
@@ -41,13 +43,13 @@ pub(super) struct Graphics {
 }
 
 impl Graphics {
-    /// * `on_input`: takes what the pointer asks of the camera.
+    /// * `on_input`: takes what the pointer does.
     /// * `on_ready`: called when there is a renderer, which has nothing to draw yet.
     pub(super) fn new(
         ui: Ui,
         document: &Document,
         choice: BackendChoice,
-        on_input: impl Fn(CameraInput) + 'static,
+        on_input: impl Fn(PointerInput) + 'static,
         on_ready: impl Fn() + 'static,
     ) -> Rc<Self> {
         Rc::new(Self {
@@ -107,6 +109,31 @@ impl Graphics {
     /// Whether a frame would have to wait for earlier ones.
     pub(super) fn is_busy(&self) -> bool {
         self.renderer.borrow().as_ref().is_some_and(Renderer::is_busy)
+    }
+
+    /// Asks what the last frame shows at `at` (CSS pixels from the viewport's top left corner).
+    pub(super) fn pick(&self, at: Vec2) {
+        if let Some(renderer) = self.renderer.borrow_mut().as_mut() {
+            renderer.pick(at);
+        }
+    }
+
+    /// The answer, once it is there.
+    pub(super) fn picked(&self) -> Option<Seen> {
+        self.renderer.borrow_mut().as_mut()?.picked()
+    }
+
+    /// Whether an answer is on its way.
+    pub(super) fn is_picking(&self) -> bool {
+        self.renderer.borrow().as_ref().is_some_and(Renderer::is_picking)
+    }
+
+    /// Size of the canvas on the page, CSS pixels: narrow pages show it lower than its place is.
+    pub(super) fn canvas_size(&self) -> Option<Vec2> {
+        let renderer = self.renderer.borrow();
+        let canvas = renderer.as_ref()?.canvas();
+        let size = Vec2::new(canvas.client_width() as f32, canvas.client_height() as f32);
+        (size.min_element() >= 1.0).then_some(size)
     }
 
     /// Draws a frame; a renderer whose device turns out to be lost is replaced. Without one there is nothing to do.

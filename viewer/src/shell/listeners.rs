@@ -36,6 +36,7 @@ pub(super) fn keyboard(window: &Window, viewport: &Rc<Viewport>) -> Result<(), J
             match found {
                 Action::State(event) => viewport.ui.send(*event),
                 Action::Camera(input) => viewport.steer(input),
+                Action::PickMiddle => viewport.pick_middle(),
             }
         }
     });

@@ -4,20 +4,25 @@
 //! |---|---|
 //! | [`options`] | what the page's address asks for |
 //! | [`point_budget`] | how many points a frame may have while the camera moves |
+//! | [`pick_queue`] | which picks are asked for, and in which order |
 //! | [`shortcuts`] | what a key does |
 //! | `panels` | the panels that are not a tool's (browser only) |
 //! | `start` | the entry point, which joins it all (browser only) |
 //! | `viewport` | model, camera and renderer; a frame when one is due (browser only) |
 //! | `graphics` | getting a renderer, and another one after a loss (browser only) |
+//! | `anchors` | elements that stay at a point of the model (browser only) |
 //! | `ticker` | animation frames on demand (browser only) |
 //! | `listeners` | keyboard, size, theme, clock (browser only) |
 //! | `canvas_data` | what the canvas says in its data attributes (browser only) |
 //! | `save` | exports: files for the person (browser only) |
 
 pub mod options;
+pub mod pick_queue;
 pub mod point_budget;
 pub mod shortcuts;
 
+#[cfg(target_arch = "wasm32")]
+mod anchors;
 #[cfg(target_arch = "wasm32")]
 mod canvas_data;
 #[cfg(target_arch = "wasm32")]

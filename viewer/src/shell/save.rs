@@ -1,10 +1,13 @@
-//! Exports: what is visible of the model or the mesh as files for the person, saved as if they came from a server.
+//! Exports: what is visible of the model or the mesh as files for the person, saved as if they came from a server; texts for
+//! the clipboard.
 
 use super::viewport::Viewport;
 use crate::scene::export::{ExportFile, MeshFormat, PointFormat, export_mesh, export_points};
 use crate::state::notices::{Level, Topic};
 use crate::state::units;
+use js_sys::{Function, Promise, Reflect};
 use wasm_bindgen::prelude::*;
+use wasm_bindgen_futures::{JsFuture, spawn_local};
 use web_sys::{Blob, BlobPropertyBag, Document, HtmlAnchorElement, Url};
 
 /// Saves the visible points.
@@ -21,6 +24,44 @@ pub(super) fn save_mesh(viewport: &Viewport, format: MeshFormat) {
         None => Err("there is no mesh yet".to_owned()),
     };
     save(viewport, files, format.mime(), "triangles");
+}
+
+/// Gives a text to the clipboard, and says so; where the browser does not let the page (it does over HTTPS and on this
+/// machine), the text is saved as a file.
+pub(super) fn copy(viewport: &Viewport, text: String, file: &'static str) {
+    let (ui, document) = (viewport.ui, viewport.document.clone());
+    let writing = write_to_clipboard(&text);
+    spawn_local(async move {
+        ui.retract(Topic::Export);
+        let copied = match writing {
+            Ok(promise) => JsFuture::from(promise).await.is_ok(),
+            Err(_) => false,
+        };
+        if copied {
+            return ui.notify(Level::Info, Topic::Export, "Copied to the clipboard.");
+        }
+        let (count, name) = (text.lines().count(), file.to_owned());
+        let file = ExportFile { name, bytes: text.into_bytes(), count, left_out: 0 };
+        match download(&document, &file, "text/csv") {
+            Ok(()) => {
+                let text = format!("The browser does not let this page copy: {} was saved instead.", file.name);
+                ui.notify(Level::Info, Topic::Export, text);
+            }
+            Err(error) => ui.notify(Level::Error, Topic::Export, format!("Copying failed: {}", refused(error))),
+        }
+    });
+}
+
+/// Begins to write a text to the clipboard.
+///
+/// # Errors
+/// Where the page has no clipboard: its origin is not secure.
+fn write_to_clipboard(text: &str) -> Result<Promise, JsValue> {
+    let window = web_sys::window().ok_or("the page has no window")?;
+    let navigator = Reflect::get(&window, &"navigator".into())?;
+    let clipboard = Reflect::get(&navigator, &"clipboard".into())?;
+    let write: Function = Reflect::get(&clipboard, &"writeText".into())?.dyn_into()?;
+    write.call1(&clipboard, &text.into())?.dyn_into()
 }
 
 /// Hands files to the browser's downloads, and says so.

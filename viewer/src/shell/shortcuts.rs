@@ -1,6 +1,9 @@
 //! What a key does. The camera's own keys are in [`crate::camera::key_input`]; these are the page's.
 
 use crate::camera::{CameraInput, Modifiers, key_input};
+use crate::features::FeatureEvent;
+use crate::features::inspect::InspectEvent;
+use crate::features::measure::{Kind, MeasureEvent};
 use crate::state::{AppState, Event};
 
 /// What has the keyboard's focus.
@@ -19,6 +22,8 @@ pub enum Action {
     State(Box<Event>),
     /// A move of the camera.
     Camera(CameraInput),
+    /// A pick in the middle of the view.
+    PickMiddle,
 }
 
 /// What `key` (DOM `KeyboardEvent.key`) asks for in this state; `None` leaves it to the browser.
@@ -41,9 +46,52 @@ pub fn action(key: &str, modifiers: Modifiers, focus: Focus, state: &AppState) -
         "t" | "T" => Event::Theme(display.toggled_theme()),
         "n" | "N" => Event::StepView(1),
         "p" | "P" => Event::StepView(-1),
-        "Escape" if state.views.selected().is_some() => Event::SelectView(None),
+        "l" | "L" => feature(InspectEvent::Pin),
+        "m" | "M" => feature(measuring(Kind::Distance, state)),
+        "g" | "G" => feature(measuring(Kind::Angle, state)),
+        "Enter" if focus == Focus::Model => return Some(Action::PickMiddle),
+        "Delete" if focus == Focus::Model => return deletion(modifiers, state),
+        "Escape" => return escape(state),
         _ if focus == Focus::Control && key.starts_with("Arrow") => return None,
         _ => return key_input(key, modifiers).map(Action::Camera),
+    };
+    Some(Action::State(event.into()))
+}
+
+fn feature(event: impl Into<FeatureEvent>) -> Event {
+    Event::Feature(event.into())
+}
+
+/// Begins to measure, or ends it where this is being measured.
+fn measuring(kind: Kind, state: &AppState) -> MeasureEvent {
+    let is_chosen = state.features.measure.kind == Some(kind);
+    MeasureEvent::Choose((!is_chosen && state.has_model()).then_some(kind))
+}
+
+/// Escape takes back one thing at a time, what is uppermost first.
+fn escape(state: &AppState) -> Option<Action> {
+    let features = &state.features;
+    let event = if features.measure.kind.is_some() {
+        feature(MeasureEvent::Back)
+    } else if features.inspect.picked.is_some() || features.inspect.missed {
+        feature(InspectEvent::Close)
+    } else if state.views.selected().is_some() {
+        Event::SelectView(None)
+    } else {
+        return None;
+    };
+    Some(Action::State(event.into()))
+}
+
+/// Delete takes the newest measurement away while one measures, else the newest label; with Shift all of them.
+fn deletion(modifiers: Modifiers, state: &AppState) -> Option<Action> {
+    let features = &state.features;
+    let event = match (features.measure.kind.is_some(), modifiers.shift) {
+        (true, false) => feature(MeasureEvent::RemoveLast),
+        (true, true) => feature(MeasureEvent::RemoveAll),
+        (false, _) if features.inspect.labels.is_empty() => return None,
+        (false, false) => feature(InspectEvent::RemoveLast),
+        (false, true) => feature(InspectEvent::RemoveAll),
     };
     Some(Action::State(event.into()))
 }
@@ -52,6 +100,8 @@ pub fn action(key: &str, modifiers: Modifiers, focus: Focus, state: &AppState) -
 mod tests {
     use super::*;
     use crate::display::ColorMode;
+    use crate::features::inspect::PickedPoint;
+    use semascan_model::SemanticPoint;
 
     fn pressed(key: &str, focus: Focus, state: &AppState) -> Option<Action> {
         action(key, Modifiers::default(), focus, state)
@@ -86,6 +136,43 @@ mod tests {
         assert_eq!(state.display.color_mode, start);
         let back = Some(Action::State(Event::ColorMode(ColorMode::Appearance).into()));
         assert_eq!(pressed("C", Focus::Model, &state), back);
+    }
+
+    #[test]
+    fn the_middle_is_picked_from_the_model_and_not_from_a_control() {
+        let state = AppState::default();
+        assert_eq!(pressed("Enter", Focus::Model, &state), Some(Action::PickMiddle));
+        assert_eq!(pressed("Enter", Focus::Control, &state), None, "it is the control's");
+        assert_eq!(pressed("Delete", Focus::Control, &state), None);
+    }
+
+    #[test]
+    fn escape_and_delete_take_back_one_thing_at_a_time() {
+        let point = PickedPoint::of(&SemanticPoint::UNKNOWN, 1e-3, false);
+        let mut state = AppState::default();
+        let press = |state: &mut AppState, key: &str, shift: bool| {
+            let modifiers = Modifiers { shift, ..Modifiers::default() };
+            match action(key, modifiers, Focus::Model, state) {
+                Some(Action::State(event)) => state.reduce(&event),
+                other => panic!("{key}: {other:?}"),
+            }
+        };
+        state.reduce(&feature(InspectEvent::Picked(Some(point))));
+        press(&mut state, "l", false);
+        assert_eq!(state.features.inspect.labels.len(), 1);
+        state.reduce(&feature(MeasureEvent::Choose(Some(Kind::Distance))));
+        state.reduce(&feature(MeasureEvent::Picked(Some(point))));
+        press(&mut state, "Escape", false);
+        assert_eq!((state.features.measure.points.len(), state.features.measure.kind), (0, Some(Kind::Distance)));
+        press(&mut state, "Escape", false);
+        assert!(state.features.measure.kind.is_none() && state.features.inspect.picked.is_some());
+        press(&mut state, "Escape", false);
+        assert!(state.features.inspect.picked.is_none() && state.features.inspect.labels.len() == 1);
+        press(&mut state, "Delete", false);
+        assert!(state.features.inspect.labels.is_empty());
+        assert_eq!(pressed("Delete", Focus::Model, &state), None);
+        press(&mut state, "m", false);
+        assert_eq!(state.features.measure.kind, None, "without a model there is nothing to measure");
     }
 
     #[test]

@@ -113,6 +113,9 @@ fn follow_state(viewport: &Rc<Viewport>) {
         // Read, not only tracked: a memo that nobody reads never learns what it depends on.
         content.with(|_| drawn.redraw());
     });
+    let anchored = ui.part(|s| (s.features.inspect.clone(), s.features.measure.clone(), s.legend.visibility()));
+    let placed = viewport.clone();
+    Effect::new(move |_| anchored.with(|_| placed.place_anchors()));
     let hidden = ui.part(|s| s.display.hidden_flags());
     let counted = viewport.clone();
     Effect::new(move |_| hidden.with(|_| counted.recount()));
@@ -131,6 +134,7 @@ fn execute(viewport: &Viewport, inquiry: Option<&Inquiry>, command: Command) {
             }
         }
         Command::Camera(input) => viewport.steer(input),
+        Command::Copy { text, file } => save::copy(viewport, text, file),
         Command::ExportPoints(format) => save::save_points(viewport, format),
         Command::ExportMesh(format) => save::save_mesh(viewport, format),
         Command::Reload => {

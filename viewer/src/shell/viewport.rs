@@ -1,20 +1,26 @@
 //! The 3D view: model, mesh, camera and renderer; draws a frame when one is due, and no other.
 
-use super::canvas_data;
 use super::graphics::{Graphics, Size};
+use super::pick_queue::{PickQueue, Purpose, Wanted};
 use super::point_budget::PointBudget;
 use super::ticker::Ticker;
-use crate::camera::{CameraInput, OrbitCamera};
+use super::{anchors, canvas_data};
+use crate::camera::{CameraInput, OrbitCamera, PointerInput};
+use crate::features::inspect::InspectEvent;
+use crate::features::measure::MeasureEvent;
 use crate::features::view::{Controller, Host};
 use crate::features::{FeatureEvent, mounted};
 use crate::link::LinkEvent;
 use crate::mesh_worker::MeshWorker;
+use crate::render::seen::Seen;
 use crate::render::{BackendChoice, DrawRequest};
 use crate::scene::figures::class_counts;
 use crate::scene::frame_content::frame_content;
+use crate::scene::pick::picked_point;
 use crate::scene::{HeldMesh, HeldModel, ModelChange};
 use crate::state::Event;
 use crate::ui::Ui;
+use glam::Vec2;
 use semascan_protocol::server_message::Body;
 use std::cell::{Cell, OnceCell, RefCell};
 use std::rc::{Rc, Weak};
@@ -24,6 +30,10 @@ use web_sys::{Document, HtmlCanvasElement, Window};
 const FIGURES_MS: f64 = 200.0;
 /// The camera counts as moving until so long after the last input, milliseconds.
 const MOVING_MS: f64 = 180.0;
+/// A mouse that has not moved for so long rests, milliseconds.
+const REST_MS: f64 = 160.0;
+/// By how much the drawn surface may be in front of a point on it, voxels: splats are larger than voxels, and tilted.
+const PROBE_TOLERANCE: f32 = 4.0;
 
 /// What is seen and from where.
 pub(super) struct Viewport {
@@ -48,6 +58,11 @@ pub(super) struct Viewport {
     drawn_mesh: Cell<Option<u64>>,
     figures_due: Cell<bool>,
     figures_at: Cell<f64>,
+    picks: RefCell<PickQueue>,
+    /// Where the mouse was last, and since which frame; `None` once it rests, or has left.
+    mouse: Cell<Option<(Vec2, Option<f64>)>>,
+    /// Whether it has to be found out anew which anchored elements are seen.
+    probe_due: Cell<bool>,
     ticker: Ticker,
 }
 
@@ -55,7 +70,7 @@ impl Viewport {
     pub(super) fn new(ui: Ui, window: &Window, document: &Document, choice: BackendChoice) -> Rc<Self> {
         let viewport = Rc::new_cyclic(|weak: &Weak<Self>| {
             let on_frame = call(weak, Self::frame);
-            let on_input = call(weak, Self::steer);
+            let on_input = call(weak, Self::point);
             let on_ready = call(weak, |viewport, ()| viewport.fill_renderer());
             Self {
                 ui,
@@ -75,6 +90,9 @@ impl Viewport {
                 drawn_mesh: Cell::default(),
                 figures_due: Cell::new(false),
                 figures_at: Cell::new(f64::NEG_INFINITY),
+                picks: RefCell::default(),
+                mouse: Cell::default(),
+                probe_due: Cell::default(),
                 ticker: Ticker::new(window.clone(), on_frame),
             }
         });
@@ -139,6 +157,51 @@ impl Viewport {
         self.ticker.request();
     }
 
+    /// Does what the pointer asks for.
+    fn point(&self, input: PointerInput) {
+        match input {
+            PointerInput::Camera(input) => self.steer(input),
+            PointerInput::Click(at) => {
+                self.mouse.set(None);
+                self.click(self.in_viewport(at));
+            }
+            PointerInput::Hover(place) => {
+                self.mouse.set(place.map(|at| (self.in_viewport(at), None)));
+                self.picks.borrow_mut().leave();
+                self.forget_hover();
+                self.ticker.request();
+            }
+        }
+    }
+
+    /// Picks what lies in the middle of the view.
+    pub(super) fn pick_middle(&self) {
+        self.click(self.camera.get().viewport() / 2.0);
+    }
+
+    /// The anchored elements are others.
+    pub(super) fn place_anchors(&self) {
+        self.probe_due.set(true);
+        self.ticker.request();
+    }
+
+    fn click(&self, at: Vec2) {
+        let measures = self.ui.read(|s| s.features.measure.kind.is_some());
+        self.picks.borrow_mut().click(at, measures);
+        self.ticker.request();
+    }
+
+    /// A place on the canvas as it lies on the page, in the camera's viewport.
+    fn in_viewport(&self, at: Vec2) -> Vec2 {
+        self.graphics.canvas_size().map_or(at, |size| at / size * self.camera.get().viewport())
+    }
+
+    fn forget_hover(&self) {
+        if self.ui.read(|s| s.features.inspect.hovered.is_some()) {
+            self.ui.send_feature(InspectEvent::Hovered(None));
+        }
+    }
+
     /// Moves the camera as the person asks.
     pub(super) fn steer(&self, input: CameraInput) {
         self.follows.set(matches!(input, CameraInput::Fit | CameraInput::View(_)));
@@ -146,6 +209,9 @@ impl Viewport {
         camera.apply(input, self.model.borrow().focus());
         self.camera.set(camera);
         self.steered.set(true);
+        self.mouse.set(None);
+        self.picks.borrow_mut().leave();
+        self.forget_hover();
         self.redraw();
     }
 
@@ -164,6 +230,7 @@ impl Viewport {
     fn fill_renderer(&self) {
         self.graphics.fill(&self.model.borrow());
         self.drawn_mesh.set(None);
+        self.picks.borrow_mut().lost();
         self.redraw();
     }
 
@@ -182,6 +249,9 @@ impl Viewport {
             } else {
                 self.ticker.request();
             }
+        }
+        if let Some(seen) = self.graphics.picked() {
+            self.answer(seen);
         }
         if self.draw_due.get() && self.graphics.is_busy() {
             self.ticker.request();
@@ -203,6 +273,67 @@ impl Viewport {
             self.draw_due.set(self.draw_due.get() || budget.is_some());
             self.ticker.request();
         }
+        self.pick(now, moving);
+    }
+
+    /// Puts the anchored elements to their places, and asks for the next pick.
+    fn pick(&self, now: f64, moving: bool) {
+        let anchors = anchors::place(&self.document, &self.camera.get());
+        let is_still = !moving && !self.draw_due.get();
+        if is_still && self.probe_due.replace(false) {
+            self.picks.borrow_mut().probe(anchors.into_iter().map(|anchor| (anchor.name, anchor.at)));
+        }
+        match self.mouse.get() {
+            Some((at, None)) => self.mouse.set(Some((at, Some(now)))),
+            Some((at, Some(since))) if now - since >= REST_MS => {
+                self.mouse.set(None);
+                self.picks.borrow_mut().rest(at);
+            }
+            _ => {}
+        }
+        let next =
+            if self.draw_due.get() || self.graphics.is_busy() { None } else { self.picks.borrow_mut().next(is_still) };
+        if let Some(at) = next {
+            self.graphics.pick(at);
+            if !self.graphics.is_picking() {
+                // There is no picture.
+                self.answer(Seen::Nothing);
+            }
+        }
+        if self.mouse.get().is_some() || self.picks.borrow().is_busy() || self.probe_due.get() {
+            self.ticker.request();
+        }
+    }
+
+    /// Says to the tools what a pick found.
+    fn answer(&self, seen: Seen) {
+        let Some(wanted) = self.picks.borrow_mut().answered() else { return };
+        let found = match seen {
+            Seen::Changed => return self.ask_again(wanted),
+            Seen::Nothing => None,
+            Seen::Surface { of, place, distance } => {
+                picked_point(&self.model.borrow(), &self.mesh.borrow(), of, place).map(|point| (point, distance))
+            }
+        };
+        let point = found.map(|(point, _)| point);
+        match wanted.purpose {
+            Purpose::Click if self.ui.read(|s| s.features.measure.kind.is_some()) => {
+                self.ui.send_feature(MeasureEvent::Picked(point));
+            }
+            Purpose::Click => self.ui.send_feature(InspectEvent::Picked(point)),
+            Purpose::Hover => self.ui.send_feature(InspectEvent::Hovered(point)),
+            Purpose::Probe(name) => {
+                let tolerance = PROBE_TOLERANCE * self.model.borrow().voxel();
+                let seen_at = found.map(|(_, distance)| distance);
+                anchors::probed(&self.document, &self.camera.get(), &name, seen_at, tolerance);
+            }
+        }
+    }
+
+    /// The model has changed under the pick: it is repeated with the next picture.
+    fn ask_again(&self, wanted: Wanted) {
+        self.picks.borrow_mut().again(wanted);
+        self.redraw();
     }
 
     fn draw(&self, point_budget: Option<usize>) {
@@ -227,6 +358,7 @@ impl Viewport {
             self.camera.set(camera);
         }
         let content = self.ui.read(frame_content);
+        self.probe_due.set(true);
         self.graphics.draw(&DrawRequest { camera, focus, bounds, voxel, point_budget, content }, size);
     }
 

@@ -40,3 +40,5 @@ pub(crate) const MODEL: &str = "M8 1.75 13.5 4.9v6.2L8 14.25 2.5 11.1V4.9zM2.75 
 /// Interrupted line.
 pub(crate) const UNLINKED: &str =
     "M6.5 4.5 8 3a3.2 3.2 0 0 1 5 4.5L11.5 9M9.5 11.5 8 13a3.2 3.2 0 0 1-5-4.5L4.5 7M2.5 2.5l11 11";
+/// Map pin.
+pub(crate) const PIN: &str = "M8 14.25S3.25 9.6 3.25 6.25a4.75 4.75 0 0 1 9.5 0C12.75 9.6 8 14.25 8 14.25M8 7.9a1.65 1.65 0 1 0 0-3.3 1.65 1.65 0 0 0 0 3.3";

@@ -20,6 +20,13 @@ pub enum Command {
     ExportPoints(PointFormat),
     /// Download what is visible of the mesh.
     ExportMesh(MeshFormat),
+    /// Give a text to the clipboard; where the browser does not let the page, save it as a file of that name.
+    Copy {
+        /// The text.
+        text: String,
+        /// Name of the file.
+        file: &'static str,
+    },
     /// Ask the agent for the views before this number.
     EarlierViews(u32),
     /// Load the page again.
@@ -84,4 +91,9 @@ impl Ui {
     pub fn ask(self, command: Command) {
         self.ask.run(command);
     }
+}
+
+/// A place in the table frame (metres) as the attribute `data-place` of an element that stays there.
+pub(crate) fn anchor_place([x, y, z]: [f32; 3]) -> String {
+    format!("{x} {y} {z}")
 }

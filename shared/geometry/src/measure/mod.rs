@@ -20,6 +20,7 @@ mod area;
 mod batch;
 mod box_tree;
 mod cloud_metrics;
+pub mod dimensions;
 mod figures;
 mod nearest_points;
 mod patch;

@@ -135,3 +135,22 @@ fn nonsense_input_leaves_the_camera_sound() {
     camera.orbit(Vec2::new(0.0, 1e6));
     assert!(camera.eye().is_finite() && camera.view_from_table().is_finite());
 }
+
+#[test]
+fn a_point_is_found_again_where_it_appears() {
+    let mut camera = OrbitCamera::default();
+    camera.set_viewport(800.0, 500.0);
+    camera.look_from(StandardView::Front);
+    camera.frame(Vec3::new(0.1, 0.2, 0.3), 0.1);
+    let (middle, distance) = camera.project(camera.target()).expect("it is in front");
+    assert!(middle.distance(Vec2::new(400.0, 250.0)) < 1e-2 && (distance - camera.distance()).abs() < 1e-5);
+    // From the front x points right and z up.
+    let (right_and_up, _) = camera.project(camera.target() + Vec3::new(0.01, 0.0, 0.02)).expect("it is in front");
+    assert!(right_and_up.x > 401.0 && right_and_up.y < 249.0);
+    for point in [Vec3::new(0.12, 0.15, 0.33), Vec3::new(-0.3, 0.4, 0.1)] {
+        let (at, distance) = camera.project(point).expect("it is in front");
+        assert!(camera.unproject(at, distance).distance(point) < 1e-5);
+    }
+    assert_eq!(camera.project(camera.eye() - camera.forward()), None, "behind the eye");
+    assert_eq!(camera.project(Vec3::NAN), None);
+}

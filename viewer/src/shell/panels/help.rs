@@ -9,10 +9,11 @@ use leptos::prelude::*;
 type Shortcut = (&'static [&'static str], &'static str);
 
 /// What the pointer and the keys do, in groups.
-const GROUPS: [(&str, &[Shortcut]); 4] = [
+const GROUPS: [(&str, &[Shortcut]); 5] = [
     (
         "Pointer",
         &[
+            (&["Click"], "What lies there; while measuring, a point"),
             (&["Drag"], "Orbit"),
             (&["Shift", "Drag"], "Pan (or right button, two fingers)"),
             (&["Wheel"], "Zoom to the pointer (or pinch)"),
@@ -26,6 +27,17 @@ const GROUPS: [(&str, &[Shortcut]); 4] = [
             (&["+", "−"], "Zoom"),
             (&["F"], "Fit the model into view"),
             (&["1", "…", "7"], "Isometric, front, back, left, right, top, bottom"),
+        ],
+    ),
+    (
+        "Points",
+        &[
+            (&["Enter"], "Pick in the middle of the view"),
+            (&["L"], "Pin a label at the picked point"),
+            (&["M"], "Measure a distance"),
+            (&["G"], "Measure an angle"),
+            (&["Del"], "Remove the newest label or, while measuring, measurement; with Shift, all"),
+            (&["Esc"], "Take a point back, end measuring, close"),
         ],
     ),
     (

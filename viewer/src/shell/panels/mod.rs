@@ -35,6 +35,15 @@
 //! | `[data-testid=color-mode-deviation]` | radio, there with a reference |
 //! | `[data-testid=export-mesh-ply]`, `export-mesh-obj`, `export-mesh-stl`, `export-mesh-glb` | buttons, there with a mesh |
 //! | `[data-testid=export-ply]`, `export-glb` | buttons |
+//! | `[data-testid=inspect-card]` | what lies at the picked point; `data-component`, `data-x-mm`, `data-y-mm`, `data-z-mm`, `data-surface` (`points`, `mesh`) |
+//! | `[data-testid=inspect-status]` | the same in a sentence, or that nothing lies there; a live region |
+//! | `[data-testid=inspect-pin]`, `inspect-close` | its buttons |
+//! | `[data-testid=picked-ring]`, `hover`, `label-<n>` | at the picked point, where the mouse rests, a pinned label; `data-behind`, of labels `data-occluded` |
+//! | `[data-testid=labels]`, `label-entry-<n>`, `labels-remove-all` | the list of the labels |
+//! | `[data-testid=measure]`, `measure-prompt` | the panel; `data-kind` = `none`, `distance`, `angle`; what to pick next |
+//! | `[data-testid=measure-distance]`, `measure-angle`, `measure-unit-<mm, inch>` | toggle buttons; radios |
+//! | `[data-testid=measurement-<n>]`, `measure-label-<n>` | a measurement: `data-mm` or `data-degrees`, `data-uncertainty` (k = 2); its figure in the view |
+//! | `[data-testid=measure-copy]`, `measure-remove-all` | buttons |
 //! | `[data-testid=notice]` | a message; `data-level` = `info`, `warning`, `error` |
 //! | `[data-testid=banner]` | a lost connection, or a model that is not the agent's, over a model on screen |
 //! | `[data-testid=viewport-message]` | what stands in place of the model; `data-state` |

@@ -1,0 +1,69 @@
+//! The measurements as a table of comma-separated values [RFC 4180]: a line each, figures with a decimal point, lengths in the
+//! chosen unit, coordinates of the table frame in it, too.
+
+use super::{Kind, Measurement};
+use semascan_model::LengthUnit;
+use std::fmt::Write;
+
+const HEAD: &str = "number,kind,value,unit,expanded_uncertainty_k2,along_x,along_y,along_z,length_unit,\
+                    x1,y1,z1,x2,y2,z2,x3,y3,z3,of_earlier_model";
+
+/// The table, its lines ended as the standard has it.
+pub fn csv(measurements: &[Measurement], unit: LengthUnit) -> String {
+    let mut table = format!("{HEAD}\r\n");
+    for measurement in measurements {
+        let figure = |value: Option<f64>| value.map(|v| format!("{v:.6}")).unwrap_or_default();
+        let one = match measurement.kind {
+            Kind::Distance => unit.in_metres(),
+            Kind::Angle => 1_f64.to_radians(),
+        };
+        let name = match measurement.kind {
+            Kind::Distance => unit.name(),
+            Kind::Angle => "deg",
+        };
+        let estimate = measurement.estimate();
+        let axes = measurement.along_axes();
+        let along = (0..3).map(|k| figure(axes.map(|axes| axes[k].value / unit.in_metres())));
+        let coordinates = (0..9).map(|i| {
+            let point = measurement.points.get(i / 3);
+            figure(point.map(|p| f64::from(p[i % 3]) / unit.in_metres()))
+        });
+        // Writing to a string does not fail.
+        let _ = write!(
+            table,
+            "{},{},{},{name},{},{},{},{},{}\r\n",
+            measurement.number,
+            measurement.kind.key(),
+            figure(estimate.map(|e| e.value / one)),
+            figure(estimate.map(|e| e.expanded() / one)),
+            along.collect::<Vec<_>>().join(","),
+            unit.name(),
+            coordinates.collect::<Vec<_>>().join(","),
+            if measurement.outdated { "yes" } else { "no" },
+        );
+    }
+    table
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::measurement::tests::measurement;
+    use super::*;
+
+    #[test]
+    fn every_line_has_a_field_for_every_column() {
+        let list = [
+            measurement(1, Kind::Distance, &[[0.0; 3], [0.0254, 0.0, 0.0]]),
+            measurement(4, Kind::Angle, &[[0.1, 0.0, 0.0], [0.0; 3], [0.0, 0.1, 0.0]]),
+            measurement(5, Kind::Angle, &[[0.0; 3], [0.0; 3], [0.0; 3]]),
+        ];
+        let table = csv(&list, LengthUnit::Inches);
+        let lines: Vec<Vec<&str>> = table.trim_end().split("\r\n").map(|line| line.split(',').collect()).collect();
+        assert!(lines.iter().all(|line| line.len() == lines[0].len()), "{table}");
+        let field = |line: usize, name: &str| lines[line][lines[0].iter().position(|n| *n == name).expect("a column")];
+        assert_eq!((field(1, "value"), field(1, "unit"), field(1, "along_x")), ("1.000000", "inch", "1.000000"));
+        assert_eq!((field(1, "x2"), field(1, "x3"), field(1, "expanded_uncertainty_k2")), ("1.000000", "", "0.045004"));
+        assert_eq!((field(2, "value"), field(2, "unit"), field(2, "along_x")), ("90.000000", "deg", ""));
+        assert_eq!((field(2, "number"), field(3, "value"), field(3, "of_earlier_model")), ("4", "", "no"));
+    }
+}

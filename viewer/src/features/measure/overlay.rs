@@ -1,0 +1,36 @@
+//! The picked points and the figures of the measurements, at their places in the 3D view.
+
+#![allow(unreachable_pub)] // The component macro makes a public structure of the properties.
+
+use crate::ui::{Ui, anchor_place};
+use leptos::prelude::*;
+
+/// Points and figures; the lines between them are drawn by the renderer.
+#[component]
+pub(super) fn MeasureOverlay(ui: Ui) -> impl IntoView {
+    let points = ui.part(|s| {
+        let measure = &s.features.measure;
+        let of_list = measure.list.iter().flat_map(|m| m.points.iter().copied());
+        of_list.chain(measure.points.iter().map(|p| p.position)).collect::<Vec<_>>()
+    });
+    let figures = ui.part(|s| {
+        let measure = &s.features.measure;
+        let of = measure.list.iter().filter_map(|m| Some((m.number, m.place()?, m.value(measure.unit), m.outdated)));
+        of.collect::<Vec<_>>()
+    });
+    view! {
+        <div class="anchors">
+            {move || points.get().into_iter().map(|point| view! {
+                <div class="dot anchored" data-place=anchor_place(point)></div>
+            }).collect_view()}
+            {move || figures.get().into_iter().map(|(number, place, value, outdated)| view! {
+                <div
+                    class="figure-label is-raised anchored" class:is-outdated=outdated
+                    data-testid=format!("measure-label-{number}") data-place=anchor_place(place)
+                >
+                    {value}
+                </div>
+            }).collect_view()}
+        </div>
+    }
+}
