@@ -7,6 +7,7 @@ mod queue;
 mod scenes;
 mod writer;
 
+#[cfg(feature = "demo")]
 pub(super) use writer::DatasetWriter;
 
 use super::{Failure, numbers};
