@@ -90,13 +90,13 @@ impl Measurement {
 
     /// The figure in words: `12.3 mm`.
     pub fn value(&self, unit: LengthUnit) -> String {
-        self.written(unit).map_or_else(|| "–".into(), |(value, _, unit)| format!("{value}\u{a0}{unit}"))
+        self.written(unit).map_or_else(|| "–".into(), |(value, _, unit)| format!("{value}{unit}"))
     }
 
     /// The figure with its expanded uncertainty (k = 2): `12.3 ± 1.1 mm`.
     pub fn value_and_uncertainty(&self, unit: LengthUnit) -> String {
         self.written(unit)
-            .map_or_else(|| "–".into(), |(value, uncertainty, unit)| format!("{value} ± {uncertainty}\u{a0}{unit}"))
+            .map_or_else(|| "–".into(), |(value, uncertainty, unit)| format!("{value} ± {uncertainty}{unit}"))
     }
 
     /// Of a distance the way along each axis in words, without unit.
@@ -104,12 +104,12 @@ impl Measurement {
         Some(self.along_axes()?.map(|estimate| in_digits(estimate, unit.in_metres()).0))
     }
 
-    /// Value, expanded uncertainty and unit.
-    fn written(&self, unit: LengthUnit) -> Option<(String, String, &'static str)> {
+    /// Value, expanded uncertainty and unit, with the space that stands before it: none before a degree sign.
+    fn written(&self, unit: LengthUnit) -> Option<(String, String, String)> {
         let estimate = self.estimate()?;
         let (one, name) = match self.kind {
-            Kind::Distance => (unit.in_metres(), unit.name()),
-            Kind::Angle => (1_f64.to_radians(), "°"),
+            Kind::Distance => (unit.in_metres(), format!("\u{a0}{}", unit.name())),
+            Kind::Angle => (1_f64.to_radians(), "°".into()),
         };
         let (value, uncertainty) = in_digits(estimate, one);
         Some((value, uncertainty, name))
@@ -152,7 +152,7 @@ pub(super) mod tests {
     #[test]
     fn an_angle_is_in_degrees_and_one_without_opening_is_none() {
         let right = measurement(1, Kind::Angle, &[[0.1, 0.0, 0.0], [0.0; 3], [0.0, 0.1, 0.0]]);
-        assert_eq!(right.value(LengthUnit::Inches), "90.00\u{a0}°");
+        assert_eq!(right.value(LengthUnit::Inches), "90.00°");
         assert!(right.value_and_uncertainty(LengthUnit::Millimetres).starts_with("90.00 ± 0.9"));
         assert_eq!((right.axes(LengthUnit::Millimetres), right.place()), (None, Some([0.0; 3])));
         let none = measurement(1, Kind::Angle, &[[0.0; 3], [0.0; 3], [0.0, 0.1, 0.0]]);
