@@ -5,6 +5,7 @@
 //! |---|---|
 //! | `camera.rs` | perspective cameras that show the whole part, or one finding |
 //! | `scene.rs` | the mesh with the colours that it is drawn in |
+//! | `eye.rs`, `curtain.rs` | which blocks of the mesh a camera may see, and which are behind what is drawn |
 //! | `visibility.rs` | triangles to a depth buffer and the triangle at each sample |
 //! | `shading.rs` | samples to colours: Lambert's law, contours, outlines, and their mean in each pixel |
 //! | `outline.rs` | closed curves drawn on the surface |
@@ -15,6 +16,8 @@
 //! of threads.
 
 mod camera;
+mod curtain;
+mod eye;
 mod outline;
 mod scene;
 mod seen_surface;

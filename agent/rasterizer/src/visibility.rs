@@ -1,17 +1,16 @@
 //! Which triangle is seen at each sample, and how deep: a z-buffer in perspective.
 
 use crate::camera::Camera;
+use crate::curtain::Curtain;
+use crate::eye::Eye;
 use crate::scene::{Block, Scene};
 use crate::shading::lamp;
-use nalgebra::{Matrix3, Point3, Vector3};
+use nalgebra::Vector3;
 use rayon::prelude::*;
-use semascan_model::SemanticCloud;
 use std::ops::RangeInclusive;
 
 /// Rows of a band, the unit of work.
 const BAND: usize = 32;
-/// Samples along an edge of a square of the curtain.
-const SQUARE: usize = 16;
 /// Marks a sample without a triangle.
 const NOTHING: u32 = u32::MAX;
 
@@ -66,7 +65,7 @@ pub(crate) struct Hit {
 
 /// A vertex in the picture.
 #[derive(Clone, Copy, Debug)]
-enum Projected {
+pub(crate) enum Projected {
     /// No triangle that the picture may show has it.
     NotAsked,
     /// It lies behind the camera.
@@ -92,14 +91,7 @@ impl Samples {
         let (width, height) = (camera.intrinsics.width as usize, camera.intrinsics.height as usize);
         let lamp = lamp(camera);
         let eye = Eye::of(camera, &lamp);
-        let mut canvas = Canvas {
-            scene,
-            eye: &eye,
-            size: (width, height),
-            corners: vec![Projected::NotAsked; scene.mesh.len()],
-            inverse_depths: vec![0.0; width * height],
-            triangles: vec![NOTHING; width * height],
-        };
+        let mut canvas = Canvas::new(scene, &eye, (width, height));
         // Only what the picture may show is looked at: a picture of one place needs little of the mesh. What faces the camera
         // comes first, because it hides most of the rest.
         let seen = scene.blocks.iter().filter(|block| eye.may_see(block));
@@ -159,7 +151,19 @@ struct Canvas<'a> {
     triangles: Vec<u32>,
 }
 
-impl Canvas<'_> {
+impl<'a> Canvas<'a> {
+    fn new(scene: &'a Scene<'a>, eye: &'a Eye, size: (usize, usize)) -> Self {
+        let samples = size.0 * size.1;
+        Self {
+            scene,
+            eye,
+            size,
+            corners: vec![Projected::NotAsked; scene.mesh.len()],
+            inverse_depths: vec![0.0; samples],
+            triangles: vec![NOTHING; samples],
+        }
+    }
+
     /// Draws the triangles of `blocks`, those that reach behind the camera left out.
     fn draw(&mut self, blocks: &[&Block]) {
         let Self { scene, eye, size: (width, height), corners, inverse_depths, triangles } = self;
@@ -192,50 +196,6 @@ impl Canvas<'_> {
     }
 }
 
-/// What is drawn already, coarsely: how far each square of samples reaches at most (the coarse level of a hierarchical
-/// z-buffer, [Greene 1993]).
-struct Curtain {
-    /// Squares in a row.
-    columns: usize,
-    /// Columns and rows of samples.
-    size: (usize, usize),
-    /// 1 / depth of the farthest sample of each square.
-    farthest: Vec<f32>,
-}
-
-impl Curtain {
-    fn of(inverse_depths: &[f32], (width, height): (usize, usize)) -> Self {
-        let columns = width.div_ceil(SQUARE);
-        let mut farthest = vec![f32::INFINITY; columns * height.div_ceil(SQUARE)];
-        for (y, row) in inverse_depths.chunks_exact(width.max(1)).enumerate() {
-            let squares = &mut farthest[y / SQUARE * columns..][..columns];
-            for (square, samples) in squares.iter_mut().zip(row.chunks(SQUARE)) {
-                *square = samples.iter().fold(*square, |least, sample| least.min(*sample));
-            }
-        }
-        Self { columns, size: (width, height), farthest }
-    }
-
-    /// Whether the block lies behind what is drawn, wherever the picture would show it.
-    fn hides(&self, eye: &Eye, block: &Block) -> bool {
-        let centre = eye.place(&block.centre);
-        let (near, far) = (centre.z - block.radius, centre.z + block.radius);
-        if near <= 0.0 {
-            return false;
-        }
-        let squares = |axis: usize, size: usize| {
-            let (low, high) = (centre[axis] - block.radius, centre[axis] + block.radius);
-            let first = eye.focal[axis] * low / if low < 0.0 { near } else { far } + eye.centre[axis];
-            let last = eye.focal[axis] * high / if high > 0.0 { near } else { far } + eye.centre[axis];
-            let end = size.saturating_sub(1) as f64;
-            first.clamp(0.0, end) as usize / SQUARE..=last.ceil().clamp(0.0, end) as usize / SQUARE
-        };
-        let nearest = (1.0 / near) as f32;
-        squares(1, self.size.1)
-            .all(|row| squares(0, self.size.0).all(|column| self.farthest[row * self.columns + column] > nearest))
-    }
-}
-
 /// The least whole number that is no smaller than a value of 0 or more. The baseline of x86-64 has no instruction for `ceil`.
 fn round_up(value: f32) -> usize {
     let cut = value as usize;
@@ -264,70 +224,6 @@ fn rows_with_samples(corners: [Corner; 3], (width, height): (usize, usize)) -> O
     };
     span(0, width)?;
     span(1, height)
-}
-
-/// A camera, ready to project many vertices.
-struct Eye {
-    turn: Matrix3<f64>,
-    shift: Vector3<f64>,
-    /// Focal lengths and principal point, pixels.
-    focal: [f64; 2],
-    centre: [f64; 2],
-    /// Unit normals of the planes through the camera and the edges of its picture, camera frame; they point outwards.
-    edges: [Vector3<f64>; 4],
-    /// Where the light comes from, table frame.
-    lamp: Vector3<f32>,
-}
-
-impl Eye {
-    fn of(camera: &Camera, lamp: &Vector3<f32>) -> Self {
-        let k = &camera.intrinsics;
-        let camera_from_table = camera.table_from_camera.inverse();
-        let (last_x, last_y) = (f64::from(k.width) - 1.0, f64::from(k.height) - 1.0);
-        let edges = [
-            Vector3::new(-k.fx, 0.0, -k.cx),
-            Vector3::new(k.fx, 0.0, k.cx - last_x),
-            Vector3::new(0.0, -k.fy, -k.cy),
-            Vector3::new(0.0, k.fy, k.cy - last_y),
-        ];
-        Self {
-            turn: camera_from_table.rotation.to_rotation_matrix().into_inner(),
-            shift: camera_from_table.translation.vector,
-            focal: [k.fx, k.fy],
-            centre: [k.cx, k.cy],
-            edges: edges.map(|normal| normal.normalize()),
-            lamp: *lamp,
-        }
-    }
-
-    /// Whether a part of the block's ball lies before the camera and within the edges of its picture.
-    fn may_see(&self, block: &Block) -> bool {
-        let centre = self.place(&block.centre);
-        centre.z + block.radius > 0.0 && self.edges.iter().all(|normal| normal.dot(&centre) <= block.radius)
-    }
-
-    /// Whether the block's triangles face the camera rather than not.
-    fn is_faced_by(&self, block: &Block) -> bool {
-        (self.turn * block.facing).dot(&self.place(&block.centre)) < 0.0
-    }
-
-    /// A point of the table frame in that of the camera.
-    fn place(&self, point: &Point3<f64>) -> Vector3<f64> {
-        self.turn * point.coords + self.shift
-    }
-
-    fn project(&self, vertices: &SemanticCloud, vertex: usize) -> Projected {
-        let q = self.turn * Vector3::from(vertices.positions[vertex].map(f64::from)) + self.shift;
-        if q.z <= 1e-6 {
-            return Projected::Behind;
-        }
-        let inverse_depth = 1.0 / q.z;
-        let at = [0, 1].map(|axis| (self.focal[axis] * q[axis] * inverse_depth + self.centre[axis]) as f32);
-        let normal = Vector3::from(vertices.normals[vertex]);
-        // Without a normal the length is zero and the cosine none.
-        let facing = normal.dot(&self.lamp) / normal.norm();
-        Projected::Ahead(Corner { at, inverse_depth: inverse_depth as f32, facing })
-    }
 }
 
 /// Whether a triangle is seen from outside: its corners are counter-clockwise there, and rows count downwards.
@@ -469,14 +365,7 @@ mod tests {
             // All of it at once.
             let eye = Eye::of(&camera, &samples.lamp);
             let (width, height) = (800, 640);
-            let mut canvas = Canvas {
-                scene: &scene,
-                eye: &eye,
-                size: (width, height),
-                corners: vec![Projected::NotAsked; mesh.len()],
-                inverse_depths: vec![0.0; width * height],
-                triangles: vec![NOTHING; width * height],
-            };
+            let mut canvas = Canvas::new(&scene, &eye, (width, height));
             canvas.draw(&scene.blocks.iter().collect::<Vec<_>>());
             let depths: Vec<f32> = canvas.inverse_depths.iter().map(|inverse| 1.0 / inverse).collect();
             assert_eq!(samples.depth.depths, depths, "{direction:?}");
