@@ -3,7 +3,6 @@
 //! | file | what |
 //! |---|---|
 //! | `pictures.rs` | the model from fixed views, each finding from its best direction |
-//! | `sight.rs` | which directions a place can be seen from |
 //! | `photograph.rs` | the part of a view's picture that shows a finding, with its outline |
 //! | `figure.rs` | figures with their uncertainty, as they are printed |
 //! | `described.rs` | findings, lines of verdicts and stages in words |
@@ -29,7 +28,6 @@ mod html;
 mod photograph;
 mod pictures;
 mod qif;
-mod sight;
 mod tables;
 
 pub use carried::carried_photographs;

@@ -1,10 +1,10 @@
 //! Pictures of the model from fixed views, and one of each finding from its best direction, drawn by the rasterizer.
 
-use crate::sight::Occupancy;
 use image::RgbImage;
 use image::codecs::jpeg::JpegEncoder;
 use nalgebra::{Point3, Unit, UnitQuaternion, Vector3};
 use rayon::prelude::*;
+use semascan_geometry::occupancy::Occupancy;
 use semascan_model::finding::{Finding, FindingId, RegionFigures};
 use semascan_model::{SemanticMesh, Taxonomy};
 use semascan_rasterizer::{Camera, Direction, Framing, Outline, Rendering, Scene, render};
@@ -219,7 +219,7 @@ fn best_direction(occupancy: &Occupancy, outward: Unit<Vector3<f64>>, curve: &[[
     let tried: Vec<[f64; 3]> = curve.iter().step_by(every).copied().collect();
     let share = |toward: &Vector3<f64>| {
         let toward: [f64; 3] = (*toward).into();
-        let seen = tried.iter().filter(|point| !occupancy.is_hidden(**point, normal, toward)).count();
+        let seen = tried.iter().filter(|point| !occupancy.is_hidden(**point, normal, toward, f64::INFINITY)).count();
         seen as f64 / tried.len().max(1) as f64
     };
     let straight = share(&outward);

@@ -1,9 +1,10 @@
 //! Geometry that agent and viewer share, natively and for wasm32: oriented semantic points to a semantic mesh ([`mesh`]);
-//! nearest points, areas, distances and metrics ([`measure`]), so that both print the same figures; and the small maths under
-//! both ([`vector`], [`grid`], [`vote`]).
+//! nearest points, areas, distances and metrics ([`measure`]), so that both print the same figures; where a place can be seen from
+//! ([`occupancy`]); and the small maths under all ([`vector`], [`grid`], [`vote`]).
 
 pub mod grid;
 pub mod measure;
 pub mod mesh;
+pub mod occupancy;
 pub mod vector;
 pub mod vote;

@@ -1,6 +1,6 @@
 //! What may be asked of the camera: the one vocabulary of pointer, keyboard and panels; and what a pointer does besides.
 
-use glam::Vec2;
+use glam::{Vec2, Vec3};
 
 /// A direction to look from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -45,6 +45,13 @@ pub enum CameraInput {
     Fit,
     /// Look from a standard direction and show everything.
     View(StandardView),
+    /// Look at a place from another one.
+    From {
+        /// Where from, metres, table frame.
+        eye: Vec3,
+        /// What at, metres, table frame.
+        target: Vec3,
+    },
 }
 
 /// What the pointer does on the 3D view. Places are CSS pixels from the viewport's top left corner.

@@ -72,6 +72,7 @@ impl OrbitCamera {
                 self.look_from(view);
                 self.fit(bounds.unwrap_or(Bounds::EMPTY));
             }
+            CameraInput::From { eye, target } => self.look_at(eye, target),
         }
     }
 
@@ -164,6 +165,19 @@ impl OrbitCamera {
             StandardView::Bottom => (-FRAC_PI_2, -MAX_ELEVATION),
         };
         self.azimuth = self.azimuth.rem_euclid(TAU);
+    }
+
+    /// Looks from `eye` at `target` (metres, table frame); z stays up. Places that are one, or none, change nothing.
+    pub fn look_at(&mut self, eye: Vec3, target: Vec3) {
+        let back = eye - target;
+        let (distance, Some(direction)) = (back.length(), back.try_normalize()) else { return };
+        if !target.is_finite() {
+            return;
+        }
+        self.target = target;
+        self.distance = distance.clamp(*DISTANCE.start(), *DISTANCE.end());
+        self.azimuth = direction.y.atan2(direction.x).rem_euclid(TAU);
+        self.elevation = direction.z.clamp(-1.0, 1.0).asin().clamp(-MAX_ELEVATION, MAX_ELEVATION);
     }
 
     /// The point it looks at, metres, table frame.

@@ -9,15 +9,18 @@
 //!
 //! To add a tool, write its folder and enter it here, as a module and as a row of the table. The folder's `mod.rs` exports
 //! the type of the tool's state, which implements [`Feature`] and, for the browser, `FeatureView`; methods that the tool has
-//! no use for keep their defaults. A tool may know another one, in one direction: deviations are those of the mesh.
+//! no use for keep their defaults. A tool may know another one, in one direction: deviations are those of the mesh,
+//! photographs those of the inspected point.
 
 /// The table of tools, in the order of their panels. A row is the tool's module and the type of its state there; `$then`
 /// is a macro that gets all rows.
 macro_rules! for_each_feature {
     ($then:ident) => {
         $then! {
+            review: Review,
             measure: Measure,
             inspect: Inspect,
+            evidence: Evidence,
             mesh: Mesh,
             deviation: Deviation,
         }
@@ -25,9 +28,11 @@ macro_rules! for_each_feature {
 }
 
 pub mod deviation;
+pub mod evidence;
 pub mod inspect;
 pub mod measure;
 pub mod mesh;
+pub mod review;
 
 mod feature;
 mod registry;

@@ -2,7 +2,7 @@
 
 use super::{Feature, FeatureEvent};
 use crate::mesh_worker::MeshWorker;
-use crate::scene::{HeldMesh, HeldModel, ModelChange};
+use crate::scene::{HeldMesh, HeldModel, HeldPhotograph, ModelChange};
 use crate::ui::Ui;
 use leptos::prelude::{AnyView, IntoAny};
 use std::cell::RefCell;
@@ -31,6 +31,9 @@ pub trait FeatureView: Feature {
 
 /// Carries out a tool's work beyond changes of the state, and lives as long as the page.
 pub trait Controller {
+    /// The page is there: what follows the state may begin.
+    fn begin(&self) {}
+
     /// Follows an event of any tool, after the state has followed it.
     fn handle(&self, event: &FeatureEvent);
 
@@ -49,6 +52,8 @@ pub struct Host {
     pub model: Rc<RefCell<HeldModel>>,
     /// The mesh as held.
     pub mesh: Rc<RefCell<HeldMesh>>,
+    /// The photograph as held.
+    pub photograph: Rc<RefCell<HeldPhotograph>>,
     /// The worker that meshes and compares.
     pub mesh_worker: Rc<MeshWorker>,
     /// Asks for a frame.

@@ -8,6 +8,7 @@
 //! | [`refusal`] | why a connection is not made, and what helps |
 //! | [`transfer`] | events as bytes between worker and page |
 //! | `worker` | the worker's side: socket and timers (browser only) |
+//! | `api` | the agent's REST interface (browser only) |
 //! | `client` | the page's side: `Link` (browser only) |
 //!
 //! The worker is a second instance of the same wasm module in a plain module worker (`www/link_worker.js`): no shared memory,
@@ -21,6 +22,8 @@ pub mod refusal;
 pub mod session;
 pub mod transfer;
 
+#[cfg(target_arch = "wasm32")]
+pub(crate) mod api;
 #[cfg(target_arch = "wasm32")]
 mod client;
 #[cfg(target_arch = "wasm32")]

@@ -4,6 +4,7 @@ use super::frame::FrameUniform;
 use super::gpu::Gpu;
 use super::lookup::Lookup;
 use super::mesh_vertex::{self, MeshVertex};
+use super::photograph::{self, Photograph};
 use super::pick::{PICK_FORMAT, Window};
 use super::pipeline::{Primitive, buffer, uniform_entry};
 use super::request::DrawRequest;
@@ -14,7 +15,8 @@ use std::ops::Range;
 use wgpu::{
     BindGroup, BindGroupDescriptor, BindGroupEntry, BindGroupLayoutDescriptor, BindGroupLayoutEntry, BindingResource,
     BindingType, Buffer, BufferDescriptor, BufferUsages, CompareFunction, IndexFormat, PrimitiveTopology, RenderPass,
-    RenderPipeline, ShaderStages, TextureSampleType, TextureViewDimension, VertexBufferLayout, VertexStepMode,
+    RenderPipeline, ShaderStages, TextureSampleType, TextureViewDimension, VertexAttribute, VertexBufferLayout,
+    VertexStepMode,
 };
 
 #[repr(C)]
@@ -24,6 +26,9 @@ struct Content {
     share: [f32; 4],
     select: [u32; 4],
 }
+
+/// The position of a vertex.
+const POSITION: [VertexAttribute; 1] = wgpu::vertex_attr_array![0 => Float32x3];
 
 /// A mesh on the graphics device.
 struct Loaded {
@@ -43,7 +48,7 @@ pub(super) struct Mesh {
 }
 
 impl Mesh {
-    pub(super) fn new(gpu: &Gpu, frame: &FrameUniform) -> Self {
+    pub(super) fn new(gpu: &Gpu, frame: &FrameUniform, photograph: &Photograph) -> Self {
         let lookup = Lookup::new(gpu);
         let layout = gpu.device.create_bind_group_layout(&BindGroupLayoutDescriptor {
             label: Some("mesh"),
@@ -75,8 +80,8 @@ impl Mesh {
         ];
         let pipeline = Primitive {
             name: "mesh",
-            shader: include_str!("mesh.wgsl"),
-            groups: &[&frame.layout, &layout],
+            shader: &[photograph::SHADER, include_str!("mesh.wgsl")].concat(),
+            groups: &[&frame.layout, &layout, &photograph.layout],
             vertices: Some(VertexBufferLayout {
                 array_stride: size_of::<MeshVertex>() as u64,
                 step_mode: VertexStepMode::Vertex,
@@ -134,14 +139,33 @@ impl Mesh {
         gpu.queue.write_buffer(&self.uniform, 0, bytemuck::bytes_of(&content));
     }
 
-    pub(super) fn draw(&self, pass: &mut RenderPass<'_>) {
-        let Some(loaded) = &self.loaded else { return };
+    pub(super) fn draw(&self, pass: &mut RenderPass<'_>, photograph: &Photograph) {
         pass.set_pipeline(&self.pipeline);
         pass.set_bind_group(1, &self.style, &[]);
+        pass.set_bind_group(2, &photograph.group, &[]);
+        self.draw_ranges(pass, self.ranges());
+    }
+
+    /// Draws the triangles of every component, with the pipeline that is set.
+    pub(super) fn draw_whole(&self, pass: &mut RenderPass<'_>) {
+        self.draw_ranges(pass, self.loaded.iter().flat_map(|l| &l.ranges).map(|(_, range)| range));
+    }
+
+    fn draw_ranges<'a>(&self, pass: &mut RenderPass<'_>, ranges: impl Iterator<Item = &'a Range<u32>>) {
+        let Some(loaded) = &self.loaded else { return };
         pass.set_vertex_buffer(0, loaded.vertices.slice(..));
         pass.set_index_buffer(loaded.indices.slice(..), IndexFormat::Uint32);
-        for range in self.ranges() {
+        for range in ranges {
             pass.draw_indexed(range.clone(), 0, 0..1);
+        }
+    }
+
+    /// Where a vertex has its position, for pipelines that need nothing else of it.
+    pub(super) fn positions(&self) -> VertexBufferLayout<'static> {
+        VertexBufferLayout {
+            array_stride: size_of::<MeshVertex>() as u64,
+            step_mode: VertexStepMode::Vertex,
+            attributes: &POSITION,
         }
     }
 
@@ -151,11 +175,7 @@ impl Mesh {
             name: "mesh_pick",
             shader: concat!(include_str!("pick.wgsl"), include_str!("mesh_pick.wgsl")),
             groups: &[&frame.layout, &window.layout],
-            vertices: Some(VertexBufferLayout {
-                array_stride: size_of::<MeshVertex>() as u64,
-                step_mode: VertexStepMode::Vertex,
-                attributes: &wgpu::vertex_attr_array![0 => Float32x3],
-            }),
+            vertices: Some(self.positions()),
             topology: PrimitiveTopology::TriangleList,
             blend: None,
             writes_depth: true,
@@ -167,14 +187,9 @@ impl Mesh {
 
     /// Draws the numbers of the triangles that the last frame showed.
     pub(super) fn draw_pick(&self, pass: &mut RenderPass<'_>, pipeline: &RenderPipeline, window: &Window) {
-        let Some(loaded) = &self.loaded else { return };
         pass.set_pipeline(pipeline);
         pass.set_bind_group(1, &window.group, &[]);
-        pass.set_vertex_buffer(0, loaded.vertices.slice(..));
-        pass.set_index_buffer(loaded.indices.slice(..), IndexFormat::Uint32);
-        for range in self.ranges() {
-            pass.draw_indexed(range.clone(), 0, 0..1);
-        }
+        self.draw_ranges(pass, self.ranges());
     }
 
     /// Indices of the visible components.

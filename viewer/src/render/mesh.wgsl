@@ -14,6 +14,12 @@ struct Mesh {
 // Row 0: component classes, row 1: defect classes, row 2: ramp, row 3: deviations.
 @group(1) @binding(1) var lookup: texture_2d<f32>;
 
+@group(2) @binding(0) var<uniform> photograph: Photograph;
+@group(2) @binding(1) var picture: texture_2d<f32>;
+@group(2) @binding(2) var picture_sampler: sampler;
+// Distances of the mesh as the photograph's camera sees it: photograph_distance.wgsl.
+@group(2) @binding(3) var distances: texture_2d<u32>;
+
 const APPEARANCE: u32 = 0u;
 const COMPONENT: u32 = 1u;
 const CONFIDENCE: u32 = 2u;
@@ -43,6 +49,8 @@ struct Surface {
     @location(2) view: vec3<f32>,
     // In tolerances, and how much of it is known.
     @location(3) deviation: vec2<f32>,
+    // Table frame.
+    @location(4) place: vec3<f32>,
 }
 
 fn table_color(index: u32, row: u32) -> vec3<f32> {
@@ -85,12 +93,44 @@ fn own_color(vertex: Vertex) -> vec3<f32> {
     return table_color(vertex.classes.y, 1u);
 }
 
+// Whether nothing lies between a place (camera's frame) and the camera of the photograph, by the distance at a pixel, shares.
+fn is_seen(share: vec2<f32>, distance: f32, tolerance: f32) -> f32 {
+    let side = vec2<f32>(textureDimensions(distances));
+    let texel = vec2<u32>(clamp(share * side, vec2<f32>(0.0), side - 1.0));
+    let nearest = bitcast<f32>(textureLoad(distances, texel, 0).r);
+    return select(1.0, 0.0, nearest > 0.0 && nearest + tolerance < distance);
+}
+
+// The photograph at a place with this normal (table frame), and how strongly it covers what is below.
+fn photograph_color(at: vec3<f32>, normal: vec3<f32>) -> vec4<f32> {
+    let place = (photograph.camera_from_table * vec4<f32>(at, 1.0)).xyz;
+    if photograph.size.z <= 0.0 || place.z < 1e-3 {
+        return vec4<f32>(0.0);
+    }
+    let share = (camera_pixel(photograph, place) + 0.5) / photograph.size.xy;
+    if any(share < vec2<f32>(0.0)) || any(share > vec2<f32>(1.0)) {
+        return vec4<f32>(0.0);
+    }
+    let facing = dot((photograph.camera_from_table * vec4<f32>(normal, 0.0)).xyz, normalize(-place));
+    // On a slope the distance changes within a pixel.
+    let slope = sqrt(max(1.0 - facing * facing, 0.0)) / max(facing, 0.08);
+    let texel = 1.0 / vec2<f32>(textureDimensions(distances));
+    let tolerance = photograph.size.w + 2.0 * slope * place.z * photograph.size.x * texel.x / photograph.camera.x;
+    let step = 0.75 * texel;
+    let seen = is_seen(share + step, place.z, tolerance) + is_seen(share - step, place.z, tolerance)
+        + is_seen(share + vec2<f32>(step.x, -step.y), place.z, tolerance)
+        + is_seen(share + vec2<f32>(-step.x, step.y), place.z, tolerance);
+    let cover = photograph.size.z * smoothstep(0.08, 0.2, facing) * seen / 4.0;
+    return vec4<f32>(textureSampleLevel(picture, picture_sampler, share, 0.0).rgb, cover);
+}
+
 @vertex
 fn vs_mesh(vertex: Vertex) -> Surface {
     var surface: Surface;
     surface.position = frame.clip_from_table * vec4<f32>(vertex.position, 1.0);
     surface.view = (frame.view_from_table * vec4<f32>(vertex.position, 1.0)).xyz;
     surface.normal = vertex.normal;
+    surface.place = vertex.position;
     surface.color = own_color(vertex);
     let known = vertex.deviation < UNKNOWN_DEVIATION;
     surface.deviation = vec2<f32>(select(0.0, vertex.deviation * mesh.scale.x, known), select(0.0, 1.0, known));
@@ -108,7 +148,10 @@ fn fs_mesh(surface: Surface) -> @location(0) vec4<f32> {
     let normal = normalize((frame.view_from_table * vec4<f32>(table, 0.0)).xyz);
     let facing = dot(normal, normalize(-surface.view));
     let outward = select(-normal, normal, facing >= 0.0);
-    let shade = mix(1.0, light(outward, table, facing), mesh.scale.w);
+    let photo = photograph_color(surface.place, table);
+    color = mix(color, photo.rgb, photo.a);
+    // A photograph has its own light.
+    let shade = mix(1.0, light(outward, table, facing), mesh.scale.w * (1.0 - photo.a));
     // A thin dark line where what lies beyond was not observed.
     let rim = mix(1.0, 0.45, smoothstep(0.35, 0.9, surface.normal.w));
     return vec4<f32>(srgb_from_linear(linear_from_srgb(color) * shade * rim), 1.0);

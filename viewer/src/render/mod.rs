@@ -7,9 +7,11 @@
 //! | [`pool`], [`thinning`], [`point_counts`] | where a chunk's points lie, in which order, how many of them show |
 //! | [`pick_window`], [`seen`] | the pixels that a pick reads back, what it found |
 //! | [`frustum`], [`axes`] | camera poses and the table frame as line [`segment`]s |
+//! | [`photograph_camera`] | where a place lies in a photograph |
 //! | [`scale`] | round distances of grid lines |
 //! | [`device_lost`], `error` | the loss of the device; why there is no picture |
 //! | `points`, `mesh`, `background`, `turntable`, `floor`, `lines` | the primitives (browser only) |
+//! | `photograph` | a photograph on the mesh (browser only) |
 //! | `pick` | what lies at a place of the picture: the primitives as numbers (browser only) |
 //! | `frame`, `pipeline`, `lookup` | what primitives share (browser only) |
 //! | `gpu`, `frames_in_flight`, `renderer` | device and canvas, frames not finished yet, the frame (browser only) |
@@ -40,6 +42,7 @@ pub mod device_lost;
 mod error;
 pub mod frustum;
 pub mod mesh_vertex;
+pub mod photograph_camera;
 pub mod pick_window;
 pub mod point_counts;
 pub mod pool;
@@ -69,6 +72,8 @@ mod mesh;
 #[cfg(target_arch = "wasm32")]
 mod open;
 #[cfg(target_arch = "wasm32")]
+mod photograph;
+#[cfg(target_arch = "wasm32")]
 mod pick;
 #[cfg(target_arch = "wasm32")]
 mod pipeline;
@@ -81,7 +86,7 @@ mod self_test;
 #[cfg(target_arch = "wasm32")]
 mod turntable;
 
-pub use request::{BackendChoice, CameraFrustum, DrawRequest, FrameContent, Turntable};
+pub use request::{BackendChoice, CameraFrustum, DrawRequest, FrameContent, ProjectedPhotograph, Turntable};
 
 pub use error::RenderError;
 #[cfg(target_arch = "wasm32")]

@@ -14,6 +14,7 @@ use super::frustum;
 use super::gpu::{Backend, Gpu};
 use super::lines::{LineBuffer, Lines};
 use super::mesh::Mesh;
+use super::photograph::Photograph;
 use super::pick::{Pick, Reading};
 use super::pick_window::WindowHit;
 use super::pipeline::DEPTH_FORMAT;
@@ -23,6 +24,7 @@ use super::seen::{Piece, Seen};
 use super::segment::Segment;
 use super::turntable::Turntable;
 use crate::camera::{Bounds, OrbitCamera};
+use crate::scene::photograph::Pixels;
 use glam::{Vec2, Vec3};
 use semascan_model::{SemanticCloud, SemanticMesh};
 use std::collections::BTreeMap;
@@ -80,6 +82,7 @@ pub struct Renderer {
     background: Background,
     points: Points,
     mesh: Mesh,
+    photograph: Photograph,
     turntable: Turntable,
     floor: Floor,
     lines: Lines,
@@ -107,11 +110,13 @@ impl Renderer {
     /// A renderer on `gpu`, which may not draw although it was opened: see [`super::open`].
     pub(super) fn on(gpu: Gpu) -> Self {
         let frame = frame::uniform(&gpu);
+        let photograph = Photograph::new(&gpu);
         Self {
             axes_frame: frame::uniform(&gpu),
             background: Background::new(&gpu, &frame),
             points: Points::new(&gpu, &frame),
-            mesh: Mesh::new(&gpu, &frame),
+            mesh: Mesh::new(&gpu, &frame, &photograph),
+            photograph,
             turntable: Turntable::new(&gpu, &frame),
             floor: Floor::new(&gpu, &frame),
             lines: Lines::new(&gpu, &frame),
@@ -203,6 +208,12 @@ impl Renderer {
         self.meshes += 1;
     }
 
+    /// Takes the pixels of a photograph in the place of the one before, or takes it away. Where it lies on the mesh is said with each
+    /// frame.
+    pub fn set_photograph(&mut self, pixels: Option<&Pixels>) {
+        self.photograph.set(&self.gpu, &self.frame, &self.mesh, pixels);
+    }
+
     /// Asks what the last frame shows at `at` (CSS pixels from the picture's top left corner), or within a few CSS pixels
     /// of it; in the place of what was asked before. [`Renderer::picked`] answers.
     pub fn pick(&mut self, at: Vec2) {
@@ -286,7 +297,7 @@ impl Renderer {
             pass.set_bind_group(0, &self.frame.group, &[]);
             self.background.draw(&mut pass);
             match request.content.mesh {
-                true => self.mesh.draw(&mut pass),
+                true => self.mesh.draw(&mut pass, &self.photograph),
                 false => self.points.draw(&mut pass),
             }
             match request.content.turntable {
@@ -366,6 +377,7 @@ impl Renderer {
         self.frame.write(gpu, &Frame::scene(&request.camera, pixels, self.scale, scene));
         self.background.prepare(gpu, request.content.color_scheme);
         self.points.prepare(gpu, request);
+        self.photograph.prepare(gpu, &self.frame, request, &self.mesh, self.meshes);
         self.mesh.prepare(gpu, request);
     }
 

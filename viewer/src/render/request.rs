@@ -1,5 +1,6 @@
 //! What a frame shall show: plain data, made of the state, read by the renderer.
 
+use super::photograph_camera::PhotographCamera;
 use super::segment::Segment;
 use crate::camera::{Bounds, OrbitCamera};
 use crate::display::{ClassMask, ColorMode, ColorScheme, HiddenFlags, Palette, ShareScales};
@@ -73,6 +74,15 @@ impl CameraFrustum {
     }
 }
 
+/// A photograph that lies on the mesh.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ProjectedPhotograph {
+    /// The camera that took it.
+    pub camera: PhotographCamera,
+    /// How strongly it covers the mesh's own colours, 0..=1.
+    pub strength: f32,
+}
+
 /// What of the state shows in the picture; while it is equal, the picture is, too.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FrameContent {
@@ -100,6 +110,8 @@ pub struct FrameContent {
     pub marks: Vec<Segment>,
     /// Largest deviation within tolerance in [`ColorMode::Deviation`], metres.
     pub tolerance: f32,
+    /// The photograph on the mesh; its pixels are given to the renderer.
+    pub photograph: Option<ProjectedPhotograph>,
 }
 
 impl FrameContent {
@@ -130,6 +142,7 @@ impl Default for FrameContent {
             mesh: false,
             marks: Vec::new(),
             tolerance: 5e-4,
+            photograph: None,
         }
     }
 }

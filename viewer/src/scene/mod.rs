@@ -6,6 +6,7 @@
 //! | [`mesh`] | the mesh of the model, and its deviations |
 //! | [`figures`] | the model's figures, for the state |
 //! | [`frame_content`] | from the state to what a frame shall show |
+//! | [`photograph`] | the pixels of a photograph |
 //! | [`pick`] | from what the graphics device saw to what the model knows of it |
 //! | [`export`] | the visible part of model or mesh as the bytes of a file |
 
@@ -14,7 +15,9 @@ pub mod figures;
 pub mod frame_content;
 pub mod mesh;
 pub mod model;
+pub mod photograph;
 pub mod pick;
 
 pub use mesh::HeldMesh;
 pub use model::{HeldModel, ModelChange};
+pub use photograph::HeldPhotograph;

@@ -5,7 +5,7 @@ use crate::features::inspect::PickedPoint;
 use crate::render::seen::Piece;
 use crate::render::thinning::point_in_slot;
 use glam::{DMat2, DVec2, DVec3, Vec3};
-use semascan_model::SemanticMesh;
+use semascan_model::{PointFlags, SemanticMesh, SemanticPoint};
 
 /// What model and mesh know of a piece of the surface; `None` if they hold no such piece.
 ///
@@ -39,6 +39,15 @@ pub fn picked_point(model: &HeldModel, mesh: &HeldMesh, of: Piece, place: Vec3) 
     }
 }
 
+/// The point of the surface that is nearest to a place (metres, table frame); `None` where the model has no surface.
+pub fn nearest_point(model: &HeldModel, place: Vec3) -> Option<PickedPoint> {
+    let surface =
+        model.chunks().flat_map(|(_, chunk)| chunk.cloud.iter()).filter(|p| !p.flags.has(PointFlags::LEFT_OUT));
+    let distance = |p: &SemanticPoint| Vec3::from(p.position).distance_squared(place);
+    let nearest = surface.min_by(|a, b| distance(a).total_cmp(&distance(b)))?;
+    Some(PickedPoint::of(&nearest, model.voxel(), model.share_scales().sigma.is_some()))
+}
+
 /// The triangle with this vertex that holds `place`, or comes nearest to that, and the weights of its corners there.
 fn triangle_at(mesh: &SemanticMesh, vertex: u32, place: Vec3) -> Option<([u32; 3], [f64; 3])> {
     let around = mesh.triangles.iter().filter(|t| t.contains(&vertex));
@@ -65,7 +74,7 @@ fn weights(corners: [[f32; 3]; 3], place: Vec3) -> Option<[f64; 3]> {
 mod tests {
     use super::*;
     use crate::link::{DecodedChunk, LinkEvent};
-    use semascan_model::{SemanticCloud, SemanticPoint};
+    use semascan_model::SemanticCloud;
     use semascan_protocol::Inspection;
     use std::sync::Arc;
 

@@ -5,6 +5,7 @@ use super::canvas_data;
 use crate::camera::{CameraPointer, PointerInput};
 use crate::render::seen::Seen;
 use crate::render::{BackendChoice, DrawRequest, RenderError, Renderer};
+use crate::scene::photograph::Pixels;
 use crate::scene::{HeldModel, ModelChange};
 use crate::state::Event;
 use crate::state::connection::GraphicsStatus;
@@ -103,6 +104,13 @@ impl Graphics {
     pub(super) fn show_mesh(&self, mesh: Option<(&SemanticMesh, &[f32])>) {
         if let Some(renderer) = self.renderer.borrow_mut().as_mut() {
             renderer.set_mesh(mesh);
+        }
+    }
+
+    /// Takes the pixels of a photograph, or takes it away.
+    pub(super) fn show_photograph(&self, pixels: Option<&Pixels>) {
+        if let Some(renderer) = self.renderer.borrow_mut().as_mut() {
+            renderer.set_photograph(pixels);
         }
     }
 

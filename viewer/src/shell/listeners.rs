@@ -12,7 +12,9 @@ use leptos::prelude::*;
 use std::rc::Rc;
 use std::time::Duration;
 use wasm_bindgen::prelude::*;
-use web_sys::{Document, Element, HtmlElement, KeyboardEvent, MediaQueryListEvent, ResizeObserver, Window};
+use web_sys::{
+    Document, Element, HtmlElement, HtmlInputElement, KeyboardEvent, MediaQueryListEvent, ResizeObserver, Window,
+};
 
 /// Where the chosen theme is kept; `www/theme.js` reads it before the first paint.
 const THEME_KEY: &str = "semascan.theme";
@@ -45,8 +47,17 @@ pub(super) fn keyboard(window: &Window, viewport: &Rc<Viewport>) -> Result<(), J
     Ok(())
 }
 
+/// Whether a person writes into an element.
+fn is_text(element: &Element) -> bool {
+    let is_field = element.dyn_ref::<HtmlInputElement>().is_some_and(|input| {
+        matches!(input.type_().as_str(), "text" | "search" | "number" | "email" | "url" | "tel" | "password")
+    });
+    is_field || element.tag_name() == "TEXTAREA"
+}
+
 fn focus(document: &Document) -> Focus {
     match document.active_element() {
+        Some(element) if is_text(&element) => Focus::Text,
         Some(element) if !matches!(element.tag_name().as_str(), "BODY" | "CANVAS") => Focus::Control,
         _ => Focus::Model,
     }

@@ -2,13 +2,17 @@
 
 use crate::camera::{CameraInput, Modifiers, key_input};
 use crate::features::FeatureEvent;
+use crate::features::evidence::EvidenceEvent;
 use crate::features::inspect::InspectEvent;
 use crate::features::measure::{Kind, MeasureEvent};
+use crate::features::review::{ReviewEvent, Ruling};
 use crate::state::{AppState, Event};
 
 /// What has the keyboard's focus.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Focus {
+    /// A field that a person writes into.
+    Text,
     /// The model, or nothing in particular.
     Model,
     /// A control that has a use for arrows, space and enter itself.
@@ -31,6 +35,11 @@ pub fn action(key: &str, modifiers: Modifiers, focus: Focus, state: &AppState) -
     if modifiers.command {
         return None;
     }
+    if focus == Focus::Text {
+        // Letters are the field's.
+        let is_drafting = key == "Escape" && state.features.review.draft.is_some();
+        return is_drafting.then(|| Action::State(feature(ReviewEvent::Discard).into()));
+    }
     if state.help_open {
         // The dialog is modal: it closes by the key that opened it, and by Escape through the browser.
         return (key == "?").then_some(Action::State(Event::Help(false).into()));
@@ -49,6 +58,14 @@ pub fn action(key: &str, modifiers: Modifiers, focus: Focus, state: &AppState) -
         "l" | "L" => feature(InspectEvent::Pin),
         "m" | "M" => feature(measuring(Kind::Distance, state)),
         "g" | "G" => feature(measuring(Kind::Angle, state)),
+        "e" | "E" if !state.features.evidence.sights.is_empty() => {
+            feature(EvidenceEvent::Open(!state.features.evidence.is_open))
+        }
+        "j" | "J" => feature(ReviewEvent::Step(1)),
+        "k" | "K" => feature(ReviewEvent::Step(-1)),
+        "y" | "Y" | "r" | "R" | "x" | "X" | "i" | "I" => feature(ReviewEvent::Draft(ruling(key)?)),
+        "." if state.features.evidence.shown().is_some() => feature(EvidenceEvent::Step(1)),
+        "," if state.features.evidence.shown().is_some() => feature(EvidenceEvent::Step(-1)),
         "Enter" if focus == Focus::Model => return Some(Action::PickMiddle),
         "Delete" if focus == Focus::Model => return deletion(modifiers, state),
         "Escape" => return escape(state),
@@ -56,6 +73,11 @@ pub fn action(key: &str, modifiers: Modifiers, focus: Focus, state: &AppState) -
         _ => return key_input(key, modifiers).map(Action::Camera),
     };
     Some(Action::State(event.into()))
+}
+
+/// The decision that a key stands for.
+fn ruling(key: &str) -> Option<Ruling> {
+    Ruling::ALL.into_iter().find(|ruling| ruling.shortcut().eq_ignore_ascii_case(key))
 }
 
 fn feature(event: impl Into<FeatureEvent>) -> Event {
@@ -71,12 +93,18 @@ fn measuring(kind: Kind, state: &AppState) -> MeasureEvent {
 /// Escape takes back one thing at a time, what is uppermost first.
 fn escape(state: &AppState) -> Option<Action> {
     let features = &state.features;
-    let event = if features.measure.kind.is_some() {
+    let event = if features.review.draft.is_some() {
+        feature(ReviewEvent::Discard)
+    } else if features.measure.kind.is_some() {
         feature(MeasureEvent::Back)
+    } else if features.evidence.shown().is_some() {
+        feature(EvidenceEvent::Open(false))
     } else if features.inspect.picked.is_some() || features.inspect.missed {
         feature(InspectEvent::Close)
     } else if state.views.selected().is_some() {
         Event::SelectView(None)
+    } else if features.review.selected.is_some() {
+        feature(ReviewEvent::Select(None))
     } else {
         return None;
     };

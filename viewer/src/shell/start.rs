@@ -3,7 +3,7 @@
 use super::options::Options;
 use super::viewport::Viewport;
 use super::{canvas_data, listeners, panels, save};
-use crate::link::{Inquiry, Link, LinkEvent};
+use crate::link::{Inquiry, Link, LinkEvent, api};
 use crate::scene::frame_content::frame_content;
 use crate::state::notices::{Level, Topic};
 use crate::state::{AppState, Event};
@@ -46,8 +46,14 @@ fn run(window: &Window, document: &Document) -> Result<Option<Link>, JsValue> {
     let _ = there.set(viewport.clone());
     listeners::system_theme(window, ui)?;
     listeners::initial_display(window, ui, options.theme);
-    if let Some(host) = options.foreign_host {
-        ui.send(Event::ForeignAgent(host));
+    match options.foreign_host {
+        Some(host) => ui.send(Event::ForeignAgent(host)),
+        None => wasm_bindgen_futures::spawn_local(async move {
+            // An agent that does not say so keeps nothing as far as the page knows.
+            if let Ok(account) = api::get("/api/v1/me").await {
+                ui.send(Event::Account(account));
+            }
+        }),
     }
     for text in options.complaints {
         ui.notify(Level::Warning, Topic::Address, text);
@@ -57,6 +63,7 @@ fn run(window: &Window, document: &Document) -> Result<Option<Link>, JsValue> {
     listeners::clock(ui);
     listeners::keyboard(window, &viewport)?;
     follow_state(&viewport);
+    viewport.begin();
 
     let place = document.query_selector(".viewport")?.ok_or("the page has no .viewport")?;
     listeners::size(window, &viewport, place)?;

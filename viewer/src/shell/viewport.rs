@@ -17,7 +17,7 @@ use crate::render::{BackendChoice, DrawRequest};
 use crate::scene::figures::class_counts;
 use crate::scene::frame_content::frame_content;
 use crate::scene::pick::picked_point;
-use crate::scene::{HeldMesh, HeldModel, ModelChange};
+use crate::scene::{HeldMesh, HeldModel, HeldPhotograph, ModelChange};
 use crate::state::Event;
 use crate::ui::Ui;
 use glam::Vec2;
@@ -42,6 +42,7 @@ pub(super) struct Viewport {
     graphics: Rc<Graphics>,
     pub(super) model: Rc<RefCell<HeldModel>>,
     pub(super) mesh: Rc<RefCell<HeldMesh>>,
+    photograph: Rc<RefCell<HeldPhotograph>>,
     controllers: OnceCell<Vec<Rc<dyn Controller>>>,
     camera: Cell<OrbitCamera>,
     /// The camera keeps the whole model in view until the person moves it.
@@ -56,6 +57,8 @@ pub(super) struct Viewport {
     draw_due: Cell<bool>,
     /// Revision of the mesh that the renderer has; `None` with a new renderer.
     drawn_mesh: Cell<Option<u64>>,
+    /// The same of the photograph.
+    drawn_photograph: Cell<Option<u64>>,
     figures_due: Cell<bool>,
     figures_at: Cell<f64>,
     picks: RefCell<PickQueue>,
@@ -78,6 +81,7 @@ impl Viewport {
                 graphics: Graphics::new(ui, document, choice, on_input, move || on_ready(())),
                 model: Rc::default(),
                 mesh: Rc::default(),
+                photograph: Rc::default(),
                 controllers: OnceCell::new(),
                 camera: Cell::default(),
                 follows: Cell::new(true),
@@ -88,6 +92,7 @@ impl Viewport {
                 moved_at: Cell::new(f64::NEG_INFINITY),
                 draw_due: Cell::new(true),
                 drawn_mesh: Cell::default(),
+                drawn_photograph: Cell::default(),
                 figures_due: Cell::new(false),
                 figures_at: Cell::new(f64::NEG_INFINITY),
                 picks: RefCell::default(),
@@ -101,6 +106,7 @@ impl Viewport {
             ui,
             model: viewport.model.clone(),
             mesh: viewport.mesh.clone(),
+            photograph: viewport.photograph.clone(),
             mesh_worker: Rc::new(MeshWorker::default()),
             redraw: Rc::new(move || redraw(())),
         };
@@ -138,6 +144,11 @@ impl Viewport {
         if matches!(change, ModelChange::Cleared | ModelChange::Exchanged) {
             self.count();
         }
+    }
+
+    /// The page is there: the tools may follow the state.
+    pub(super) fn begin(&self) {
+        self.controllers().iter().for_each(|controller| controller.begin());
     }
 
     /// Carries out what an event asks of the tools, after the state has followed it.
@@ -230,6 +241,7 @@ impl Viewport {
     fn fill_renderer(&self) {
         self.graphics.fill(&self.model.borrow());
         self.drawn_mesh.set(None);
+        self.drawn_photograph.set(None);
         self.picks.borrow_mut().lost();
         self.redraw();
     }
@@ -345,6 +357,12 @@ impl Viewport {
             let mesh = self.mesh.borrow();
             if self.drawn_mesh.replace(Some(mesh.revision())) != Some(mesh.revision()) {
                 self.graphics.show_mesh(mesh.mesh().map(|m| (m.as_ref(), mesh.deviations())));
+            }
+        }
+        {
+            let photograph = self.photograph.borrow();
+            if self.drawn_photograph.replace(Some(photograph.revision())) != Some(photograph.revision()) {
+                self.graphics.show_photograph(photograph.pixels());
             }
         }
         let (focus, bounds, voxel) = {

@@ -1,5 +1,6 @@
 //! Everything that can happen to the viewer.
 
+use super::account::Account;
 use super::connection::GraphicsStatus;
 use super::legend::ClassCount;
 use super::notices::{Level, Topic};
@@ -26,6 +27,8 @@ pub enum Event {
     },
     /// The graphics device changed.
     Graphics(GraphicsStatus),
+    /// The agent said who the person is.
+    Account(Account),
     /// The agent is not the one that the page came from: its host.
     ForeignAgent(String),
     /// The person chose what the colours mean.

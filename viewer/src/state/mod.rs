@@ -8,6 +8,7 @@
 //! | module | what |
 //! |---|---|
 //! | `event` | what can happen |
+//! | [`account`] | who the person is to the agent |
 //! | [`connection`] | where the link to the agent and the graphics device stand |
 //! | [`legend`] | component classes: visibility, figures |
 //! | [`notices`] | short messages to the person |
@@ -16,6 +17,7 @@
 //! | [`units`] | lengths, areas, counts and durations as people read them |
 //! | [`views`] | the captured views |
 
+pub mod account;
 pub mod connection;
 mod event;
 pub mod legend;
@@ -32,6 +34,7 @@ pub use event::Event;
 use crate::display::{Display, ShareScales};
 use crate::features::Features;
 use crate::link::LinkEvent;
+use account::Account;
 use connection::{Connection, GraphicsStatus};
 use legend::{ClassFigures, Legend};
 use notices::{Level, Notices, Topic};
@@ -51,6 +54,10 @@ pub struct AppState {
     pub resumptions: u32,
     /// Host of the agent where it is not the one that the page came from: whose model is shown.
     pub foreign_agent: Option<String>,
+    /// Who the person is to the agent that the page came from; `None` until it has said so.
+    pub account: Option<Account>,
+    /// How often somebody decided something about the inspection that is shown.
+    pub review_changes: u64,
     /// Whether a part of the model is left out because the page holds as much as it can.
     pub is_cut: bool,
     /// The graphics device.
@@ -95,6 +102,7 @@ impl AppState {
                 }
             }
             Event::Graphics(status) => self.graphics = status.clone(),
+            Event::Account(account) => self.account = Some(account.clone()),
             Event::ForeignAgent(host) => self.foreign_agent = Some(host.clone()),
             Event::ColorMode(mode) => self.display.set_color_mode(*mode),
             Event::Theme(theme) => self.display.theme = *theme,
@@ -274,6 +282,7 @@ impl AppState {
         if change.inspection != self.inspection.id {
             return;
         }
+        self.review_changes += 1;
         let subject = match change.subject.as_ref().and_then(|subject| subject.kind.as_ref()) {
             Some(review_subject::Kind::Component(name)) => format!("component {name}"),
             Some(review_subject::Kind::Finding(_)) => "a finding".to_owned(),

@@ -42,6 +42,8 @@ pub enum Topic {
     Outcome,
     /// What people decide about the inspection.
     Review,
+    /// A decision of this person that did not arrive.
+    Decision,
     /// The mesh.
     Mesh,
     /// The file that the mesh is compared with.

@@ -5,6 +5,7 @@ use super::reach::ReachArgs;
 use super::serve::{Job, serve, use_threads};
 use super::signals::Signals;
 use super::{Failure, numbers, source};
+use anyhow::Context;
 use clap::Args;
 use semascan_inspection::spec::InspectionSpec;
 use semascan_server::EmbeddedFiles;
@@ -34,7 +35,7 @@ pub(crate) struct DemoArgs {
     /// Voxel edge in millimetres
     #[arg(long, value_name = "MM", value_parser = numbers::length::<f64>, allow_negative_numbers = true)]
     voxel: Option<f64>,
-    /// Data folder to keep the inspection in: with it the demo can be reviewed, and streamed again with `?inspection=ID`
+    /// Data folder to keep the inspection in [default: a temporary one, gone when the demo ends]
     #[arg(long, value_name = "DIR")]
     data: Option<PathBuf>,
     #[command(flatten)]
@@ -49,10 +50,10 @@ impl DemoArgs {
         spec.source.voxel_mm = self.voxel;
         spec.source.pace_s = self.pace;
         let spec = Box::new(spec);
-        let job = match &self.data {
-            Some(data) => Job::Keep { data: Arc::new(DataFolder::open(data)?), spec: Some(spec), criteria: None },
-            None => Job::Inspect { spec, target: None, criteria: None },
-        };
+        // Photographs in full size, reviews and past inspections are those of a data folder: the demo shows them too.
+        let temporary = tempfile::tempdir().context("the demo keeps its inspection in a temporary folder")?;
+        let folder = self.data.as_deref().unwrap_or(temporary.path());
+        let job = Job::Keep { data: Arc::new(DataFolder::open(folder)?), spec: Some(spec), criteria: None };
         serve(&self.reach, &CellConfig::default(), viewer, !self.no_open, Some(job), signals)
     }
 }

@@ -154,3 +154,18 @@ fn a_point_is_found_again_where_it_appears() {
     assert_eq!(camera.project(camera.eye() - camera.forward()), None, "behind the eye");
     assert_eq!(camera.project(Vec3::NAN), None);
 }
+
+#[test]
+fn it_looks_from_one_place_at_another() {
+    let mut camera = OrbitCamera::default();
+    let (eye, target) = (Vec3::new(0.3, -0.4, 0.5), Vec3::new(0.01, 0.02, 0.03));
+    camera.apply(CameraInput::From { eye, target }, None);
+    assert!((camera.eye() - eye).length() < 1e-5 && (camera.target() - target).length() < 1e-6);
+    let before = camera;
+    camera.look_at(target, target);
+    camera.look_at(Vec3::splat(f32::NAN), target);
+    camera.look_at(eye, Vec3::splat(f32::INFINITY));
+    assert_eq!(camera, before);
+    camera.look_at(target + Vec3::Z, target);
+    assert!((camera.eye() - target - Vec3::Z).length() < 2e-3, "as good as straight from above");
+}

@@ -7,6 +7,8 @@ use semascan_model::{PointFlags, SemanticPoint};
 pub struct PickedPoint {
     /// Where, metres, table frame: the centre of a point, or a place on a triangle of the mesh.
     pub position: [f32; 3],
+    /// Unit normal of the surface, outward, table frame; zero where it is not known.
+    pub normal: [f32; 3],
     /// Component class; 0 = none.
     pub component: u16,
     /// Share of the component, 0..=1; `None` without evidence for one.
@@ -40,6 +42,7 @@ impl PickedPoint {
         let known = point.label != 0;
         Self {
             position: point.position,
+            normal: point.normal,
             component: point.label,
             confidence: known.then_some(point.confidence),
             sigma: (known && has_sigma).then_some(point.sigma),

@@ -9,7 +9,7 @@ use leptos::prelude::*;
 type Shortcut = (&'static [&'static str], &'static str);
 
 /// What the pointer and the keys do, in groups.
-const GROUPS: [(&str, &[Shortcut]); 5] = [
+const GROUPS: [(&str, &[Shortcut]); 6] = [
     (
         "Pointer",
         &[
@@ -34,10 +34,23 @@ const GROUPS: [(&str, &[Shortcut]); 5] = [
         &[
             (&["Enter"], "Pick in the middle of the view"),
             (&["L"], "Pin a label at the picked point"),
+            (&["E"], "Photographs of the picked point"),
+            (&[",", "."], "The better, the next of them"),
             (&["M"], "Measure a distance"),
             (&["G"], "Measure an angle"),
             (&["Del"], "Remove the newest label or, while measuring, measurement; with Shift, all"),
             (&["Esc"], "Take a point back, end measuring, close"),
+        ],
+    ),
+    (
+        "Findings",
+        &[
+            (&["J"], "Next finding"),
+            (&["K"], "Previous finding"),
+            (&["Y"], "Accept it or, with none chosen, the part"),
+            (&["R"], "Rework"),
+            (&["X"], "Reject"),
+            (&["I"], "Remark"),
         ],
     ),
     (

@@ -1,5 +1,5 @@
 //! Which directions a place on the surface can be seen from: a coarse grid of where surface is, and rays through it. It chooses
-//! the direction of a picture; what is seen in the picture is then known exactly from its depths.
+//! directions and views; what is seen in a picture is then known exactly from its depths.
 
 /// Cells along the longest edge of the part at most.
 const MOST_CELLS: f64 = 192.0;
@@ -9,7 +9,8 @@ const STEP: f64 = 0.6;
 const BEGIN: f64 = 1.8;
 
 /// Cells that hold surface.
-pub(crate) struct Occupancy {
+#[derive(Clone, Debug)]
+pub struct Occupancy {
     low: [f64; 3],
     cell: f64,
     size: [usize; 3],
@@ -17,8 +18,8 @@ pub(crate) struct Occupancy {
 }
 
 impl Occupancy {
-    /// The grid of a surface with these vertices, which lie about `spacing` metres apart. `None` without vertices.
-    pub(crate) fn of(points: &[[f32; 3]], spacing: f64) -> Option<Self> {
+    /// The grid of a surface with these vertices (metres), which lie about `spacing` metres apart. `None` without vertices.
+    pub fn of(points: &[[f32; 3]], spacing: f64) -> Option<Self> {
         let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
         for p in points {
             low = [0, 1, 2].map(|k| low[k].min(f64::from(p[k])));
@@ -39,14 +40,18 @@ impl Occupancy {
         Some(grid)
     }
 
-    /// Whether a ray from a point of the surface with the unit normal `normal` meets surface on its way in the direction `toward`.
-    pub(crate) fn is_hidden(&self, point: [f64; 3], normal: [f64; 3], toward: [f64; 3]) -> bool {
-        let mut at = [0, 1, 2].map(|k| (point[k] - self.low[k]) / self.cell + BEGIN * (normal[k] + toward[k]));
-        while let Some(index) = self.index(at) {
-            if self.cells[index] {
-                return true;
+    /// Whether a ray from a point of the surface with the unit normal `normal` meets surface on its way in the direction of the
+    /// unit vector `toward`, within `reach` metres.
+    pub fn is_hidden(&self, point: [f64; 3], normal: [f64; 3], toward: [f64; 3], reach: f64) -> bool {
+        let begin = [0, 1, 2].map(|k| (point[k] - self.low[k]) / self.cell + BEGIN * (normal[k] + toward[k]));
+        let most = reach / self.cell - BEGIN;
+        let mut way = 0.0;
+        while way < most {
+            match self.index([0, 1, 2].map(|k| begin[k] + way * toward[k])) {
+                Some(index) if self.cells[index] => return true,
+                Some(_) => way += STEP,
+                None => return false,
             }
-            at = [0, 1, 2].map(|k| at[k] + STEP * toward[k]);
         }
         false
     }
@@ -81,11 +86,12 @@ mod tests {
             }
         }
         let grid = Occupancy::of(&points, 2e-3).expect("points");
-        let up = [0.0, 0.0, 1.0];
-        assert!(grid.is_hidden([0.06, 0.05, 0.0], up, up));
-        assert!(!grid.is_hidden([0.02, 0.05, 0.0], up, up) && !grid.is_hidden([0.06, 0.05, 0.05], up, up));
+        let (up, far) = ([0.0, 0.0, 1.0], f64::INFINITY);
+        assert!(grid.is_hidden([0.06, 0.05, 0.0], up, up, far));
+        assert!(!grid.is_hidden([0.06, 0.05, 0.0], up, up, 0.04), "the roof lies beyond");
+        assert!(!grid.is_hidden([0.02, 0.05, 0.0], up, up, far) && !grid.is_hidden([0.06, 0.05, 0.05], up, up, far));
         let side = [-0.8, 0.0, 0.6];
-        assert!(!grid.is_hidden([0.06, 0.05, 0.0], up, side));
+        assert!(!grid.is_hidden([0.06, 0.05, 0.0], up, side, far));
         assert!(Occupancy::of(&[], 2e-3).is_none());
     }
 }

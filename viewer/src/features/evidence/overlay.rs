@@ -1,0 +1,241 @@
+//! The card that shows a photograph of the picked point, with the pixel marked.
+
+use super::controller::{EvidenceController, full_size};
+use super::{Evidence, EvidenceEvent, Sight};
+use crate::camera::CameraInput;
+use crate::features::view::{Controller, FeatureView, Host};
+use crate::state::{Event, units};
+use crate::ui::icons::{CAMERA, CLOSE, Icon, NEXT, PREVIOUS};
+use crate::ui::object_url::ObjectUrl;
+use crate::ui::{Command, Ui};
+use leptos::prelude::*;
+use std::rc::Rc;
+use wasm_bindgen::JsCast;
+use web_sys::HtmlInputElement;
+
+/// Pixels of the photograph that the magnified card is wide.
+const MAGNIFIED_WIDTH: f32 = 120.0;
+
+impl FeatureView for Evidence {
+    fn overlay(ui: Ui) -> AnyView {
+        view! { <EvidenceOverlay ui/> }.into_any()
+    }
+
+    fn controller(host: &Host) -> Option<Rc<dyn Controller>> {
+        Some(EvidenceController::new(host))
+    }
+}
+
+/// The card, or the way to it. A view that a person selected has the place before it.
+#[component]
+fn EvidenceOverlay(ui: Ui) -> impl IntoView {
+    let is_there = ui.part(|s| s.features.evidence.point.is_some() && s.views.selected().is_none());
+    let is_open = ui.part(|s| s.features.evidence.is_open);
+    move || {
+        is_there.get().then(|| match is_open.get() {
+            true => view! { <Card ui/> }.into_any(),
+            false => view! { <Offer ui/> }.into_any(),
+        })
+    }
+}
+
+/// How many photographs there are.
+#[component]
+fn Offer(ui: Ui) -> impl IntoView {
+    let count = ui.part(|s| s.features.evidence.sights.len());
+    view! {
+        <button
+            class="evidence-offer is-raised" type="button" data-testid="evidence-open" title="Show the photographs (E)"
+            prop:disabled=move || count.get() == 0 on:click=move |_| ui.send_feature(EvidenceEvent::Open(true))
+        >
+            <Icon path=CAMERA/>
+            <span>
+                {move || match count.get() {
+                    0 => "No photograph shows this point".to_owned(),
+                    1 => "1 photograph shows this point".to_owned(),
+                    count => format!("{count} photographs show this point"),
+                }}
+            </span>
+        </button>
+    }
+}
+
+#[component]
+fn Card(ui: Ui) -> impl IntoView {
+    let place = ui.part(|s| (s.features.evidence.place, s.features.evidence.sights.len()));
+    let shown = ui.part(|s| s.features.evidence.shown().copied());
+    let step = move |by: i32| move |_| ui.send_feature(EvidenceEvent::Step(by));
+    let on_key = move |event: web_sys::KeyboardEvent| {
+        let by = match event.key().as_str() {
+            "ArrowLeft" => -1,
+            "ArrowRight" => 1,
+            _ => return,
+        };
+        // Arrows move the mark of the slider.
+        let of_slider =
+            event.target().is_some_and(|t| t.dyn_ref::<HtmlInputElement>().is_some_and(|i| i.type_() == "range"));
+        if !of_slider {
+            event.prevent_default();
+            ui.send_feature(EvidenceEvent::Step(by));
+        }
+    };
+    view! {
+        <section class="detail" data-testid="evidence" aria-label="Photographs of the picked point" on:keydown=on_key>
+            <header class="detail-head">
+                <h2 aria-live="polite">
+                    {move || match place.get() {
+                        (_, 0) => "No photograph".to_owned(),
+                        (place, count) => format!("Photograph {} of {count}", place + 1),
+                    }}
+                </h2>
+                <button
+                    class="tool" type="button" aria-label="Better photograph" title="Better photograph (,)"
+                    prop:disabled=move || place.get().1 < 2 on:click=step(-1)
+                >
+                    <Icon path=PREVIOUS/>
+                </button>
+                <button
+                    class="tool" type="button" aria-label="Next photograph" title="Next photograph (.)"
+                    prop:disabled=move || place.get().1 < 2 on:click=step(1)
+                >
+                    <Icon path=NEXT/>
+                </button>
+                <button
+                    class="tool" type="button" aria-label="Close" title="Close (E)" data-testid="evidence-close"
+                    on:click=move |_| ui.send_feature(EvidenceEvent::Open(false))
+                >
+                    <Icon path=CLOSE/>
+                </button>
+            </header>
+            {move || match shown.get() {
+                Some(sight) => view! { <Photograph ui sight/> <Use ui sight/> }.into_any(),
+                None => view! {
+                    <p class="evidence-none">"Every camera looked past this point, or something stood before it."</p>
+                }.into_any(),
+            }}
+        </section>
+    }
+}
+
+/// The picture with the pixel marked, and how it was taken.
+#[component]
+fn Photograph(ui: Ui, sight: Sight) -> impl IntoView {
+    let view = sight.view;
+    let small = ui.read(|s| s.views.get(view).and_then(|v| ObjectUrl::new(&v.thumbnail_jpeg, "image/jpeg")));
+    let small_address = small.as_ref().map(|url| url.address().to_owned());
+    let kept = StoredValue::new_local(small);
+    on_cleanup(move || kept.dispose());
+    let loaded =
+        ui.part(move |s| s.features.evidence.loaded.filter(|(loaded, _)| *loaded == view).map(|(_, full)| full));
+    let missing = ui.part(move |s| s.features.evidence.missing == Some(view));
+    let is_magnified = ui.part(|s| s.features.evidence.is_magnified);
+    let full_address = ui.read(|s| full_size(s, view));
+    let address = move || match loaded.get() {
+        Some(true) => full_address.clone().or_else(|| small_address.clone()),
+        _ => small_address.clone(),
+    };
+    // The middle of the pixel as a share of the picture.
+    let size = sight.camera.size;
+    let at = (sight.pixel + 0.5) / size;
+    let scale = (size.x / MAGNIFIED_WIDTH).max(1.0);
+    let shift = move || match is_magnified.get() {
+        true => format!(
+            "translate({:.3}%, {:.3}%) scale({scale})",
+            50.0 - 100.0 * scale * at.x,
+            50.0 - 100.0 * scale * at.y
+        ),
+        false => "none".to_owned(),
+    };
+    let mark = move |k: usize| match is_magnified.get() {
+        true => "50%".to_owned(),
+        false => format!("{:.3}%", 100.0 * at[k]),
+    };
+    let degrees = sight.cosine.clamp(-1.0, 1.0).acos().to_degrees();
+    let choice = move |magnified: bool, label: &'static str, key: &'static str| {
+        view! {
+            <label class="segment">
+                <input
+                    type="radio" name="evidence-magnify" value=key data-testid=format!("evidence-{key}")
+                    prop:checked=move || is_magnified.get() == magnified
+                    on:change=move |_| ui.send_feature(EvidenceEvent::Magnify(magnified))
+                />
+                <span>{label}</span>
+            </label>
+        }
+    };
+    view! {
+        <div
+            class="detail-picture evidence-picture" data-testid="evidence-picture" data-view=view
+            data-u=format!("{:.2}", sight.pixel.x) data-v=format!("{:.2}", sight.pixel.y)
+            data-full=move || loaded.get().map(|full| full.to_string())
+            style:aspect-ratio=format!("{} / {}", size.x, size.y)
+        >
+            {move || address().map(|src| view! {
+                <img class="picture-photo" src=src alt=format!("Photograph of view {}", view + 1) draggable="false" style:transform=shift/>
+            })}
+            <span class="evidence-mark" aria-hidden="true" style:left=move || mark(0) style:top=move || mark(1)></span>
+        </div>
+        <fieldset class="segments detail-overlays">
+            <legend class="visually-hidden">"How much of it"</legend>
+            {choice(true, "Around the point", "near")}
+            {choice(false, "Whole picture", "whole")}
+        </fieldset>
+        <dl class="detail-figures">
+            <div><dt>"View"</dt><dd>{view + 1}</dd></div>
+            <div><dt>"Off the normal"</dt><dd>{format!("{degrees:.0}°")}</dd></div>
+            <div><dt>"Distance"</dt><dd>{units::length(sight.distance.into())}</dd></div>
+            <div><dt>"Pixels per mm"</dt><dd>{format!("{:.2}", sight.pixels_per_millimetre)}</dd></div>
+        </dl>
+        <Show when=move || loaded.get() == Some(false)>
+            <p class="evidence-note">"Only the small picture: this agent keeps none in full size (it does with --data)."</p>
+        </Show>
+        <Show when=move || missing.get()>
+            <p class="evidence-note">"The picture itself is not there: the agent has dropped it."</p>
+        </Show>
+    }
+}
+
+/// What can be done with it.
+#[component]
+fn Use(ui: Ui, sight: Sight) -> impl IntoView {
+    let is_projected = ui.part(|s| s.features.evidence.is_projected);
+    let strength = ui.part(|s| s.features.evidence.strength);
+    let has_pixels = ui.part(move |s| s.features.evidence.missing != Some(sight.view));
+    let look = move |_| {
+        if let Some(point) = ui.read(|s| s.features.evidence.point) {
+            ui.ask(Command::Camera(CameraInput::From { eye: sight.camera.eye(), target: point.position.into() }));
+        }
+    };
+    view! {
+        <div class="evidence-use">
+            <button class="text-button" type="button" data-testid="evidence-look" on:click=look>"Look from there"</button>
+            <button
+                class="text-button" type="button" data-testid="evidence-view" on:click=move |_| ui.send(Event::SelectView(Some(sight.view)))
+            >
+                "Open the view"
+            </button>
+        </div>
+        <label class="switch-row">
+            <span>"Lay it onto the mesh"</span>
+            <input
+                class="switch" type="checkbox" role="switch" data-testid="evidence-project"
+                prop:checked=move || is_projected.get() prop:disabled=move || !has_pixels.get()
+                on:change=move |event| ui.send_feature(EvidenceEvent::Project(event_target_checked(&event)))
+            />
+        </label>
+        <Show when=move || is_projected.get()>
+            <label class="switch-row">
+                <span>"Strength"</span>
+                <input
+                    type="range" min="0" max="1" step="0.05" data-testid="evidence-strength"
+                    prop:value=move || strength.get().to_string()
+                    on:input=move |event| {
+                        if let Ok(strength) = event_target_value(&event).parse() {
+                            ui.send_feature(EvidenceEvent::Strength(strength));
+                        }
+                    }
+                />
+            </label>
+        </Show>
+    }
+}

@@ -1,0 +1,26 @@
+//! The pixels of a picture at an address: the browser fetches and decodes it.
+
+use crate::scene::photograph::Pixels;
+use wasm_bindgen::prelude::*;
+use wasm_bindgen_futures::JsFuture;
+use web_sys::{CanvasRenderingContext2d, HtmlCanvasElement, HtmlImageElement};
+
+/// The pixels of the picture at `address`.
+///
+/// # Errors
+/// What the browser says where there is no picture, or not the memory for it.
+pub(super) async fn pixels_at(address: &str) -> Result<Pixels, JsValue> {
+    let image = HtmlImageElement::new()?;
+    image.set_src(address);
+    JsFuture::from(image.decode()).await?;
+    let (width, height) = (image.natural_width(), image.natural_height());
+    let document = web_sys::window().and_then(|window| window.document()).ok_or("there is no page")?;
+    let canvas: HtmlCanvasElement = document.create_element("canvas")?.dyn_into()?;
+    canvas.set_width(width);
+    canvas.set_height(height);
+    let context = canvas.get_context("2d")?.ok_or("the browser gives no canvas")?;
+    let context: CanvasRenderingContext2d = context.dyn_into()?;
+    context.draw_image_with_html_image_element(&image, 0.0, 0.0)?;
+    let data = context.get_image_data(0.0, 0.0, width.into(), height.into())?;
+    Ok(Pixels { width, height, rgba: data.data().0 })
+}

@@ -1,0 +1,109 @@
+//! Which photographs show a place on the surface, the best first: the one with the most pixels on a patch of it, which is the
+//! cosine of the incidence over the square of the distance, in pixels (the footprint of a pinhole camera's pixel). What other
+//! surface hides is left out.
+
+use crate::render::photograph_camera::PhotographCamera;
+use crate::state::views::ViewEntry;
+use glam::{Vec2, Vec3};
+use semascan_geometry::occupancy::Occupancy;
+
+/// Least cosine of the incidence: a surface seen more obliquely shows nothing.
+const LEAST_COSINE: f32 = 0.1;
+
+/// How a photograph shows a place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sight {
+    /// Number of the view.
+    pub view: u32,
+    /// Its camera.
+    pub camera: PhotographCamera,
+    /// The pixel.
+    pub pixel: Vec2,
+    /// Distance in front of the camera, metres.
+    pub distance: f32,
+    /// Cosine between the surface's normal and the way to the camera.
+    pub cosine: f32,
+    /// Pixels that a millimetre of the surface covers, mean over its directions.
+    pub pixels_per_millimetre: f32,
+}
+
+/// The photographs that show a place of the table frame (metres) with this unit normal, the best first.
+///
+/// * `surface`: where surface is; `None` if that is not known, and nothing is taken for hidden.
+pub fn sights<'a>(
+    place: Vec3,
+    normal: Vec3,
+    views: impl Iterator<Item = &'a ViewEntry>,
+    surface: Option<&Occupancy>,
+) -> Vec<Sight> {
+    let accepted = views.filter(|view| view.accepted);
+    let seen = accepted.filter_map(|view| {
+        let camera = PhotographCamera::from_wire(view.pose.as_ref()?, view.intrinsics.as_ref()?)?;
+        let (pixel, distance) = camera.project(place)?;
+        let to_camera = camera.eye() - place;
+        let (way, toward) = (to_camera.length(), to_camera.normalize_or_zero());
+        let cosine = toward.dot(normal);
+        if cosine.is_nan() || cosine < LEAST_COSINE {
+            return None;
+        }
+        let double = |v: Vec3| v.as_dvec3().to_array();
+        if surface.is_some_and(|s| s.is_hidden(double(place), double(normal), double(toward), way.into())) {
+            return None;
+        }
+        let pixels_per_millimetre = (camera.focal.x * camera.focal.y * cosine).sqrt() / distance * 1e-3;
+        Some(Sight { view: view.index, camera, pixel, distance, cosine, pixels_per_millimetre })
+    });
+    let mut list: Vec<Sight> = seen.collect();
+    list.sort_by(|a, b| b.pixels_per_millimetre.total_cmp(&a.pixels_per_millimetre));
+    list
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    use super::*;
+    use semascan_protocol::{Intrinsics, Pose, ViewReport};
+
+    /// A view from `height` metres above the table at `x`, looking down.
+    pub(crate) fn view(index: u32, x: f64, height: f64) -> ViewEntry {
+        ViewEntry::from(&ViewReport {
+            index,
+            accepted: true,
+            table_from_camera: Some(Pose { qx: 1.0, tx: x, tz: height, ..Pose::default() }),
+            intrinsics: Some(Intrinsics { width: 640, height: 480, fx: 600.0, fy: 600.0, cx: 319.5, cy: 239.5 }),
+            ..ViewReport::default()
+        })
+    }
+
+    fn seen_by(views: &[ViewEntry], normal: Vec3, surface: Option<&Occupancy>) -> Vec<u32> {
+        sights(Vec3::ZERO, normal, views.iter(), surface).iter().map(|sight| sight.view).collect()
+    }
+
+    #[test]
+    fn the_nearest_and_straightest_photograph_comes_first() {
+        let views = [view(0, 0.0, 0.8), view(1, 0.0, 0.4), view(2, 0.2, 0.4), view(3, 2.0, 0.4)];
+        assert_eq!(seen_by(&views, Vec3::Z, None), [1, 2, 0], "the last does not have it in its picture");
+        let best = sights(Vec3::ZERO, Vec3::Z, views.iter(), None)[0];
+        assert!((best.pixels_per_millimetre - 1.5).abs() < 1e-4, "600 / 400 mm: {}", best.pixels_per_millimetre);
+        assert!((best.cosine - 1.0).abs() < 1e-6 && (best.pixel - Vec2::new(319.5, 239.5)).length() < 1e-3);
+    }
+
+    #[test]
+    fn what_faces_away_or_is_hidden_is_not_shown() {
+        let mut rejected = view(1, 0.0, 0.4);
+        rejected.accepted = false;
+        let mut without_pose = view(2, 0.0, 0.4);
+        without_pose.pose = None;
+        let views = [view(0, 0.0, 0.4), rejected, without_pose, view(3, 0.2, 0.4)];
+        assert_eq!(seen_by(&views, Vec3::Z, None), [0, 3]);
+        assert!(seen_by(&views, Vec3::NEG_Z, None).is_empty());
+        // A roof over the place hides it from above; the camera of view 3 looks past its edge.
+        let roof = |i: usize| [-0.03 + 1e-3 * (i % 60) as f32, -0.03 + 1e-3 * (i / 60) as f32, 0.08];
+        let floor = |i: usize| [-0.1 + 4e-3 * (i % 50) as f32, -0.1 + 4e-3 * (i / 50) as f32, 0.0];
+        let points: Vec<[f32; 3]> = (0..3600).map(roof).chain((0..2500).map(floor)).collect();
+        let surface = Occupancy::of(&points, 1e-3).expect("points");
+        assert_eq!(seen_by(&views, Vec3::Z, Some(&surface)), [3]);
+        // A roof above the camera hides nothing.
+        let low = [view(5, 0.0, 0.06)];
+        assert_eq!(seen_by(&low, Vec3::Z, Some(&surface)), [5]);
+    }
+}

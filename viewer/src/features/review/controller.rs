@@ -1,0 +1,228 @@
+//! Asks the agent for the findings, shows the chosen one, and sends decisions: each is kept in the browser's storage until the agent
+//! has confirmed it, and sent again until then.
+
+use super::case::{FindingsAnswer, ReviewsAnswer, VerdictAnswer};
+use super::{Case, ReviewEvent, Unsent};
+use crate::camera::CameraInput;
+use crate::features::FeatureEvent;
+use crate::features::inspect::InspectEvent;
+use crate::features::view::{Controller, Host};
+use crate::link::api::{ApiError, get, post};
+use crate::scene::pick::nearest_point;
+use crate::state::notices::{Level, Topic};
+use crate::ui::Command;
+use glam::{DVec3, Vec3};
+use leptos::prelude::{Effect, Get, set_timeout};
+use semascan_model::finding::RegionFigures;
+use semascan_protocol::Phase;
+use serde::de::IgnoredAny;
+use std::cell::Cell;
+use std::rc::{Rc, Weak};
+use std::time::Duration;
+use wasm_bindgen_futures::spawn_local;
+use web_sys::Storage;
+
+/// Where decisions that have not arrived yet are kept, and who makes them.
+const UNSENT_KEY: &str = "semascan.unsent-reviews";
+const PERSON_KEY: &str = "semascan.reviewer";
+/// How long until a decision is sent again.
+const RETRY: Duration = Duration::from_secs(3);
+/// How long until the agent is asked again for findings that it has not written yet, and how often.
+const AGAIN: Duration = Duration::from_millis(750);
+const MOST_TRIES: u32 = 10;
+/// Distance from which a finding is looked at, as a multiple of its radius, and at least so many metres.
+const LOOK_FROM: f64 = 6.0;
+const LEAST_DISTANCE: f64 = 0.08;
+
+/// See the module.
+pub(super) struct ReviewController {
+    host: Host,
+    is_sending: Cell<bool>,
+    /// Counts what the agent is asked: an answer to an earlier question comes too late.
+    asked: Cell<u64>,
+    this: Weak<Self>,
+}
+
+impl ReviewController {
+    pub(super) fn new(host: &Host) -> Rc<Self> {
+        Rc::new_cyclic(|this| Self {
+            host: host.clone(),
+            is_sending: Cell::default(),
+            asked: Cell::default(),
+            this: this.clone(),
+        })
+    }
+
+    /// Asks for the case of an inspection.
+    fn ask(&self, id: String, tries: u32) {
+        let Some(this) = self.this.upgrade() else { return };
+        self.asked.set(self.asked.get() + 1);
+        let asked = self.asked.get();
+        spawn_local(async move {
+            this.host.ui.send_feature(ReviewEvent::Asked);
+            let answer = case(&id).await;
+            if this.asked.get() != asked {
+                return;
+            }
+            // The record with its findings is written a moment after the end.
+            let is_early = match &answer {
+                Ok(case) => case.findings.is_none() && case.not_looked.is_none(),
+                Err(ApiError::Refused { status, .. }) => *status == 404,
+                Err(ApiError::Unreachable) => true,
+            };
+            if is_early && tries < MOST_TRIES {
+                let weak = this.this.clone();
+                set_timeout(
+                    move || {
+                        if let Some(this) = weak.upgrade().filter(|this| this.asked.get() == asked) {
+                            this.ask(id, tries + 1);
+                        }
+                    },
+                    AGAIN,
+                );
+                return;
+            }
+            let event = match answer {
+                Ok(case) => ReviewEvent::Known(Box::new(case)),
+                Err(ApiError::Unreachable) => ReviewEvent::Unknown("the agent cannot be reached".into()),
+                Err(ApiError::Refused { reason, .. }) => ReviewEvent::Unknown(reason),
+            };
+            this.host.ui.send_feature(event);
+        });
+    }
+
+    /// Sends what has not arrived yet, the oldest first, one at a time.
+    fn send(&self) {
+        let Some(this) = self.this.upgrade() else { return };
+        if self.is_sending.replace(true) {
+            return;
+        }
+        spawn_local(async move {
+            while let Some(unsent) = this.host.ui.read(|s| s.features.review.unsent.first().cloned()) {
+                let id = unsent.review.id;
+                let path = format!("/api/v1/inspections/{}/reviews", unsent.inspection);
+                let body = serde_json::to_string(&unsent.review).unwrap_or_default();
+                let event = match post::<IgnoredAny>(&path, &body).await {
+                    Ok(_) => ReviewEvent::Sent(id),
+                    Err(ApiError::Refused { reason, .. }) => ReviewEvent::Refused { id, reason },
+                    Err(ApiError::Unreachable) => {
+                        let weak = this.this.clone();
+                        set_timeout(
+                            move || {
+                                if let Some(this) = weak.upgrade() {
+                                    this.send();
+                                }
+                            },
+                            RETRY,
+                        );
+                        break;
+                    }
+                };
+                if let ReviewEvent::Refused { reason, .. } = &event {
+                    let said = &unsent.review.reason;
+                    let text = format!("The decision was not taken: {reason}. What you wrote: “{said}”");
+                    this.host.ui.notify(Level::Error, Topic::Decision, text);
+                }
+                this.host.ui.send_feature(event);
+            }
+            this.is_sending.set(false);
+        });
+    }
+
+    /// Turns the view to the chosen finding and picks its place, so that its photographs are found.
+    fn show(&self) {
+        let ui = self.host.ui;
+        let region = ui.read(|s| s.features.review.chosen().and_then(|(_, finding)| finding.region.clone()));
+        let Some(region) = region else { return };
+        let place = DVec3::from(region.position).as_vec3();
+        if let Some(eye) = eye(&region) {
+            ui.ask(Command::Camera(CameraInput::From { eye, target: place }));
+        }
+        let point = nearest_point(&self.host.model.borrow(), place);
+        ui.send_feature(InspectEvent::Picked(point));
+    }
+
+    /// What is left from an earlier visit.
+    fn restore(&self) {
+        let Some(storage) = storage() else { return };
+        if let Ok(Some(person)) = storage.get_item(PERSON_KEY) {
+            self.host.ui.send_feature(ReviewEvent::Person(person));
+        }
+        let text = storage.get_item(UNSENT_KEY).ok().flatten();
+        let unsent = text.and_then(|text| serde_json::from_str::<Vec<Unsent>>(&text).ok()).unwrap_or_default();
+        for one in unsent {
+            self.host.ui.send_feature(ReviewEvent::Decided(Box::new(one)));
+        }
+    }
+
+    /// Keeps what has not arrived yet.
+    fn keep(&self) {
+        let text = self.host.ui.read(|s| serde_json::to_string(&s.features.review.unsent));
+        let kept = text.ok().zip(storage()).map(|(text, storage)| storage.set_item(UNSENT_KEY, &text));
+        if !matches!(kept, Some(Ok(()))) {
+            let text = "The browser keeps nothing for this page: do not close it until your decisions have arrived.";
+            self.host.ui.notify(Level::Warning, Topic::Decision, text);
+        }
+    }
+}
+
+/// The browser's storage for this page, where it has one.
+fn storage() -> Option<Storage> {
+    web_sys::window()?.local_storage().ok().flatten()
+}
+
+/// All that the agent says of an inspection's findings.
+async fn case(id: &str) -> Result<Case, ApiError> {
+    let path = format!("/api/v1/inspections/{id}");
+    let findings: FindingsAnswer = get(&format!("{path}/findings")).await?;
+    let verdict: VerdictAnswer = get(&format!("{path}/verdict")).await?;
+    let reviews: ReviewsAnswer = get(&format!("{path}/reviews?limit=1")).await?;
+    Ok(Case::of(id.to_owned(), findings, verdict, reviews))
+}
+
+/// Where a finding is looked at from: along its normal. `None` for one that goes around the part.
+fn eye(region: &RegionFigures) -> Option<Vec3> {
+    let place = DVec3::from(region.position);
+    let normal = DVec3::from(region.normal).try_normalize()?;
+    let points = region.outlines.iter().flatten();
+    let radius = points.map(|p| DVec3::from(*p).distance(place)).fold(0.0, f64::max);
+    Some((place + normal * (LOOK_FROM * radius).max(LEAST_DISTANCE)).as_vec3())
+}
+
+impl Controller for ReviewController {
+    fn begin(&self) {
+        self.restore();
+        // What is known of the case holds until the inspection ends, another is shown, or somebody decides.
+        let due = self.host.ui.part(|s| {
+            let is_over = matches!(s.progress.phase, Phase::Finished | Phase::Failed) && !s.inspection.id.is_empty();
+            let keeps = s.account.as_ref().is_some_and(|account| account.keeps);
+            (is_over && keeps).then(|| (s.inspection.id.clone(), s.review_changes, s.connection.is_live()))
+        });
+        let weak = self.this.clone();
+        Effect::new(move |_| {
+            if let (Some((id, ..)), Some(controller)) = (due.get(), weak.upgrade()) {
+                controller.ask(id, 0);
+                controller.send();
+            }
+        });
+    }
+
+    fn handle(&self, event: &FeatureEvent) {
+        let FeatureEvent::Review(event) = event else { return };
+        match event {
+            ReviewEvent::Select(Some(_)) | ReviewEvent::Step(_) => self.show(),
+            ReviewEvent::Person(person) => {
+                if let Some(storage) = storage() {
+                    // A name that is not kept is asked for again.
+                    let _ = storage.set_item(PERSON_KEY, person);
+                }
+            }
+            ReviewEvent::Decided(_) => {
+                self.keep();
+                self.send();
+            }
+            ReviewEvent::Sent(_) | ReviewEvent::Refused { .. } => self.keep(),
+            _ => {}
+        }
+    }
+}

@@ -1,0 +1,268 @@
+//! The panel of the findings: the list, the chosen finding with the criteria behind it, and the form of a decision.
+
+use super::controller::ReviewController;
+use super::{Review, ReviewEvent, Ruling, Standing, Unsent, words};
+use crate::features::view::{Controller, FeatureView, Host};
+use crate::ui::Ui;
+use leptos::prelude::*;
+use semascan_model::Role;
+use semascan_model::review::{ReviewId, Subject};
+use semascan_model::verdict::Decision;
+use std::rc::Rc;
+use uuid::Builder;
+
+impl FeatureView for Review {
+    fn panel(ui: Ui) -> AnyView {
+        view! { <ReviewPanel ui/> }.into_any()
+    }
+
+    fn controller(host: &Host) -> Option<Rc<dyn Controller>> {
+        Some(ReviewController::new(host))
+    }
+}
+
+#[component]
+fn ReviewPanel(ui: Ui) -> impl IntoView {
+    let is_shown = ui.part(|s| s.features.review.standing != Standing::Nothing || s.features.review.is_open());
+    let decision = ui.part(|s| s.features.review.case.decision);
+    let failed = ui.part(|s| match &s.features.review.standing {
+        Standing::Unknown(reason) => Some(reason.clone()),
+        _ => None,
+    });
+    let unsent = ui.part(|s| s.features.review.unsent.len());
+    view! {
+        <Show when=move || is_shown.get() || unsent.get() != 0>
+            <section class="panel" aria-labelledby="review-title" data-testid="review" data-unsent=move || unsent.get().to_string()>
+                <header class="panel-head">
+                    <h2 id="review-title">"Findings"</h2>
+                    {move || decision.get().map(|decision| view! { <Badge decision testid="verdict"/> })}
+                </header>
+                {move || failed.get().map(|reason| view! { <p class="empty">{format!("The agent did not say: {reason}.")}</p> })}
+                <List ui/>
+                <Chosen ui/>
+                <Rulings ui/>
+                <DraftForm ui/>
+                <Show when=move || unsent.get() != 0>
+                    <p class="empty" role="status" data-testid="unsent">
+                        {move || match unsent.get() {
+                            1 => "1 decision waits for the agent; it is kept here.".to_owned(),
+                            count => format!("{count} decisions wait for the agent; they are kept here."),
+                        }}
+                    </p>
+                </Show>
+            </section>
+        </Show>
+    }
+}
+
+/// A decision as a coloured word.
+#[component]
+fn Badge(decision: Decision, #[prop(optional)] testid: Option<&'static str>) -> impl IntoView {
+    view! {
+        <span class="decision" data-decision=decision.name() data-testid=testid>{words::decision(decision)}</span>
+    }
+}
+
+#[component]
+fn List(ui: Ui) -> impl IntoView {
+    let rows = ui.part(|s| {
+        let case = &s.features.review.case;
+        let row = |(i, finding): (usize, &semascan_model::finding::Finding)| {
+            let decision = case.decided(finding.id).or(case.follows(finding.id));
+            let is_decided = case.decided(finding.id).is_some();
+            (
+                i,
+                finding.id,
+                words::finding(finding),
+                words::area(finding),
+                decision,
+                is_decided,
+                case.is_contested(finding.id),
+            )
+        };
+        case.findings().iter().enumerate().map(row).collect::<Vec<_>>()
+    });
+    let selected = ui.part(|s| s.features.review.selected);
+    let nothing = ui.part(|s| {
+        let review = &s.features.review;
+        match (&review.standing, &review.case.findings, &review.case.not_looked) {
+            (Standing::Known, _, Some(why)) => Some(format!("Nobody looked for defects: {why}.")),
+            (Standing::Known, Some(findings), None) if findings.is_empty() => Some("Nothing was found.".into()),
+            (Standing::Known, None, None) => {
+                Some("Nothing is known of findings, which is no sign that there are none.".into())
+            }
+            (Standing::Asked, None, _) => Some("Asking the agent …".into()),
+            _ => None,
+        }
+    });
+    view! {
+        {move || nothing.get().map(|text| view! { <p class="empty" data-testid="review-nothing">{text}</p> })}
+        <ol class="findings">
+            {move || rows.get().into_iter().map(|(i, id, name, area, decision, is_decided, is_contested)| view! {
+                <li>
+                    <button
+                        class="finding" type="button" data-testid=format!("finding-{}", i + 1)
+                        aria-pressed=move || (selected.get() == Some(id)).to_string()
+                        on:click=move |_| ui.send_feature(ReviewEvent::Select((selected.get_untracked() != Some(id)).then_some(id)))
+                    >
+                        <span class="entry-number">{i + 1}</span>
+                        <span class="finding-name">{name.clone()} " " <small>{area}</small></span>
+                        {match (is_contested, decision) {
+                            (true, _) => view! { <span class="decision" data-decision="person">"contested"</span> }.into_any(),
+                            (false, Some(decision)) => view! { <Badge decision/> }.into_any(),
+                            (false, None) => ().into_any(),
+                        }}
+                        {is_decided.then(|| view! { <span class="visually-hidden">"decided by a person"</span> })}
+                    </button>
+                </li>
+            }).collect_view()}
+        </ol>
+    }
+}
+
+/// The figures of the chosen finding, and the criteria that are about it.
+#[component]
+fn Chosen(ui: Ui) -> impl IntoView {
+    let chosen = ui.part(|s| {
+        let review = &s.features.review;
+        review.chosen().map(|(place, finding)| {
+            let lines = review.case.lines_of(finding.id).map(|line| (line.decision, line.reason.clone()));
+            (place, words::finding(finding), words::figures(finding), lines.collect::<Vec<_>>())
+        })
+    });
+    view! {
+        {move || chosen.get().map(|(place, name, figures, lines)| view! {
+            <div class="finding-detail" data-testid="finding-detail" aria-live="polite">
+                <h3>{format!("{} · {name}", place + 1)}</h3>
+                <dl class="card-figures">
+                    {figures.into_iter().map(|(name, value)| view! { <div><dt>{name}</dt><dd>{value}</dd></div> }).collect_view()}
+                </dl>
+                <ul class="criteria">
+                    {lines.into_iter().map(|(decision, reason)| view! { <li><Badge decision/> " " {reason}</li> }).collect_view()}
+                </ul>
+            </div>
+        })}
+    }
+}
+
+/// The decisions by one key each.
+#[component]
+fn Rulings(ui: Ui) -> impl IntoView {
+    let may = ui.part(|s| s.account.as_ref().is_some_and(|account| account.role >= Role::Reviewer));
+    let is_open = ui.part(|s| s.features.review.is_open());
+    let about = ui.part(|s| match s.features.review.chosen() {
+        Some((place, _)) => format!("Decide about finding {}", place + 1),
+        None => "Decide about the part".to_owned(),
+    });
+    let ruling = ui.part(|s| s.features.review.draft.as_ref().map(|draft| draft.ruling));
+    view! {
+        <Show when=move || is_open.get() && may.get()>
+            <h3 class="ruling-title" data-testid="ruling-title">{move || about.get()}</h3>
+            <div class="buttons">
+                {Ruling::ALL.into_iter().map(|option| view! {
+                    <button
+                        class="button" type="button" data-testid=format!("ruling-{}", option.key())
+                        title=format!("{} ({})", option.label(), option.shortcut())
+                        aria-pressed=move || (ruling.get() == Some(option)).to_string()
+                        on:click=move |_| ui.send_feature(ReviewEvent::Draft(option))
+                    >
+                        {option.label()}
+                    </button>
+                }).collect_view()}
+            </div>
+        </Show>
+        <Show when=move || is_open.get() && !may.get()>
+            <p class="empty">"Your role reads findings and does not decide about them."</p>
+        </Show>
+    }
+}
+
+/// Reason and name of a decision. Enter sends it, Escape gives it up.
+#[component]
+fn DraftForm(ui: Ui) -> impl IntoView {
+    let draft = ui.part(|s| s.features.review.draft.clone());
+    move || {
+        draft.get().map(|draft| {
+            let account = ui.read(|s| s.account.clone());
+            let is_known = account.as_ref().is_some_and(|account| account.login);
+            let name = match account {
+                Some(account) if account.login => account.name,
+                _ => ui.read(|s| s.features.review.person.clone()),
+            };
+            let (person, reason) = (RwSignal::new(name), RwSignal::new(String::new()));
+            let field = NodeRef::<leptos::html::Input>::new();
+            Effect::new(move |_| {
+                if let Some(field) = field.get() {
+                    // Fails only where the element is not in the page.
+                    let _ = field.focus();
+                }
+            });
+            let is_whole = move || !person.get().trim().is_empty() && !reason.get().trim().is_empty();
+            let (label, about) = (draft.ruling.label(), about(ui, &draft.subject));
+            let decide = move |event: web_sys::SubmitEvent| {
+                event.prevent_default();
+                if !is_whole() {
+                    return;
+                }
+                if !is_known {
+                    ui.send_feature(ReviewEvent::Person(person.get_untracked()));
+                }
+                let unsent = ui.read(|s| {
+                    let case = &s.features.review.case;
+                    let review = draft.review(new_name(), case, &person.get_untracked(), &reason.get_untracked());
+                    Unsent { inspection: case.inspection.clone(), review }
+                });
+                ui.send_feature(ReviewEvent::Decided(Box::new(unsent)));
+                if ui.read(|s| s.features.review.selected.is_some()) {
+                    ui.send_feature(ReviewEvent::Step(1));
+                }
+            };
+            view! {
+                <form class="draft" data-testid="draft" on:submit=decide aria-label=format!("{label}: {about}")>
+                    <label>
+                        <span>{format!("{label} {about}, because")}</span>
+                        <input
+                            type="text" data-testid="draft-reason" maxlength="2000" autocomplete="off" node_ref=field
+                            on:input=move |event| reason.set(event_target_value(&event))
+                        />
+                    </label>
+                    <label>
+                        <span>"Your name"</span>
+                        <input
+                            type="text" data-testid="draft-person" maxlength="200" autocomplete="name" prop:readonly=is_known
+                            prop:value=move || person.get() on:input=move |event| person.set(event_target_value(&event))
+                        />
+                    </label>
+                    <div class="row-actions">
+                        <button class="button" type="submit" data-testid="draft-send" prop:disabled=move || !is_whole()>"Sign"</button>
+                        <button class="text-button" type="button" on:click=move |_| ui.send_feature(ReviewEvent::Discard)>"Cancel"</button>
+                    </div>
+                </form>
+            }
+        })
+    }
+}
+
+/// What a decision is about, in words.
+fn about(ui: Ui, subject: &Subject) -> String {
+    match subject {
+        Subject::Finding { finding } => ui.read(|s| match s.features.review.case.finding(*finding) {
+            Some((place, _)) => format!("finding {}", place + 1),
+            None => "the finding".to_owned(),
+        }),
+        Subject::Component { component } => component.clone(),
+        Subject::Part => "the part".to_owned(),
+    }
+}
+
+/// A name that no other review has.
+fn new_name() -> ReviewId {
+    let mut bytes = [0; 16];
+    let filled = web_sys::window().and_then(|window| window.crypto().ok());
+    let is_random = filled.is_some_and(|crypto| crypto.get_random_values_with_u8_array(&mut bytes).is_ok());
+    if !is_random {
+        // A page without a source of randomness, which no browser of today is.
+        bytes = std::array::from_fn(|_| (js_sys::Math::random() * 256.0) as u8);
+    }
+    ReviewId(Builder::from_random_bytes(bytes).into_uuid())
+}

@@ -1,0 +1,78 @@
+//! The agent's REST interface, from the page: JSON in and out. Commands carry the header by which the agent tells what its own pages
+//! ask from what others make a browser send.
+
+use serde::Deserialize;
+use serde::de::DeserializeOwned;
+use wasm_bindgen::prelude::*;
+use wasm_bindgen_futures::JsFuture;
+use web_sys::{Request, RequestInit, Response};
+
+/// Why there is no answer.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) enum ApiError {
+    /// The agent did not answer, or not in time: the same may be asked again.
+    Unreachable,
+    /// The agent refused, and would again.
+    Refused {
+        /// HTTP status.
+        status: u16,
+        /// Why, for people.
+        reason: String,
+    },
+}
+
+/// An error as the agent says it (RFC 9457).
+#[derive(Deserialize)]
+struct Problem {
+    detail: String,
+}
+
+/// Asks for what is at `path` of the page's own agent.
+///
+/// # Errors
+/// [`ApiError`].
+pub(crate) async fn get<T: DeserializeOwned>(path: &str) -> Result<T, ApiError> {
+    let options = RequestInit::new();
+    options.set_method("GET");
+    answer(path, &options).await
+}
+
+/// Sends `body` (JSON) to `path`.
+///
+/// # Errors
+/// [`ApiError`].
+pub(crate) async fn post<T: DeserializeOwned>(path: &str, body: &str) -> Result<T, ApiError> {
+    let options = RequestInit::new();
+    options.set_method("POST");
+    options.set_body(&body.into());
+    answer(path, &options).await
+}
+
+async fn answer<T: DeserializeOwned>(path: &str, options: &RequestInit) -> Result<T, ApiError> {
+    let (status, text) = text(path, options).await.map_err(|_| ApiError::Unreachable)?;
+    match status {
+        200..=299 => serde_json::from_str(&text).map_err(|error| {
+            let reason = format!("the agent's answer is not understood: {error}");
+            ApiError::Refused { status, reason }
+        }),
+        // It is busy, or starts: later it may not be.
+        429 | 502..=504 => Err(ApiError::Unreachable),
+        _ => {
+            let said = serde_json::from_str::<Problem>(&text).map(|problem| problem.detail);
+            let reason = said.unwrap_or_else(|_| format!("the agent answered {status}"));
+            Err(ApiError::Refused { status, reason })
+        }
+    }
+}
+
+/// Status and text of an answer.
+async fn text(path: &str, options: &RequestInit) -> Result<(u16, String), JsValue> {
+    let request = Request::new_with_str_and_init(path, options)?;
+    request.headers().set("accept", "application/json")?;
+    request.headers().set("content-type", "application/json")?;
+    request.headers().set("x-semascan-request", "1")?;
+    let window = web_sys::window().ok_or("the page has no window")?;
+    let response: Response = JsFuture::from(window.fetch_with_request(&request)).await?.dyn_into()?;
+    let text = JsFuture::from(response.text()?).await?;
+    Ok((response.status(), text.as_string().unwrap_or_default()))
+}

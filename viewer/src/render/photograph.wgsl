@@ -1,0 +1,16 @@
+// A photograph on the surface. What the camera did not see is left as it is: outside of its picture, facing away, or behind
+// other surface, which is known from the distances of the mesh as that camera sees it.
+
+struct Photograph {
+    // From the table frame to the camera's: x right, y down, z forward.
+    camera_from_table: mat4x4<f32>,
+    // Focal lengths and principal point, pixels.
+    camera: vec4<f32>,
+    // Columns and rows of the camera's picture; strength, 0: no photograph; metres that a surface may lie behind another's distance.
+    size: vec4<f32>,
+}
+
+// Pixel of a place in the camera's frame.
+fn camera_pixel(photograph: Photograph, place: vec3<f32>) -> vec2<f32> {
+    return photograph.camera.xy * place.xy / place.z + photograph.camera.zw;
+}
