@@ -2,6 +2,7 @@
 // camera saw and nothing else.
 
 import assert from 'node:assert/strict';
+import { readFile } from 'node:fs/promises';
 import { createRequire } from 'node:module';
 import { after, before, it } from 'node:test';
 import { LIMIT, onEveryBackend } from './support/session.mjs';
@@ -114,15 +115,15 @@ onEveryBackend(
       assert.ok(seen > 0.02, `from the camera ${(100 * seen).toFixed(2)} % of the picture is the photograph`);
       // Component colours are full, the cell's metal is grey.
       assert.ok(full.coloured() < 0.7 * none.coloured(), `${full.coloured()} coloured pixels of ${none.coloured()}`);
-      // From behind nothing of it is seen.
+      // From behind only what both sides see of it: the top.
       const box = await viewer.canvas.boundingBox();
       const half = box.height;
-      await page.mouse.move(box.x + 20, box.y + box.height / 2);
+      await page.mouse.move(box.x + 120, box.y + box.height - 30);
       await page.mouse.down();
-      await page.mouse.move(box.x + 20 + half, box.y + box.height / 2, { steps: 6 });
+      await page.mouse.move(box.x + 120 + half, box.y + box.height - 30, { steps: 6 });
       await page.mouse.up();
       const behind = (await strength(1)).difference(await strength(0));
-      assert.ok(behind < 0.25 * seen, `from behind ${(100 * behind).toFixed(2)} % of the picture changes, from the camera ${(100 * seen).toFixed(2)} %`);
+      assert.ok(behind < 0.4 * seen, `from behind ${(100 * behind).toFixed(2)} % of the picture changes, from the camera ${(100 * seen).toFixed(2)} %`);
       await page.getByTestId('evidence-close').click();
       await page.getByTestId('evidence-open').waitFor();
     });
@@ -130,7 +131,7 @@ onEveryBackend(
     it('is reached by keyboard, and names what it shows', LIMIT, async () => {
       await page.keyboard.press('e');
       await card.waitFor();
-      await page.addScriptTag({ path: AXE });
+      await page.evaluate(await readFile(AXE, 'utf8'));
       const { violations } = await page.evaluate(() => globalThis.axe.run({ include: [['[data-testid=evidence]']] }, { runOnly: ['wcag2a', 'wcag2aa'] }));
       assert.deepEqual(violations.map((v) => `${v.id}: ${v.help}`), []);
       await page.getByTestId('evidence-close').focus();

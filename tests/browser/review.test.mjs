@@ -1,6 +1,7 @@
 // Findings and decisions: by keyboard alone, seen by everybody who looks, and never lost on the way to the agent.
 
 import assert from 'node:assert/strict';
+import { readFile } from 'node:fs/promises';
 import { createRequire } from 'node:module';
 import { after, before, it } from 'node:test';
 import { LIMIT, onEveryBackend } from './support/session.mjs';
@@ -141,7 +142,7 @@ onEveryBackend(
       await page.getByTestId('finding-1').click();
       await page.getByTestId('ruling-accept').click();
       await page.getByTestId('draft').waitFor();
-      await page.addScriptTag({ path: AXE });
+      await page.evaluate(await readFile(AXE, 'utf8'));
       const { violations } = await page.evaluate(() => globalThis.axe.run({ include: [['[data-testid=review]']] }, { runOnly: ['wcag2a', 'wcag2aa'] }));
       assert.deepEqual(violations.map((v) => `${v.id}: ${v.nodes.map((n) => n.target).join(' ')}`), []);
       await page.keyboard.press('Escape');

@@ -40,6 +40,11 @@
 //! | `[data-testid=inspect-pin]`, `inspect-close` | its buttons |
 //! | `[data-testid=picked-ring]`, `hover`, `label-<n>` | at the picked point, where the mouse rests, a pinned label; `data-behind`, of labels `data-occluded` |
 //! | `[data-testid=labels]`, `label-entry-<n>`, `labels-remove-all` | the list of the labels |
+//! | `[data-testid=evidence-open]`, `evidence`, `evidence-close` | the offer of photographs, their card, its button |
+//! | `[data-testid=evidence-picture]` | the photograph; `data-view`, `data-u`, `data-v` (the pixel), `data-full` = `true`, `false` once its pixels are there |
+//! | `[data-testid=evidence-near]`, `evidence-whole`, `evidence-look`, `evidence-view`, `evidence-project`, `evidence-strength` | its controls |
+//! | `[data-testid=review]`, `verdict`, `finding-<n>`, `finding-detail` | the findings; `data-unsent`; what counts; the rows; the chosen one |
+//! | `[data-testid=ruling-<accept, rework, reject, comment>]`, `ruling-title`, `draft`, `draft-reason`, `draft-person`, `draft-send`, `unsent` | deciding |
 //! | `[data-testid=measure]`, `measure-prompt` | the panel; `data-kind` = `none`, `distance`, `angle`; what to pick next |
 //! | `[data-testid=measure-distance]`, `measure-angle`, `measure-unit-<mm, inch>` | toggle buttons; radios |
 //! | `[data-testid=measurement-<n>]`, `measure-label-<n>` | a measurement: `data-mm` or `data-degrees`, `data-uncertainty` (k = 2); its figure in the view |
