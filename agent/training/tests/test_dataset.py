@@ -2,6 +2,7 @@
 
 import json
 import shutil
+import threading
 
 import cv2
 import numpy as np
@@ -10,6 +11,7 @@ from conftest import CLASSES, VIEWS, draw_view, write_recipe, write_set
 
 from semascan_training.augment import View, augment, draw_motion, move
 from semascan_training.dataset import composition, open_samples, split_by_part
+from semascan_training.dataset.cache import cached
 from semascan_training.dataset.samples import IGNORE
 from semascan_training.dataset.synth import window_around
 from semascan_training.errors import TrainingError
@@ -27,6 +29,30 @@ def test_the_synth_layout_is_read(tmp_path, data):
     assert np.array_equal(samples.instances[0] > 0, labels > 0)
     defect = read_recipe(write_recipe(tmp_path / "d.toml", "u-net", "defect", ["red", "green", "blue"]))
     assert open_samples(data, defect).classes == ["none", "corrosion", "wear"]
+
+
+def test_of_trainings_that_begin_together_one_decodes(tmp_path):
+    begun, may_end, fills = threading.Event(), threading.Event(), []
+
+    def fill(arrays):
+        fills.append(None)
+        begun.set()
+        may_end.wait()
+        arrays["numbers"][:] = 7
+
+    def read():
+        read_by.append(cached(tmp_path, {"set": 1}, {"numbers": ((3,), "u1")}, fill)["numbers"].tolist())
+
+    read_by = []
+    first, second = threading.Thread(target=read), threading.Thread(target=read)
+    first.start()
+    begun.wait()
+    second.start()
+    second.join(0.2)  # without a lock it decodes, too
+    may_end.set()
+    first.join()
+    second.join()
+    assert (read_by, len(fills)) == ([[7, 7, 7]] * 2, 1)
 
 
 def test_pixels_of_which_nothing_is_known_are_read_where_the_set_says_so(tmp_path):
