@@ -29,6 +29,9 @@ pub(crate) struct Options {
     /// Run the browser tests only, or those whose file name contains NAME
     #[arg(long, value_name = "NAME", num_args = 0..=1, default_missing_value = "", conflicts_with = "no_browser")]
     browser: Option<String>,
+    /// Build with the features that are off by default too (PDF, sign-in by a provider, tract) and run their tests: some 500 crates more
+    #[arg(long)]
+    all_features: bool,
     /// Fail unless the environment variable SEMASCAN_DATA names the folder of real captures
     #[arg(long)]
     require_data: bool,
@@ -54,7 +57,7 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     if options.browser.is_some() {
         steps.skip("rust tests", "--browser");
     } else if built {
-        steps.run("rust tests", |tally| test_rust(&workspace, &variables, tally))?;
+        steps.run("rust tests", |tally| test_rust(options, &workspace, &variables, tally))?;
     } else {
         steps.skip("rust tests", "the build failed");
     }
@@ -106,13 +109,21 @@ fn build(options: &Options, workspace: &Workspace, variables: &Variables) -> Res
         Some(_) => &["build", "--workspace", "--bin", "semascan", "--example", ENDLESS_STREAM],
         None => &["test", "--workspace", "--no-run"],
     };
-    run_command(cargo().current_dir(&workspace.root).args(what).envs(variables.iter().cloned()))
+    let mut build = cargo();
+    build.current_dir(&workspace.root).args(what).args(features(options));
+    run_command(build.envs(variables.iter().cloned()))
+}
+
+/// What cargo is told of features; the build and the tests must be told the same.
+fn features(options: &Options) -> Option<&'static str> {
+    options.all_features.then_some("--all-features")
 }
 
 /// Runs the tests of all crates.
-fn test_rust(workspace: &Workspace, variables: &Variables, tally: &mut Tally) -> Result<()> {
+fn test_rust(options: &Options, workspace: &Workspace, variables: &Variables, tally: &mut Tally) -> Result<()> {
     let mut test = cargo();
-    test.current_dir(&workspace.root).args(["test", "--workspace", "--no-fail-fast", "--", "--show-output"]);
+    test.current_dir(&workspace.root).args(["test", "--workspace", "--no-fail-fast"]).args(features(options));
+    test.args(["--", "--show-output"]);
     let mut output = CargoTest::default();
     run_reading(test.envs(variables.iter().cloned()), |line| output.read(line, tally))
 }

@@ -7,6 +7,7 @@
 //! | `figure.rs` | figures with their uncertainty, as they are printed |
 //! | `described.rs` | findings, lines of verdicts and stages in words |
 //! | `html/` | `report.html` |
+//! | `pdf/` | the same as a PDF file, with the feature `pdf` |
 //! | `carried.rs` | photographs that an earlier report of the same model holds |
 //! | `characteristics.rs` | what quality systems call characteristics: name, unit, value, limit |
 //! | `tables.rs` | tables of findings and components (RFC 4180) |
@@ -25,6 +26,8 @@ mod fixtures;
 #[cfg(test)]
 mod foreign;
 mod html;
+#[cfg(feature = "pdf")]
+mod pdf;
 mod photograph;
 mod pictures;
 mod qif;
@@ -33,6 +36,8 @@ mod tables;
 pub use carried::carried_photographs;
 pub use dfq::dfq;
 pub use html::html;
+#[cfg(feature = "pdf")]
+pub use pdf::pdf;
 pub use photograph::{Photograph, ProjectedOutline, ViewPicture, photograph};
 pub use pictures::{FIXED_VIEWS, FindingPicture, ModelPicture, Pictures};
 pub use qif::qif;
@@ -62,6 +67,10 @@ pub enum ReportError {
     /// XML could not be written.
     #[error("QIF: {0}")]
     Xml(#[from] std::io::Error),
+    /// A report could not be typeset.
+    #[cfg(feature = "pdf")]
+    #[error("PDF: {0}")]
+    Pdf(String),
     /// There is nothing that the format could hold.
     #[error("{format}: {reason}")]
     Nothing {

@@ -14,6 +14,9 @@ use std::path::{Path, PathBuf};
 enum Format {
     /// One file for people with pictures of everything: report.html
     Html,
+    /// The same for archives (PDF/A-2b): report.pdf
+    #[cfg(feature = "pdf")]
+    Pdf,
     /// Tables for spreadsheets: findings.csv and components.csv
     Csv,
     /// The Q-DAS ASCII transfer format, for statistical process control: report.dfq
@@ -47,6 +50,13 @@ impl ReportArgs {
                 let path = self.path("report.html");
                 check_place(&path)?;
                 report_html::put(&self.folder, &path, &record)
+            }
+            #[cfg(feature = "pdf")]
+            Format::Pdf => {
+                let path = self.path("report.pdf");
+                check_place(&path)?;
+                let made = report_html::pdf_of_folder(&self.folder, record, jiff::Timestamp::now())?;
+                write(&path, &made)
             }
             Format::Csv => self.write_tables(&report_html::record_with_drawn(&self.folder, record)?),
             Format::Dfq => {

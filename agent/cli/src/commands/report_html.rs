@@ -1,4 +1,4 @@
-//! `report.html` put together: the record, pictures drawn of the mesh, and photographs out of the views that the model was made
+//! The report put together: the record, pictures drawn of the mesh, and photographs out of the views that the model was made
 //! of, of an earlier report of the same model, of a capture, or of the source.
 
 use super::Failure;
@@ -48,7 +48,8 @@ pub(super) fn of_inspected(
     if holes && photographs.missing.is_none() {
         photographs.missing = Some("pixels without depth are black, they were not kept".into());
     }
-    written(record, mesh, taxonomy, &photographs, None)
+    let pictures = drawn(mesh, taxonomy, record);
+    html(&Report { record, taxonomy, pictures: &pictures, photographs: &photographs, reviewed: None })
 }
 
 /// The report of the inspection in `folder`, with what people decided about it where that is kept.
@@ -60,6 +61,31 @@ pub(super) fn of_folder(
     record: &InspectionRecord,
     reviewed: Option<&Reviewed>,
 ) -> Result<String, Failure> {
+    with_report(folder, record, reviewed, html)
+}
+
+/// The same as a PDF file, made at `made`.
+///
+/// # Errors
+/// [`Failure`] naming the file that cannot be read.
+#[cfg(feature = "pdf")]
+pub(super) fn pdf_of_folder(
+    folder: &Path,
+    record: InspectionRecord,
+    made: jiff::Timestamp,
+) -> Result<Vec<u8>, Failure> {
+    let reviewed = reviewed_in(folder, &record)?;
+    let pdf = with_report(folder, &record, reviewed.as_ref(), |report| semascan_reports::pdf(report, made))?;
+    pdf.map_err(|error| Failure::Work(error.into()))
+}
+
+/// Calls `written` with the report of the inspection in `folder`.
+fn with_report<T>(
+    folder: &Path,
+    record: &InspectionRecord,
+    reviewed: Option<&Reviewed>,
+    written: impl FnOnce(&Report<'_>) -> T,
+) -> Result<T, Failure> {
     let with_drawn = reviewed.map(|reviewed| with_drawn(record, &reviewed.state));
     let record = with_drawn.as_ref().unwrap_or(record);
     let (mesh, taxonomy) = if record.points > 0 {
@@ -67,7 +93,10 @@ pub(super) fn of_folder(
     } else {
         (SemanticMesh::default(), Taxonomy::from_names::<&str>(&[], &[]))
     };
-    Ok(written(record, &mesh, &taxonomy, &photographs(folder, record), reviewed))
+    let pictures = drawn(&mesh, &taxonomy, record);
+    let photographs = photographs(folder, record);
+    let report = Report { record, taxonomy: &taxonomy, pictures: &pictures, photographs: &photographs, reviewed };
+    Ok(written(&report))
 }
 
 /// Writes the report in `folder` anew, if one stands there.
@@ -97,15 +126,8 @@ pub(super) fn put(folder: &Path, path: &Path, record: &InspectionRecord) -> Resu
     Ok(write_file(path, |out| Ok(out.write_all(text.as_bytes())?))?)
 }
 
-fn written(
-    record: &InspectionRecord,
-    mesh: &SemanticMesh,
-    taxonomy: &Taxonomy,
-    photographs: &Photographs,
-    reviewed: Option<&Reviewed>,
-) -> String {
-    let pictures = Pictures::draw(mesh, taxonomy, record.voxel.unwrap_or(0.0), findings(record), &pictured(record));
-    html(&Report { record, taxonomy, pictures: &pictures, photographs, reviewed })
+fn drawn(mesh: &SemanticMesh, taxonomy: &Taxonomy, record: &InspectionRecord) -> Pictures {
+    Pictures::draw(mesh, taxonomy, record.voxel.unwrap_or(0.0), findings(record), &pictured(record))
 }
 
 /// The mesh in an inspection's folder and its classes; empty where the inspection has none.

@@ -310,7 +310,7 @@ fn budget(budget: &AreaBudget, area: Quantity) -> Markup {
                         th { (name) }
                         td.bar {
                             @if let Some(part) = part.filter(|part| *part > 0.0 && largest > 0.0) {
-                                svg viewBox="0 0 100 8" preserveAspectRatio="none" aria-hidden="true" {
+                                svg.bar viewBox="0 0 100 8" preserveAspectRatio="none" aria-hidden="true" {
                                     rect width=(format!("{:.1}", 100.0 * part / largest)) height="8" {}
                                 }
                             }

@@ -4,6 +4,7 @@
 //! | file | what |
 //! |---|---|
 //! | `style.css` | how it looks on screens and on paper |
+//! | `drawings.css` | how its drawings look |
 //! | `summary.rs` | what was inspected and what follows |
 //! | `verdict.rs` | every criterion with its reason |
 //! | `model.rs` | pictures of the model, tables of components and defects |
@@ -33,7 +34,7 @@ use base64::engine::general_purpose::STANDARD;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 /// How it looks.
-const STYLE: &str = include_str!("style.css");
+const STYLE: &str = concat!(include_str!("style.css"), include_str!("drawings.css"));
 
 /// What a browser may load: pictures and styles that are in the file, and nothing else.
 const POLICY: &str = "default-src 'none'; img-src data:; style-src 'unsafe-inline'";
