@@ -14,6 +14,8 @@ use std::path::PathBuf;
 
 /// Folder of the real captures that some tests read.
 const DATA: &str = "SEMASCAN_DATA";
+/// What is tested beyond the features that are on by default: logins at an identity provider.
+const FEATURES: &str = "semascan-cli/oidc";
 /// The example that a browser test passes to a page.
 const ENDLESS_STREAM: &str = "endless_stream";
 
@@ -106,13 +108,23 @@ fn build(options: &Options, workspace: &Workspace, variables: &Variables) -> Res
         Some(_) => &["build", "--workspace", "--bin", "semascan", "--example", ENDLESS_STREAM],
         None => &["test", "--workspace", "--no-run"],
     };
-    run_command(cargo().current_dir(&workspace.root).args(what).envs(variables.iter().cloned()))
+    run_command(
+        cargo().current_dir(&workspace.root).args(what).args(["--features", FEATURES]).envs(variables.iter().cloned()),
+    )
 }
 
 /// Runs the tests of all crates.
 fn test_rust(workspace: &Workspace, variables: &Variables, tally: &mut Tally) -> Result<()> {
     let mut test = cargo();
-    test.current_dir(&workspace.root).args(["test", "--workspace", "--no-fail-fast", "--", "--show-output"]);
+    test.current_dir(&workspace.root).args([
+        "test",
+        "--workspace",
+        "--features",
+        FEATURES,
+        "--no-fail-fast",
+        "--",
+        "--show-output",
+    ]);
     let mut output = CargoTest::default();
     run_reading(test.envs(variables.iter().cloned()), |line| output.read(line, tally))
 }
