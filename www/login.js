@@ -1,4 +1,5 @@
-// Logs in and out. After a login the page goes back to where it was asked for: to a page of this agent and nowhere else.
+// Logs in, with a password or at the identity provider where there is one, and out. After a login the page goes back to where it
+// was asked for: to a page of this agent and nowhere else.
 (() => {
   "use strict";
 
@@ -52,6 +53,25 @@
     }
   });
 
+  // The provider sends the browser back to the agent, which sends it on to the path that is named here.
+  element("provider").addEventListener("click", async () => {
+    element("provider").disabled = true;
+    say("");
+    try {
+      const there = new URL(destination(), location.href);
+      const body = JSON.stringify({ next: there.pathname + there.search + there.hash });
+      const answer = await fetch("api/v1/oidc", { method: "POST", headers: HEADERS, body, cache: "no-store" });
+      if (answer.ok) {
+        location.assign((await answer.json()).location);
+        return;
+      }
+      say(await reason(answer));
+    } catch {
+      say("The agent cannot be reached");
+    }
+    element("provider").disabled = false;
+  });
+
   element("logout").addEventListener("click", async () => {
     try {
       const answer = await fetch("api/v1/logout", { method: "POST", headers: HEADERS, body: "{}", cache: "no-store" });
@@ -63,12 +83,23 @@
     }
   });
 
+  // Whether people log in at an identity provider, too.
+  fetch("api/v1/login", { cache: "no-store" })
+    .then(async (answer) => {
+      const { provider } = answer.ok ? await answer.json() : {};
+      if (!provider) return;
+      element("provider").textContent = `Sign in with ${provider}`;
+      element("elsewhere").hidden = !element("known").hidden;
+    })
+    .catch(() => say("The agent cannot be reached"));
+
   // Who is logged in already sees that.
   fetch("api/v1/me", { cache: "no-store" })
     .then(async (answer) => {
       if (!answer.ok) return;
       const me = await answer.json();
       element("login").hidden = true;
+      element("elsewhere").hidden = true;
       element("known").hidden = false;
       element("logout").hidden = !me.login;
       element("who").textContent = me.login ? `Logged in as ${me.name} (${me.role}).` : "This agent asks nobody to log in.";

@@ -58,6 +58,7 @@ impl Secured {
             created: now,
             password_set: now,
             removed: None,
+            identity: None,
         };
         ensure!(accounts.add_user(&anna, &Actor::Agent)?);
         let files = own_certificate(&root.path().join("tls"), &[], &[])?;
@@ -65,7 +66,7 @@ impl Secured {
         let served = Served::start_as(ServerConfig {
             address: SocketAddr::from((Ipv4Addr::LOCALHOST, 0)),
             access: AccessRule::default(),
-            entry: Entry::Accounts(accounts.clone()),
+            entry: Entry::Accounts { accounts: accounts.clone(), provider: None },
             tls: Some(Arc::clone(&tls)),
             files: WebFiles::Embedded(|_| None),
             limits,

@@ -14,6 +14,8 @@ use std::path::PathBuf;
 
 /// Folder of the real captures that some tests read.
 const DATA: &str = "SEMASCAN_DATA";
+/// What is tested beyond the features that are on by default: logins at an identity provider.
+const FEATURES: &str = "semascan-cli/oidc";
 /// The example that a browser test passes to a page.
 const ENDLESS_STREAM: &str = "endless_stream";
 
@@ -29,7 +31,7 @@ pub(crate) struct Options {
     /// Run the browser tests only, or those whose file name contains NAME
     #[arg(long, value_name = "NAME", num_args = 0..=1, default_missing_value = "", conflicts_with = "no_browser")]
     browser: Option<String>,
-    /// Build with the features that are off by default too (PDF, sign-in by a provider, tract) and run their tests: some 500 crates more
+    /// Build with every feature (PDF, tract) and run its tests, too: some 500 crates more
     #[arg(long)]
     all_features: bool,
     /// Fail unless the environment variable SEMASCAN_DATA names the folder of real captures
@@ -115,8 +117,8 @@ fn build(options: &Options, workspace: &Workspace, variables: &Variables) -> Res
 }
 
 /// What cargo is told of features; the build and the tests must be told the same.
-fn features(options: &Options) -> Option<&'static str> {
-    options.all_features.then_some("--all-features")
+fn features(options: &Options) -> &'static [&'static str] {
+    if options.all_features { &["--all-features"] } else { &["--features", FEATURES] }
 }
 
 /// Runs the tests of all crates.

@@ -42,16 +42,18 @@ pub(super) enum Kind {
     ConnectionFailed,
     LoggedIn,
     LoginRefused,
+    ProviderFailed,
 }
 
 impl Kind {
     /// Those that say that something was refused.
-    pub(super) const REFUSALS: [Self; 5] = [
+    pub(super) const REFUSALS: [Self; 6] = [
         Self::ViewerRefused,
         Self::RequestRefused,
         Self::ConnectionRefused,
         Self::ConnectionFailed,
         Self::LoginRefused,
+        Self::ProviderFailed,
     ];
 
     /// What is counted, for people.
@@ -65,6 +67,7 @@ impl Kind {
             Self::ConnectionFailed => "connections that could not be taken",
             Self::LoggedIn => "logins and logouts",
             Self::LoginRefused => "logins refused",
+            Self::ProviderFailed => "logins that the identity provider did not answer",
         }
     }
 }

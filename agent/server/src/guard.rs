@@ -102,7 +102,7 @@ impl AccessRule {
         )
     }
 
-    fn is_own(&self, name: &str) -> bool {
+    pub(super) fn is_own(&self, name: &str) -> bool {
         let bare = name.trim_start_matches('[').trim_end_matches(']');
         bare.eq_ignore_ascii_case("localhost")
             || bare.parse::<IpAddr>().is_ok()
@@ -121,7 +121,7 @@ fn text(headers: &HeaderMap, name: header::HeaderName) -> Option<&str> {
 }
 
 /// `host` without its port.
-fn host_name(host: &str) -> &str {
+pub(super) fn host_name(host: &str) -> &str {
     let after_bracket = host.rfind(']').map_or(0, |i| i + 1);
     host[after_bracket..].find(':').map_or(host, |i| &host[..after_bracket + i])
 }
@@ -133,8 +133,15 @@ fn is_name(host: &str) -> bool {
     !bare.eq_ignore_ascii_case("localhost") && bare.parse::<IpAddr>().is_err()
 }
 
+/// Whether nobody but this machine reaches `host`.
+pub(super) fn is_loopback(host: &str) -> bool {
+    let bare = host.trim_start_matches('[').trim_end_matches(']');
+    bare.eq_ignore_ascii_case("localhost")
+        || bare.parse::<IpAddr>().is_ok_and(|address| address.to_canonical().is_loopback())
+}
+
 /// Whether `text` is a host with or without a port: letters, digits and the marks of names and addresses.
-fn is_authority(text: &str) -> bool {
+pub(super) fn is_authority(text: &str) -> bool {
     let port = &text[host_name(text).len()..];
     let plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '.' | '-' | '_' | ':' | '[' | ']');
     !host_name(text).is_empty()

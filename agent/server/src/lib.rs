@@ -16,6 +16,8 @@ mod live;
 mod live_stream;
 mod messages;
 mod metrics;
+#[cfg(feature = "oidc")]
+mod oidc;
 mod past;
 mod plain_answer;
 mod replay;
@@ -28,11 +30,16 @@ mod transport;
 mod web;
 mod wire;
 
-pub use access::{Entry, Identity, OpenError, PasswordError, RandomError, Secret, hash_password};
+pub use access::{
+    Challenge, Entry, Identity, IdentityProvider, OpenError, PasswordError, Person, Provider, ProviderAnswer,
+    ProviderError, ProviderSettingError, PublicAddress, RandomError, Secret, hash_password,
+};
 pub use guard::AccessRule;
 pub use limits::{LimitError, Limits};
 pub use live::{LiveModel, StreamTotals};
 pub use live_stream::LiveStream;
+#[cfg(feature = "oidc")]
+pub use oidc::{Oidc, OidcError, OidcSettings};
 pub use past::Past;
 pub use saved::{SavedError, publish_saved};
 pub use server::{ServeError, Server, ServerConfig};

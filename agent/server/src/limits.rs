@@ -49,6 +49,8 @@ pub struct Limits {
     pub session_idle_s: f64,
     /// Time after which a session ends in any case.
     pub session_s: f64,
+    /// Time that a login at an identity provider may take, from the page that begins it until the browser is back.
+    pub sign_in_s: f64,
     /// Time without any progress after which a running inspection counts as dead in `/healthz`.
     pub stall_s: f64,
 }
@@ -70,6 +72,7 @@ impl Default for Limits {
             slow_s: 30.0,
             session_idle_s: 3600.0,
             session_s: 43_200.0,
+            sign_in_s: 600.0,
             stall_s: 300.0,
         }
     }
@@ -118,6 +121,7 @@ impl Limits {
             ("slow_s", self.slow_s),
             ("session_idle_s", self.session_idle_s),
             ("session_s", self.session_s),
+            ("sign_in_s", self.sign_in_s),
             ("stall_s", self.stall_s),
         ] {
             if !(SHORTEST..=LONGEST).contains(&time) {

@@ -1,7 +1,7 @@
 //! The server: the viewer's files, the stream at `/ws`, the API below `/api/v1` and the other routes of `access/routes.rs`, over
 //! HTTP or, with a certificate, HTTPS.
 
-use super::access::{Access, Entry, Identity, OpenError, login};
+use super::access::{Access, CALLBACK, Entry, Identity, OpenError, ProviderSettingError, login, sign_in};
 use super::api;
 use super::client;
 use super::client_log::{ClientLog, Excerpt, Kind};
@@ -110,6 +110,9 @@ pub enum ServeError {
     /// Others could reach it who must not, or nobody could.
     #[error(transparent)]
     Open(#[from] OpenError),
+    /// Nobody would come back from the identity provider.
+    #[error(transparent)]
+    Provider(#[from] ProviderSettingError),
     /// The users cannot be read.
     #[error(transparent)]
     Accounts(#[from] PortError),
@@ -237,6 +240,9 @@ impl Server {
         access.check_origins()?;
         files.check()?;
         entry.check(address, tls.is_some())?;
+        if let Entry::Accounts { provider: Some(provider), .. } = &entry {
+            provider.check(&access, tls.is_some())?;
+        }
         let most = most_connections();
         if most < limits.connections {
             tracing::warn!("the limit of open files leaves {most} connections of {}", limits.connections);
@@ -362,7 +368,9 @@ pub(super) fn router(shared: &Shared) -> Router {
         .route("/healthz", get(health))
         .route("/readyz", get(readiness))
         .route("/metrics", get(metrics))
-        .route("/api/v1/login", post(login::log_in))
+        .route("/api/v1/login", get(sign_in::routes::ways).post(login::log_in))
+        .route("/api/v1/oidc", post(sign_in::routes::begin))
+        .route(CALLBACK, get(sign_in::routes::callback))
         .route("/api/v1/logout", post(login::log_out))
         .route("/api/v1/me", get(login::me))
         .merge(api::router())

@@ -48,8 +48,24 @@ pub enum Actor {
         #[cfg_attr(feature = "schema", schemars(with = "String"))]
         address: IpAddr,
     },
+    /// An identity provider that says who somebody is and what that one may do.
+    Provider {
+        /// Its issuer identifier, a URL.
+        issuer: String,
+    },
     /// The agent itself.
     Agent,
+}
+
+/// Whom an identity provider means: never given to anybody else, whatever the person is called (OpenID Connect Core 1.0,
+/// section 2).
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct ProviderIdentity {
+    /// The provider's issuer identifier, a URL.
+    pub issuer: String,
+    /// The provider's own name for the person.
+    pub subject: String,
 }
 
 /// How somebody shows who it is.
@@ -74,6 +90,9 @@ pub enum AccountAction {
         user: String,
         /// What the user may do.
         role: Role,
+        /// Whom it stands for, where an identity provider vouches for the user; absent for a user with a password.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        identity: Option<ProviderIdentity>,
     },
     /// A user has another password.
     PasswordSet {
@@ -170,6 +189,7 @@ impl fmt::Display for Actor {
             Self::User { name, address: Some(address) } => write!(f, "{name} from {address}"),
             Self::User { name, address: None } => f.write_str(name),
             Self::Unknown { address } => write!(f, "somebody from {address}"),
+            Self::Provider { issuer } => write!(f, "the identity provider {issuer}"),
             Self::Agent => f.write_str("the agent"),
         }
     }
@@ -183,7 +203,10 @@ impl fmt::Display for AccountAction {
             count => write!(f, ", {count} sessions ended"),
         };
         match self {
-            Self::UserAdded { user, role } => write!(f, "user {user} added as {role}"),
+            Self::UserAdded { user, role, identity: None } => write!(f, "user {user} added as {role}"),
+            Self::UserAdded { user, role, identity: Some(ProviderIdentity { issuer, subject }) } => {
+                write!(f, "user {user} added as {role}, for {subject} of {issuer}")
+            }
             Self::PasswordSet { user, sessions_ended } => {
                 write!(f, "password of {user} set")?;
                 ended(f, sessions_ended)
@@ -250,6 +273,13 @@ mod tests {
         assert_eq!(serde_json::from_str::<AccountEntry>(&text).expect("its own"), entry);
         assert_eq!(entry.action.to_string(), "login of an unknown user refused: name or password is wrong");
         assert_eq!(entry.by.to_string(), "somebody from 10.0.0.7");
+        let identity = ProviderIdentity { issuer: "https://id.plant".into(), subject: "7f".into() };
+        let added = AccountAction::UserAdded { user: "otto".into(), role: Role::Viewer, identity: None };
+        let text = serde_json::to_string(&added).expect("plain data");
+        assert_eq!(text, r#"{"type":"user_added","user":"otto","role":"viewer"}"#, "as before there were providers");
+        let added =
+            AccountAction::UserAdded { user: "anna (Plant)".into(), role: Role::Viewer, identity: Some(identity) };
+        assert_eq!(added.to_string(), "user anna (Plant) added as viewer, for 7f of https://id.plant");
         let removed = AccountAction::UserRemoved { user: "anna".into(), sessions_ended: 2 };
         assert_eq!(removed.to_string(), "user anna removed, 2 sessions ended");
     }

@@ -7,7 +7,7 @@ use clap::{Args, Subcommand};
 use jiff::{SignedDuration, Timestamp};
 use semascan_inspection::ports::{Accounts, TokenRow, UserRow};
 use semascan_model::Role;
-use semascan_model::account_log::Actor;
+use semascan_model::account_log::{Actor, ProviderIdentity};
 use semascan_server::{Secret, hash_password};
 use semascan_store::data::SqliteAccounts;
 use serde::Serialize;
@@ -66,7 +66,6 @@ enum UserAction {
     /// Give a user another password, which is typed, or the first line of stdin; the user's sessions end
     Password {
         /// The name
-        #[arg(value_parser = name)]
         name: String,
         #[command(flatten)]
         place: In,
@@ -74,7 +73,6 @@ enum UserAction {
     /// Give a user another role
     Role {
         /// The name
-        #[arg(value_parser = name)]
         name: String,
         /// The role: viewer, reviewer, operator, admin
         role: Role,
@@ -84,7 +82,6 @@ enum UserAction {
     /// Remove a user; sessions end, what the user did stays, and nobody else gets the name
     Remove {
         /// The name
-        #[arg(value_parser = name)]
         name: String,
         #[command(flatten)]
         place: In,
@@ -141,6 +138,9 @@ struct User {
     password_set: Timestamp,
     #[serde(skip_serializing_if = "Option::is_none")]
     removed: Option<Timestamp>,
+    /// Whom an identity provider means; absent for a user with a password.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    identity: Option<ProviderIdentity>,
 }
 
 /// A token as the list has it.
@@ -172,22 +172,25 @@ impl UserArgs {
                     return print_json(&serde_json::json!({ "users": users }));
                 }
                 let mut text = String::new();
-                for User { name, role, created, removed, .. } in users {
+                for User { name, role, created, removed, identity, .. } in users {
+                    let from = identity.map_or(String::new(), |identity| format!(", of {}", identity.issuer));
                     let state = removed.map_or(String::new(), |time| format!(", removed {time}"));
-                    let _ = writeln!(text, "{name:<24} {:<10} since {created}{state}", role.name());
+                    let _ = writeln!(text, "{name:<24} {:<10} since {created}{from}{state}", role.name());
                 }
                 print(text.as_bytes())
             }
             UserAction::Password { name, place } => {
                 let accounts = place.open()?;
-                known(&accounts, &name)?;
+                own(&accounts, &name)?;
                 let hash = hash_password(&name, &password::read_new(&name)?).map_err(|e| Failure::Call(e.into()))?;
                 changed(accounts.set_password(&name, &hash, Timestamp::now(), &whoever_calls())?, &name)?;
                 tracing::info!("{name} has another password, and is logged out everywhere");
                 Ok(())
             }
             UserAction::Role { name, role, place } => {
-                changed(place.open()?.set_role(&name, role, Timestamp::now(), &whoever_calls())?, &name)?;
+                let accounts = place.open()?;
+                own(&accounts, &name)?;
+                changed(accounts.set_role(&name, role, Timestamp::now(), &whoever_calls())?, &name)?;
                 tracing::info!("{name} has the role {role}");
                 Ok(())
             }
@@ -253,11 +256,12 @@ impl TokenArgs {
 pub(super) fn add_user(accounts: &dyn Accounts, name: &str, role: Role, password: &str) -> Result<(), Failure> {
     let password = hash_password(name, password).map_err(|error| Failure::Call(error.into()))?;
     let now = Timestamp::now();
-    let row = UserRow { name: name.to_owned(), role, password, created: now, password_set: now, removed: None };
+    let name = name.to_owned();
+    let row = UserRow { name, role, password, created: now, password_set: now, removed: None, identity: None };
     if !accounts.add_user(&row, &whoever_calls())? {
         return Err(taken(&row));
     }
-    tracing::info!("{name} ({role}) is added");
+    tracing::info!("{} ({role}) is added", row.name);
     Ok(())
 }
 
@@ -275,8 +279,15 @@ fn taken(row: &UserRow) -> Failure {
     Failure::Call(anyhow!("{} {was} already: take another name", row.name))
 }
 
-fn known(accounts: &dyn Accounts, name: &str) -> Result<(), Failure> {
-    changed(accounts.user(name)?.is_some_and(|row| row.removed.is_none()), name)
+/// Whether there is a user `name` whose password and role are said here.
+fn own(accounts: &dyn Accounts, name: &str) -> Result<(), Failure> {
+    let row = accounts.user(name)?.filter(|row| row.removed.is_none());
+    match row.as_ref().and_then(|row| row.identity.as_ref()) {
+        Some(ProviderIdentity { issuer, .. }) => Err(Failure::Call(anyhow!(
+            "{name} logs in at {issuer}, which has the password and says the groups that make the role"
+        ))),
+        None => changed(row.is_some(), name),
+    }
 }
 
 fn changed(changed: bool, name: &str) -> Result<(), Failure> {
@@ -295,8 +306,8 @@ pub(super) fn name(text: &str) -> Result<String, String> {
 
 impl From<UserRow> for User {
     fn from(row: UserRow) -> Self {
-        let UserRow { name, role, created, password_set, removed, password: _ } = row;
-        Self { name, role, created, password_set, removed }
+        let UserRow { name, role, created, password_set, removed, identity, password: _ } = row;
+        Self { name, role, created, password_set, removed, identity }
     }
 }
 

@@ -1,6 +1,7 @@
 //! `cell.toml`: what a cell's agent is started with: the section `[serve]`, and an [`InspectionSpec`]. Arguments on the
 //! command line win over it.
 
+use super::oidc::OidcSection;
 use anyhow::{Context, Result, anyhow, bail};
 use semascan_inspection::explain_toml;
 use semascan_inspection::spec::InspectionSpec;
@@ -52,6 +53,8 @@ pub(crate) struct ServeSection {
     pub(crate) anyone_may_watch: bool,
     /// The criteria that inspections are judged by.
     pub(crate) criteria: Option<PathBuf>,
+    /// The identity provider at which people may log in.
+    pub(crate) oidc: OidcSection,
     /// How much of the agent its clients may take.
     pub(crate) limits: Limits,
 }
@@ -96,6 +99,8 @@ mod tests {
         for (wrong, word) in [
             ("[serve]\nlisten_on = \"127.0.0.1:1\"", "listen_on"),
             ("[serve.limits]\nconnection = 1", "connection"),
+            ("[serve.oidc]\nclient_secret = \"hunter2\"", "client_secret"),
+            ("[serve.oidc]\nroles = { quality = \"inspector\" }", "inspector"),
             ("[sorce]\nuri = \"x\"", "sorce"),
             ("[network]\nprovider = \"gpu\"", "gpu"),
             ("[network]\nregions = 1", "regions"),
@@ -135,6 +140,11 @@ mod tests {
         assert_eq!(parse(SAMPLE).expect("can be read"), CellConfig::default());
         let set = parse(&sample_with_every_key()).expect("can be read with every key set");
         assert_eq!(set.serve.limits, Limits::default());
+        let (oidc, default) = (set.serve.oidc, OidcSection::default());
+        assert_eq!(
+            (oidc.scopes, oidc.groups_claim, oidc.answer_s),
+            (default.scopes, default.groups_claim, default.answer_s)
+        );
         let (set, default) = (set.inspection, InspectionSpec::default());
         assert_eq!((&set.outliers, &set.preparation), (&default.outliers, &default.preparation));
         assert_eq!((set.labels, set.masks, set.association), (default.labels, default.masks, default.association));
@@ -155,7 +165,7 @@ mod tests {
                 .fold(&table, |table, name| table[name].as_table().expect("a section"));
             section.keys().cloned().collect()
         };
-        let every: [(&str, &[&str]); 8] = [
+        let every: [(&str, &[&str]); 9] = [
             ("", serde_introspect::<InspectionSpec>()),
             ("source", serde_introspect::<SourceSpec>()),
             ("region", serde_introspect::<RegionSpec>()),
@@ -163,6 +173,7 @@ mod tests {
             ("network", serde_introspect::<NetworkSpec>()),
             ("outliers", serde_introspect::<OutlierFilter>()),
             (SERVE, serde_introspect::<ServeSection>()),
+            ("serve.oidc", serde_introspect::<OidcSection>()),
             ("serve.limits", serde_introspect::<Limits>()),
         ];
         for (section, keys) in every {

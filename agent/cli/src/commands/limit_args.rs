@@ -49,6 +49,9 @@ pub(crate) struct LimitArgs {
     /// Time after which a login ends in any case [default: 43200]
     #[arg(long, value_name = "SECONDS")]
     session_time: Option<f64>,
+    /// Time that a login at an identity provider may take [default: 600]
+    #[arg(long, value_name = "SECONDS")]
+    sign_in_time: Option<f64>,
     /// Time without progress after which /healthz says that the inspection is dead [default: 300]
     #[arg(long, value_name = "SECONDS")]
     stall_time: Option<f64>,
@@ -72,6 +75,7 @@ impl LimitArgs {
             slow_s: self.slow_time.unwrap_or(limits.slow_s),
             session_idle_s: self.session_idle_time.unwrap_or(limits.session_idle_s),
             session_s: self.session_time.unwrap_or(limits.session_s),
+            sign_in_s: self.sign_in_time.unwrap_or(limits.sign_in_s),
             stall_s: self.stall_time.unwrap_or(limits.stall_s),
         }
     }
@@ -111,6 +115,7 @@ mod tests {
             ("--slow-time", defaults.slow_s),
             ("--session-idle-time", defaults.session_idle_s),
             ("--session-time", defaults.session_s),
+            ("--sign-in-time", defaults.sign_in_s),
             ("--stall-time", defaults.stall_s),
         ] {
             let described = help.split("\n\n").find(|paragraph| paragraph.contains(flag)).expect(flag);

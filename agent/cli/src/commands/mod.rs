@@ -25,6 +25,7 @@ mod limit_args;
 mod man;
 mod models;
 mod numbers;
+mod oidc;
 mod password;
 mod past;
 #[cfg(feature = "demo")]

@@ -106,17 +106,22 @@ impl ReachArgs {
         Ok(ServerConfig { address, access, entry, tls, files, limits, metrics })
     }
 
-    /// Who is let in at `address`; the server refuses it where that is too many.
+    /// Who is let in at `address`; the server refuses it where that is too many. Where there is an identity provider, users log in
+    /// on loopback, too.
     fn entry(&self, file: &ServeSection, address: IpAddr, users: Option<&Path>) -> Result<Entry, Failure> {
-        let login = (self.door.login || file.login) && !self.door.anyone_may_watch;
+        let provider = file.oidc.provider()?.map(Arc::new);
+        let login = (self.door.login || file.login || provider.is_some()) && !self.door.anyone_may_watch;
         if (self.door.anyone_may_watch || file.anyone_may_watch) && !self.door.login {
-            return Ok(Entry::Watch);
+            return match provider {
+                None => Ok(Entry::Watch),
+                Some(_) => Err(Failure::Call(anyhow!("[serve.oidc]: nobody logs in where everybody may watch"))),
+            };
         }
         if address.to_canonical().is_loopback() && !login {
             return Ok(Entry::Local);
         }
         match users {
-            Some(folder) => Ok(Entry::Accounts(Arc::new(SqliteAccounts::open(folder)?))),
+            Some(folder) => Ok(Entry::Accounts { accounts: Arc::new(SqliteAccounts::open(folder)?), provider }),
             None if login => {
                 Err(Failure::Call(anyhow!("users are to log in: name the data folder that has them, with --users DIR")))
             }
@@ -146,7 +151,7 @@ impl ReachArgs {
             return Tls::open(files).map(Some).map_err(|error| Failure::Call(error.into()));
         }
         let is_open = !address.to_canonical().is_loopback();
-        let needed = is_open && matches!(entry, Entry::Accounts(_));
+        let needed = is_open && matches!(entry, Entry::Accounts { .. });
         if !needed && !self.door.tls && !file.tls {
             return Ok(None);
         }

@@ -196,7 +196,15 @@ const STARTS: &str = "the agent starts: it opens what is to be inspected";
 /// Says in the log who may do what.
 fn say_who_is_let_in(entry: &Entry, address: SocketAddr) {
     match entry {
-        Entry::Accounts(_) => tracing::info!("users log in; `semascan user` and `semascan token` say who may"),
+        Entry::Accounts { provider, .. } => {
+            tracing::info!("users log in; `semascan user` and `semascan token` say who may");
+            if let Some(provider) = provider {
+                let (name, callback) = (provider.name(), provider.callback());
+                tracing::info!(
+                    "people of {name} log in, too; it sends them back to {callback}, which is registered there"
+                );
+            }
+        }
         Entry::Local => {
             tracing::info!("no login is asked for: who uses this machine may do everything; --login asks for one");
         }

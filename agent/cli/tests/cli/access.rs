@@ -439,3 +439,78 @@ fn metrics_have_an_address_of_their_own_where_one_is_asked_for() {
     assert!(agent.ask("POST /metrics", "x").starts_with("HTTP/1.1 405"));
     agent.end();
 }
+
+#[test]
+fn who_an_identity_provider_vouches_for_is_listed_and_removed_here_and_changed_there() {
+    let root = tempfile::tempdir().expect("temporary folder");
+    let data = cell(root.path());
+    let database = rusqlite::Connection::open(Path::new(&data).join("semascan.db")).expect("opens");
+    let insert = "INSERT INTO users VALUES ('otto (Plant)', 'viewer', '', '2026-01-01T00:00:00Z', '2026-01-01T00:00:00Z', \
+                  NULL, 'https://id.plant.example', '7f')";
+    assert_eq!(database.execute(insert, []).expect("inserted"), 1);
+    let user = |args: &[&str], input: &str| semascan_with(&[&["user"], args, &["--data", &data]].concat(), input);
+    for (args, input) in
+        [(&["password", "otto (Plant)"][..], "another-password\n"), (&["role", "otto (Plant)", "admin"], "")]
+    {
+        let refused = user(args, input);
+        assert_eq!(refused.status.code(), Some(2), "{args:?}");
+        assert!(stderr(&refused).contains("otto (Plant) logs in at https://id.plant.example"), "{}", stderr(&refused));
+    }
+    assert!(said(&user(&["list"], "")).contains(", of https://id.plant.example"));
+    let listed: serde_json::Value = serde_json::from_str(&said(&user(&["list", "--json"], ""))).expect("JSON");
+    assert_eq!(listed["users"][1]["identity"]["subject"], "7f");
+    assert_eq!(user(&["remove", "otto (Plant)"], "").status.code(), Some(0));
+    assert_eq!(
+        semascan_with(&["user", "add", "otto (plant)", "--data", &data], "x").status.code(),
+        Some(2),
+        "no user's name"
+    );
+}
+
+#[test]
+fn a_provider_needs_a_program_that_speaks_to_it_and_says_nothing_secret() {
+    let root = tempfile::tempdir().expect("temporary folder");
+    let data = cell(root.path());
+    let config = root.path().join("oidc.toml");
+    let section = |text: &str| fs::write(&config, format!("[serve.oidc]\n{text}\n")).expect("written");
+    let serve = ["serve", "--port", "0", "--config", text(&config), "--users", &data];
+    let refused = |args: &[&str]| {
+        let refused = semascan(args);
+        assert_eq!(refused.status.code(), Some(2), "{}", stderr(&refused));
+        assert!(!stderr(&refused).contains("hunter2"), "{}", stderr(&refused));
+        stderr(&refused)
+    };
+    section("client_secret = \"hunter2\"");
+    assert!(refused(&serve).contains("client_secret"));
+    section("issuer = \"https://id.plant.example\"");
+    if cfg!(not(feature = "oidc")) {
+        assert!(refused(&serve).contains("[serve.oidc]: this program was built without OpenID Connect"));
+        return;
+    }
+    assert!(refused(&serve).contains("[serve.oidc]: public_url is missing"));
+    let secret = root.path().join("secret");
+    fs::write(&secret, "hunter2\n").expect("written");
+    let whole = |public: &str| {
+        section(&format!(
+            "issuer = \"http://127.0.0.1:9\"\nclient_id = \"semascan\"\nclient_secret_file = {:?}\npublic_url = \"{public}\"\n\
+             roles = {{ quality = \"reviewer\" }}",
+            text(&secret)
+        ));
+    };
+    whole("https://cell.plant.example");
+    assert!(refused(&serve).contains("https://cell.plant.example, which is not this machine"));
+    whole("http://localhost:4242");
+    assert!(refused(&[&serve[..], &["--tls"]].concat()).contains("this agent speaks HTTPS only"));
+    let watched = ["serve", "--port", "0", "--config", text(&config), "--anyone-may-watch"];
+    assert!(refused(&watched).contains("[serve.oidc]: nobody logs in where everybody may watch"));
+    let agent = Agent::start(&[&["-vv"], &serve[..]].concat());
+    let begin = "POST /api/v1/oidc\nContent-Type: application/json\nX-Semascan-Request: 1";
+    assert!(agent.ask("GET /api/v1/me", "").starts_with("HTTP/1.1 401"), "a login is asked for on loopback, too");
+    let elsewhere = agent.ask(begin, r#"{"next":"/"}"#);
+    assert!(
+        elsewhere.starts_with("HTTP/1.1 421") && elsewhere.contains("http://localhost:4242/login.html"),
+        "{elsewhere}"
+    );
+    let log = agent.end();
+    assert!(log.contains("http://localhost:4242/api/v1/oidc/callback") && !log.contains("hunter2"), "{log}");
+}

@@ -5,7 +5,7 @@
 use super::PortError;
 use jiff::Timestamp;
 use semascan_model::Role;
-use semascan_model::account_log::{AccountAction, AccountEntry, Actor, LoginMethod};
+use semascan_model::account_log::{AccountAction, AccountEntry, Actor, LoginMethod, ProviderIdentity};
 
 /// The SHA-256 digest of the secret of a session or a token, by which it is found.
 pub type SecretDigest = [u8; 32];
@@ -17,7 +17,7 @@ pub struct UserRow {
     pub name: String,
     /// What the user may do.
     pub role: Role,
-    /// Hash of the password as a PHC string.
+    /// Hash of the password as a PHC string; empty where there is none.
     pub password: String,
     /// When the user was added.
     pub created: Timestamp,
@@ -25,6 +25,8 @@ pub struct UserRow {
     pub password_set: Timestamp,
     /// When the user was removed.
     pub removed: Option<Timestamp>,
+    /// Whom it stands for, where an identity provider vouches for the user, who has no password then.
+    pub identity: Option<ProviderIdentity>,
 }
 
 /// A session: a user who is logged in.
@@ -70,16 +72,20 @@ pub struct Login {
 /// same rows. Every method fails with a [`PortError`] that names the database and the reason.
 #[allow(clippy::missing_errors_doc)]
 pub trait Accounts: Send + Sync {
-    /// Adds a user; `false` where the name is taken, by one who was removed, too.
+    /// Adds a user; `false` where the name is taken, by one who was removed, too, or where somebody stands for the same identity.
     fn add_user(&self, row: &UserRow, by: &Actor) -> Result<bool, PortError>;
 
     /// A user, also one who was removed.
     fn user(&self, name: &str) -> Result<Option<UserRow>, PortError>;
 
+    /// The user who stands for `identity`, also one who was removed.
+    fn user_of(&self, identity: &ProviderIdentity) -> Result<Option<UserRow>, PortError>;
+
     /// All users by name, also those who were removed.
     fn users(&self) -> Result<Vec<UserRow>, PortError>;
 
-    /// Gives a user another password and ends the user's sessions; `false` where there is no such user.
+    /// Gives a user another password and ends the user's sessions; `false` where there is no such user, or an identity provider
+    /// vouches for the user.
     fn set_password(&self, name: &str, password: &str, time: Timestamp, by: &Actor) -> Result<bool, PortError>;
 
     /// Gives a user another role, in sessions that are open, too; `false` where there is no such user. Who has the role already

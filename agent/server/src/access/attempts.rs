@@ -1,5 +1,6 @@
 //! How often a login may fail: by address, so that nobody guesses through a list of names, and by user, so that nobody guesses
-//! from many addresses. An attempt counts before its password is looked at, so that many at once are no way around.
+//! from many addresses. An attempt counts before its password is looked at, so that many at once are no way around. Attempts at an
+//! identity provider, which name nobody, are counted by address.
 
 use std::collections::HashMap;
 use std::net::IpAddr;
@@ -31,23 +32,31 @@ impl Attempts {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Counts an attempt for `user` from `address`; if there were too many, the time after which one may be made again.
-    pub(super) fn begin(&self, address: IpAddr, user: &str, now: Instant) -> Result<(), Duration> {
+    /// Counts an attempt from `address`, for `user` where one is named; if there were too many, the time after which one may be
+    /// made again.
+    pub(super) fn begin(&self, address: IpAddr, user: Option<&str>, now: Instant) -> Result<(), Duration> {
         let mut counts = self.lock();
         let Counts { by_address, by_user } = &mut *counts;
-        let wait = [wait(by_address.get(&address), OF_ADDRESS, now), wait(by_user.get(user), OF_USER, now)];
+        let wait = [
+            wait(by_address.get(&address), OF_ADDRESS, now),
+            wait(user.and_then(|user| by_user.get(user)), OF_USER, now),
+        ];
         if let Some(wait) = wait.into_iter().flatten().max() {
             return Err(wait);
         }
         note(by_address, address, now);
-        note(by_user, user.to_owned(), now);
+        if let Some(user) = user {
+            note(by_user, user.to_owned(), now);
+        }
         Ok(())
     }
 
     /// The attempt that began `then` was right: it counts no more, and neither do those for the user before it.
-    pub(super) fn succeeded(&self, address: IpAddr, user: &str, then: Instant) {
+    pub(super) fn succeeded(&self, address: IpAddr, user: Option<&str>, then: Instant) {
         let mut counts = self.lock();
-        counts.by_user.remove(user);
+        if let Some(user) = user {
+            counts.by_user.remove(user);
+        }
         let Some(times) = counts.by_address.get_mut(&address) else { return };
         if let Some(place) = times.iter().position(|time| *time == then) {
             times.remove(place);
@@ -89,19 +98,19 @@ mod tests {
     fn too_many_attempts_for_a_user_wait_and_a_right_one_clears_them() {
         let (attempts, now) = (Attempts::default(), Instant::now());
         for n in 0..OF_USER as u32 {
-            assert_eq!(attempts.begin(address(n), "anna", now), Ok(()), "{n}");
+            assert_eq!(attempts.begin(address(n), Some("anna"), now), Ok(()), "{n}");
         }
-        let wait = attempts.begin(address(99), "anna", now + WINDOW / 2).expect_err("too many");
+        let wait = attempts.begin(address(99), Some("anna"), now + WINDOW / 2).expect_err("too many");
         assert_eq!(wait, WINDOW / 2);
-        assert_eq!(attempts.begin(address(99), "otto", now), Ok(()), "others are not concerned");
-        assert_eq!(attempts.begin(address(99), "anna", now + WINDOW), Ok(()), "not for ever");
+        assert_eq!(attempts.begin(address(99), Some("otto"), now), Ok(()), "others are not concerned");
+        assert_eq!(attempts.begin(address(99), Some("anna"), now + WINDOW), Ok(()), "not for ever");
         let attempts = Attempts::default();
         for n in 0..OF_USER as u32 - 1 {
-            attempts.begin(address(n), "anna", now).expect("few");
+            attempts.begin(address(n), Some("anna"), now).expect("few");
         }
-        attempts.begin(address(50), "anna", now).expect("few");
-        attempts.succeeded(address(50), "anna", now);
-        assert_eq!(attempts.begin(address(51), "anna", now), Ok(()));
+        attempts.begin(address(50), Some("anna"), now).expect("few");
+        attempts.succeeded(address(50), Some("anna"), now);
+        assert_eq!(attempts.begin(address(51), Some("anna"), now), Ok(()));
     }
 
     #[test]
@@ -109,21 +118,28 @@ mod tests {
         let (attempts, now) = (Attempts::default(), Instant::now());
         for n in 0..200 {
             let user = format!("right {n}");
-            attempts.begin(address(1), &user, now).expect("right ones are not limited");
-            attempts.succeeded(address(1), &user, now);
+            attempts.begin(address(1), Some(&user), now).expect("right ones are not limited");
+            attempts.succeeded(address(1), Some(&user), now);
         }
         for n in 0..OF_ADDRESS {
-            attempts.begin(address(1), &format!("wrong {n}"), now).expect("few");
+            attempts.begin(address(1), Some(&format!("wrong {n}")), now).expect("few");
         }
-        assert!(attempts.begin(address(1), "anna", now).is_err());
-        assert!(attempts.begin(address(2), "anna", now).is_ok());
+        assert!(attempts.begin(address(1), Some("anna"), now).is_err());
+        assert!(attempts.begin(address(1), None, now).is_err(), "nor at an identity provider");
+        assert!(attempts.begin(address(2), Some("anna"), now).is_ok());
+        for _ in 0..OF_ADDRESS {
+            attempts.begin(address(3), None, now).expect("few");
+        }
+        assert!(attempts.begin(address(3), None, now).is_err());
+        attempts.succeeded(address(3), None, now);
+        assert!(attempts.begin(address(3), None, now).is_ok());
     }
 
     #[test]
     fn however_many_there_are_memory_is_bounded() {
         let (attempts, now) = (Attempts::default(), Instant::now());
         for n in 0..3 * REMEMBERED as u32 {
-            let _ = attempts.begin(address(n), &format!("user {n}"), now + Duration::from_millis(n.into()));
+            let _ = attempts.begin(address(n), Some(&format!("user {n}")), now + Duration::from_millis(n.into()));
         }
         let counts = attempts.lock();
         assert!(counts.by_address.len() <= REMEMBERED && counts.by_user.len() <= REMEMBERED);

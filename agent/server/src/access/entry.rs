@@ -1,5 +1,6 @@
 //! Who is let in, and whether an agent may start like that: what other machines can reach has TLS and users.
 
+use super::provider::Provider;
 use semascan_inspection::ports::{Accounts, PortError};
 use std::fmt;
 use std::net::SocketAddr;
@@ -14,7 +15,12 @@ pub enum Entry {
     /// Whoever reaches the agent, as a viewer.
     Watch,
     /// Users who log in, and machines with a token.
-    Accounts(Arc<dyn Accounts>),
+    Accounts {
+        /// The users and tokens that are known.
+        accounts: Arc<dyn Accounts>,
+        /// Who vouches for people besides them.
+        provider: Option<Arc<Provider>>,
+    },
 }
 
 impl fmt::Debug for Entry {
@@ -22,7 +28,8 @@ impl fmt::Debug for Entry {
         f.write_str(match self {
             Self::Local => "Local",
             Self::Watch => "Watch",
-            Self::Accounts(_) => "Accounts",
+            Self::Accounts { provider: None, .. } => "Accounts",
+            Self::Accounts { provider: Some(_), .. } => "Accounts and a provider",
         })
     }
 }
@@ -63,8 +70,10 @@ impl Entry {
         match self {
             Self::Local if is_open => Err(OpenError::NoUsers(address)),
             Self::Local | Self::Watch => Ok(()),
-            Self::Accounts(_) if is_open && !secure => Err(OpenError::NoTls(address)),
-            Self::Accounts(accounts) => {
+            Self::Accounts { .. } if is_open && !secure => Err(OpenError::NoTls(address)),
+            // The provider has people.
+            Self::Accounts { provider: Some(_), .. } => Ok(()),
+            Self::Accounts { accounts, provider: None } => {
                 let known = accounts.users()?.iter().any(|user| user.removed.is_none());
                 if known { Ok(()) } else { Err(OpenError::NobodyKnown) }
             }

@@ -1,4 +1,4 @@
-//! Logging in and out, and who one is.
+//! Logging in with a password, logging out, and who one is.
 //!
 //! What a client sends here is never written anywhere: not the password, and not the name of a user whom nobody knows, because
 //! people type their password there, too.
@@ -14,6 +14,7 @@ use axum::http::{HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use axum::{Json, http};
 use semascan_model::Role;
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 use std::time::Duration;
@@ -53,7 +54,8 @@ pub(crate) async fn log_in(
     let refused = |reason: &str| {
         shared.log.warn(Kind::LoginRefused, || format!("login refused, from {address}: {reason}"));
     };
-    let Login { name, password } = match read(request, seconds(shared.limits.request_s)).await {
+    let expected = "a login is a JSON object with the texts name and password";
+    let Login { name, password } = match read(request, seconds(shared.limits.request_s), expected).await {
         Ok(login) => login,
         Err(response) => return response,
     };
@@ -88,8 +90,12 @@ pub(crate) async fn log_in(
     }
 }
 
-/// Reads a login, or says what is wrong with it without repeating any of it.
-async fn read(request: Request, patience: Duration) -> Result<Login, Response> {
+/// Reads what a client says to log in, which is `expected`, or says what is wrong with it without repeating any of it.
+pub(super) async fn read<T: DeserializeOwned>(
+    request: Request,
+    patience: Duration,
+    expected: &str,
+) -> Result<T, Response> {
     let kind = request.headers().get(header::CONTENT_TYPE).and_then(|kind| kind.to_str().ok()).unwrap_or_default();
     if !kind.split(';').next().is_some_and(|kind| kind.trim().eq_ignore_ascii_case("application/json")) {
         return Err(refusal(StatusCode::UNSUPPORTED_MEDIA_TYPE, "a login is application/json"));
@@ -100,8 +106,7 @@ async fn read(request: Request, patience: Duration) -> Result<Login, Response> {
     let Ok(body) = body else {
         return Err(refusal(StatusCode::PAYLOAD_TOO_LARGE, "a login has 4096 bytes at most"));
     };
-    serde_json::from_slice(&body)
-        .map_err(|_| refusal(StatusCode::BAD_REQUEST, "a login is a JSON object with the texts name and password"))
+    serde_json::from_slice(&body).map_err(|_| refusal(StatusCode::BAD_REQUEST, expected))
 }
 
 /// `POST /api/v1/logout`: ends the session.
@@ -138,6 +143,7 @@ fn me_of(shared: &Shared, identity: &Identity) -> Response {
     ([(header::CACHE_CONTROL, "no-store")], Json(me)).into_response()
 }
 
-fn set_cookie(cookie: &str) -> http::HeaderMap {
+/// The header that sets `cookie`.
+pub(super) fn set_cookie(cookie: &str) -> http::HeaderMap {
     HeaderValue::from_str(cookie).map(|value| (header::SET_COOKIE, value)).into_iter().collect()
 }

@@ -1,8 +1,9 @@
 //! Who may do what with the agent.
 //!
 //! On loopback whoever reaches the agent is its administrator, unless a login is asked for. On any other interface there are
-//! users, who log in with a name and a password and then have a session, and machines, which have a token. Each of them has a
-//! role; `routes.rs` says which role each route and each message needs, in one table, and what is not in it is refused.
+//! users, who log in with a name and a password and then have a session, and machines, which have a token. An identity provider
+//! may vouch for more people. Each of them has a role; `routes.rs` says which role each route and each message needs, in one
+//! table, and what is not in it is refused.
 //!
 //! | file | what |
 //! |---|---|
@@ -13,6 +14,8 @@
 //! | `attempts.rs` | how often a login may fail |
 //! | `listing.rs` | how many logins are listed in the log of accounts |
 //! | `login.rs` | the routes `login`, `logout` and `me` |
+//! | `provider.rs` | the port to an identity provider |
+//! | `sign_in/` | logging in there: `ticket.rs` what a browser keeps meanwhile, `routes.rs`, `page.rs` |
 //! | `refusal.rs` | how a request is refused |
 
 mod attempts;
@@ -21,9 +24,11 @@ mod identity;
 mod listing;
 pub(crate) mod login;
 mod password;
+mod provider;
 mod refusal;
 pub(crate) mod routes;
 mod secret;
+pub(crate) mod sign_in;
 #[cfg(test)]
 mod tests;
 
@@ -31,6 +36,10 @@ pub use entry::{Entry, OpenError};
 pub(crate) use identity::Credential;
 pub use identity::Identity;
 pub use password::{PasswordError, hash_password};
+pub(crate) use provider::CALLBACK;
+pub use provider::{
+    Challenge, IdentityProvider, Person, Provider, ProviderAnswer, ProviderError, ProviderSettingError, PublicAddress,
+};
 pub(crate) use refusal::refusal;
 pub use secret::{RandomError, Secret};
 
@@ -44,6 +53,7 @@ use secret::Signer;
 use semascan_inspection::ports::{Accounts, Login, PortError, SecretDigest, SessionRow, TokenRow, UserRow};
 use semascan_model::Role;
 use semascan_model::account_log::{AccountAction, Actor, LoginMethod, Unlisted};
+use sign_in::SignIns;
 use std::net::IpAddr;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -99,6 +109,7 @@ pub(crate) struct Access {
     passwords: Arc<Verifier>,
     hashing: Arc<Semaphore>,
     waiting: Semaphore,
+    sign_ins: SignIns,
     idle: Duration,
     longest: Duration,
     cookie: String,
@@ -112,7 +123,7 @@ impl Access {
     /// [`PortError`] where the key that signs cookies cannot be had.
     pub(crate) fn new(entry: Entry, limits: &Limits, secure: bool, port: u16) -> Result<Self, PortError> {
         let signer = match &entry {
-            Entry::Accounts(accounts) => {
+            Entry::Accounts { accounts, .. } => {
                 let proposed = Secret::draw().map_err(|error| PortError::new("the key of sessions", error))?;
                 Some(Signer::new(accounts.signing_key(proposed.digest())?))
             }
@@ -128,6 +139,7 @@ impl Access {
             passwords: Arc::default(),
             hashing: Arc::new(Semaphore::new(HASHED_AT_ONCE)),
             waiting: Semaphore::new(WAITING),
+            sign_ins: SignIns::new(seconds(limits.sign_in_s)).map_err(|e| PortError::new("the key of logins", e))?,
             idle: seconds(limits.session_idle_s),
             longest: seconds(limits.session_s),
             cookie: format!("{prefix}semascan-{port}"),
@@ -137,13 +149,13 @@ impl Access {
 
     /// Whether users log in here.
     pub(crate) fn has_login(&self) -> bool {
-        matches!(self.entry, Entry::Accounts(_))
+        matches!(self.entry, Entry::Accounts { .. })
     }
 
     /// The users who log in here; `None` where nobody does.
     pub(crate) fn accounts(&self) -> Option<Arc<dyn Accounts>> {
         match &self.entry {
-            Entry::Accounts(accounts) => Some(Arc::clone(accounts)),
+            Entry::Accounts { accounts, .. } => Some(Arc::clone(accounts)),
             Entry::Local | Entry::Watch => None,
         }
     }
@@ -154,14 +166,15 @@ impl Access {
             Entry::Local if FORWARDED.iter().any(|name| headers.contains_key(name)) => return Err(Denied::Forwarded),
             Entry::Local => return Ok(reached("local", Role::Admin)),
             Entry::Watch => return Ok(reached("anyone", Role::Viewer)),
-            Entry::Accounts(accounts) => accounts,
+            Entry::Accounts { accounts, .. } => accounts,
         };
         if let Some(authorization) = headers.get(header::AUTHORIZATION) {
             let given = authorization.to_str().ok().and_then(bearer).and_then(Secret::of_token);
             let digest = given.ok_or(Denied::Unknown("this is no token of this agent"))?.digest();
             return look_up(accounts, move |accounts| token_identity(accounts, &digest, Timestamp::now())).await;
         }
-        let given = self.cookies(headers).filter_map(|value| self.signer.as_ref()?.verified(value)).next();
+        let given =
+            self.cookies(headers, &self.cookie).filter_map(|value| self.signer.as_ref()?.verified(value)).next();
         let digest = given.ok_or(Denied::Unknown("nobody is logged in"))?.digest();
         self.session(accounts, digest).await
     }
@@ -169,8 +182,8 @@ impl Access {
     /// Whether `identity` may still do what it may, and what that is by now.
     pub(crate) async fn still(&self, identity: &Identity) -> Result<Identity, Denied> {
         match (&self.entry, identity.credential) {
-            (Entry::Accounts(accounts), Credential::Session(digest)) => self.session(accounts, digest).await,
-            (Entry::Accounts(accounts), Credential::Token(digest)) => {
+            (Entry::Accounts { accounts, .. }, Credential::Session(digest)) => self.session(accounts, digest).await,
+            (Entry::Accounts { accounts, .. }, Credential::Token(digest)) => {
                 look_up(accounts, move |accounts| token_identity(accounts, &digest, Timestamp::now())).await
             }
             _ => Ok(identity.clone()),
@@ -182,11 +195,11 @@ impl Access {
         look_up(accounts, move |accounts| session_identity(accounts, &digest, idle, longest, Timestamp::now())).await
     }
 
-    /// The values of cookies of our name.
-    fn cookies<'a>(&'a self, headers: &'a HeaderMap) -> impl Iterator<Item = &'a str> {
+    /// The values of cookies that are called `name`.
+    fn cookies<'a>(&self, headers: &'a HeaderMap, name: &'a str) -> impl Iterator<Item = &'a str> + use<'a> {
         let texts = headers.get_all(header::COOKIE).iter().filter_map(|value| value.to_str().ok());
         let pairs = texts.flat_map(|text| text.split(';')).filter_map(|pair| pair.trim().split_once('='));
-        pairs.filter(|(name, _)| *name == self.cookie).map(|(_, value)| value).take(COOKIES)
+        pairs.filter(move |(given, _)| *given == name).map(|(_, value)| value).take(COOKIES)
     }
 
     /// Logs `name` in from `address`: who that is, and the cookie that shows it. The log of accounts has it, whatever comes of it.
@@ -196,17 +209,17 @@ impl Access {
         name: &str,
         password: String,
     ) -> Result<(Identity, String), LoginDenied> {
-        let (Entry::Accounts(accounts), Some(signer)) = (&self.entry, &self.signer) else {
+        let (Entry::Accounts { accounts, .. }, Some(signer)) = (&self.entry, &self.signer) else {
             return Err(LoginDenied::NoLogin);
         };
         let name = name.to_ascii_lowercase();
         let begun = Instant::now();
         let Ok(_place) = self.waiting.try_acquire() else {
-            self.refused_early(address, &name, "too many at once").await;
+            self.refused_early(address, Some(name), LoginMethod::Password, "too many at once").await;
             return Err(LoginDenied::Busy);
         };
-        if let Err(wait) = self.attempts.begin(address, &name, begun) {
-            self.refused_early(address, &name, "too many attempts").await;
+        if let Err(wait) = self.attempts.begin(address, Some(&name), begun) {
+            self.refused_early(address, Some(name), LoginMethod::Password, "too many attempts").await;
             return Err(LoginDenied::TooMany(wait));
         }
         let unavailable = |reason: &dyn std::fmt::Display| LoginDenied::Unavailable(reason.to_string());
@@ -219,7 +232,8 @@ impl Access {
         let work = move || {
             let _permit = permit;
             let row = accounts.user(&user)?;
-            let valid = row.as_ref().filter(|row| row.removed.is_none());
+            // Who has no password here cannot have the right one.
+            let valid = row.as_ref().filter(|row| row.removed.is_none() && row.identity.is_none());
             if !access.passwords.is_right(valid.map(|row| row.password.as_str()), &password) {
                 let user = row.map(|row| row.name);
                 access.note_refused(
@@ -237,7 +251,7 @@ impl Access {
         };
         let done = tokio::task::spawn_blocking(work).await.map_err(|error| unavailable(&error))?;
         let row = done.map_err(|error| unavailable(&error))?.ok_or(LoginDenied::Wrong)?;
-        self.attempts.succeeded(address, &name, begun);
+        self.attempts.succeeded(address, Some(&name), begun);
         Ok((Identity { name: row.name, role: row.role, credential: Credential::Session(digest) }, cookie))
     }
 
@@ -258,18 +272,25 @@ impl Access {
         accounts.begin_session(&session, SESSIONS, is_listed.then_some(Login { by, method }).as_ref())
     }
 
-    /// Notes a login that is refused before its password is looked at. A flood of them costs no access to the disk.
-    async fn refused_early(self: &Arc<Self>, address: IpAddr, name: &str, reason: &'static str) {
+    /// Notes a login that is refused before it is known whose it is; `name` is what was given. A flood of them costs no access to
+    /// the disk.
+    async fn refused_early(
+        self: &Arc<Self>,
+        address: IpAddr,
+        name: Option<String>,
+        method: LoginMethod,
+        reason: &'static str,
+    ) {
         let Some(accounts) = self.accounts() else { return };
-        let (access, name) = (Arc::clone(self), name.to_owned());
+        let access = Arc::clone(self);
         let admission = self.listing.admit(&Unlisted::Refused, Instant::now());
         if !admission.is_listed && admission.remarks.is_empty() {
             return;
         }
         let note = move || {
             // Of a name that nobody has nothing is written.
-            let user = accounts.user(&name).ok().flatten().map(|row| row.name);
-            access.note_admitted(accounts.as_ref(), admission, address, user, LoginMethod::Password, reason);
+            let user = name.and_then(|name| accounts.user(&name).ok().flatten()).map(|row| row.name);
+            access.note_admitted(accounts.as_ref(), admission, address, user, method, reason);
         };
         if let Err(error) = tokio::task::spawn_blocking(note).await {
             tracing::error!("a refused login was not noted: {error}");
@@ -325,7 +346,7 @@ impl Access {
 
     /// Ends the session of `identity`, who asks from `address`; the cookie that takes the place of its own.
     pub(crate) async fn log_out(self: &Arc<Self>, identity: &Identity, address: IpAddr) -> Result<String, Denied> {
-        if let (Entry::Accounts(accounts), Credential::Session(digest)) = (&self.entry, identity.credential) {
+        if let (Entry::Accounts { accounts, .. }, Credential::Session(digest)) = (&self.entry, identity.credential) {
             let (access, name) = (Arc::clone(self), identity.name.clone());
             let end = move |accounts: &dyn Accounts| {
                 let is_listed = access.admit(accounts, &Unlisted::Logins { user: name.clone() });

@@ -1,6 +1,7 @@
 //! Which role each route and each message of a client needs. This table is the only place that says so: the guard refuses
 //! what is not in it, and a test walks it, and all routes of the server, with every role.
 
+use super::CALLBACK;
 use semascan_model::Role;
 use semascan_protocol::client_message::Body;
 
@@ -42,7 +43,10 @@ const ROUTES: &[Route] = &[
     route("GET", "/readyz", Least::Public),
     route("GET", "/metrics", Least::Role(Role::Operator)),
     route("GET", "/ws", Least::Role(Role::Viewer)),
+    route("GET", "/api/v1/login", Least::Public),
     route("POST", "/api/v1/login", Least::Public),
+    route("POST", "/api/v1/oidc", Least::Public),
+    route("GET", CALLBACK, Least::Public),
     route("POST", "/api/v1/logout", Least::Role(Role::Viewer)),
     route("GET", "/api/v1/me", Least::Role(Role::Viewer)),
     route("GET", "/api/v1/openapi.json", Least::Role(Role::Viewer)),

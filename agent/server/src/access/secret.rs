@@ -1,5 +1,6 @@
 //! Secrets of sessions and tokens: 256 random bits, of which the agent keeps the SHA-256 digest alone. What a cookie carries is
-//! signed besides (HMAC-SHA-256, RFC 2104), so that a forged one is refused before anything is looked up.
+//! signed besides (HMAC-SHA-256, RFC 2104), so that a forged one is refused before anything is looked up. Each signature is for
+//! one purpose, so that what was signed for one is nothing for another.
 
 use base64::Engine;
 use base64::prelude::BASE64_URL_SAFE_NO_PAD as BASE64;
@@ -9,11 +10,13 @@ use sha2::{Digest, Sha256};
 use std::fmt;
 
 /// Bytes of a secret.
-const LENGTH: usize = 32;
+pub(super) const LENGTH: usize = 32;
 /// Bytes of a block of SHA-256.
 const BLOCK: usize = 64;
 /// What a token begins with, so that it is recognised where it does not belong.
 const TOKEN: &str = "semascan_";
+/// What signatures of sessions begin with.
+const SESSION: &[u8] = b"semascan session 1";
 
 /// The system gave no random numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -34,6 +37,19 @@ impl Secret {
         Ok(Self(bytes))
     }
 
+    /// The key that signs what does not outlive this process.
+    pub(super) fn signer(&self) -> Signer {
+        Signer::new(self.0)
+    }
+
+    pub(super) fn of_bytes(bytes: [u8; LENGTH]) -> Self {
+        Self(bytes)
+    }
+
+    pub(super) fn bytes(&self) -> &[u8; LENGTH] {
+        &self.0
+    }
+
     /// What is kept of it.
     pub fn digest(&self) -> SecretDigest {
         Sha256::digest(self.0).into()
@@ -46,7 +62,7 @@ impl Secret {
 
     /// The secret of a token; `None` if it is none.
     pub(super) fn of_token(token: &str) -> Option<Self> {
-        decoded(token.strip_prefix(TOKEN)?).map(Self)
+        decoded(token.strip_prefix(TOKEN)?, LENGTH)?.try_into().ok().map(Self)
     }
 }
 
@@ -66,25 +82,43 @@ impl Signer {
 
     /// The value of the cookie that carries `secret`.
     pub(super) fn signed(&self, secret: &Secret) -> String {
-        let signature = self.mac(secret).finalize().into_bytes();
-        format!("{}.{}", BASE64.encode(secret.0), BASE64.encode(signature))
+        self.sealed(SESSION, &secret.0)
     }
 
     /// The secret in a cookie's value; `None` if this agent did not sign it. Compares in constant time.
     pub(super) fn verified(&self, value: &str) -> Option<Secret> {
-        let (secret, signature) = value.split_once('.')?;
-        let secret = Secret(decoded(secret)?);
-        let signature = decoded(signature)?;
-        self.mac(&secret).verify_slice(&signature).is_ok().then_some(secret)
+        self.opened(SESSION, value, LENGTH)?.try_into().ok().map(Secret)
     }
 
-    fn mac(&self, secret: &Secret) -> Hmac<Sha256> {
+    /// `bytes` and their signature for `purpose`, as the value of a cookie.
+    pub(super) fn sealed(&self, purpose: &[u8], bytes: &[u8]) -> String {
+        format!("{}.{}", BASE64.encode(bytes), BASE64.encode(self.derived(purpose, bytes)))
+    }
+
+    /// The bytes in a cookie's value, `most` at most; `None` if they were not signed for `purpose`. Compares in constant time.
+    pub(super) fn opened(&self, purpose: &[u8], value: &str, most: usize) -> Option<Vec<u8>> {
+        let (bytes, signature) = value.split_once('.')?;
+        let bytes = decoded(bytes, most)?;
+        self.is_derived(purpose, &bytes, signature).then_some(bytes)
+    }
+
+    /// What only this key makes of `bytes` for `purpose`.
+    pub(super) fn derived(&self, purpose: &[u8], bytes: &[u8]) -> [u8; LENGTH] {
+        self.mac(purpose, bytes).finalize().into_bytes().into()
+    }
+
+    /// Whether `text` is [`derived`](Self::derived), in base64. Compares in constant time.
+    pub(super) fn is_derived(&self, purpose: &[u8], bytes: &[u8], text: &str) -> bool {
+        decoded(text, LENGTH).is_some_and(|given| self.mac(purpose, bytes).verify_slice(&given).is_ok())
+    }
+
+    fn mac(&self, purpose: &[u8], bytes: &[u8]) -> Hmac<Sha256> {
         // A key that is shorter than a block is filled up with zeros (RFC 2104, section 2).
         let mut block = [0; BLOCK];
         block[..LENGTH].copy_from_slice(&self.0);
         let mut mac = <Hmac<Sha256> as KeyInit>::new(&block.into());
-        mac.update(b"semascan session 1");
-        mac.update(&secret.0);
+        mac.update(purpose);
+        mac.update(bytes);
         mac
     }
 }
@@ -95,10 +129,9 @@ impl fmt::Debug for Signer {
     }
 }
 
-fn decoded(text: &str) -> Option<[u8; LENGTH]> {
-    // Longer texts are not even decoded.
-    let bytes = (text.len() <= 2 * LENGTH).then(|| BASE64.decode(text).ok())??;
-    bytes.try_into().ok()
+/// What `text` says in base64, `most` bytes at most. Longer texts are not even decoded.
+fn decoded(text: &str, most: usize) -> Option<Vec<u8>> {
+    (text.len() <= most.div_ceil(3) * 4).then(|| BASE64.decode(text).ok())?
 }
 
 #[cfg(test)]

@@ -42,6 +42,7 @@ impl Agent {
                 created: now,
                 password_set: now,
                 removed: None,
+                identity: None,
             };
             assert_eq!(accounts.add_user(&row, &Actor::Agent), Ok(true));
         }
@@ -60,7 +61,7 @@ impl Agent {
     }
 
     fn with_users() -> Self {
-        Self::new(|accounts| Entry::Accounts(accounts), false)
+        Self::new(|accounts| Entry::Accounts { accounts, provider: None }, false)
     }
 
     /// A token with `role`.
@@ -215,7 +216,7 @@ async fn a_session_is_begun_used_and_ended() {
 
 #[tokio::test]
 async fn over_tls_the_cookie_and_the_host_stay_with_tls() {
-    let agent = Agent::new(|accounts| Entry::Accounts(accounts), true);
+    let agent = Agent::new(|accounts| Entry::Accounts { accounts, provider: None }, true);
     let answer = agent.log_in("viewer", PASSWORD).await;
     let cookie = answer.headers()["set-cookie"].to_str().expect("text");
     assert!(cookie.starts_with("__Host-semascan-8787=") && cookie.ends_with("; Secure"), "{cookie}");
@@ -353,7 +354,7 @@ async fn without_users_who_reaches_the_agent_is_local_or_may_watch() {
 fn what_others_reach_has_users_and_tls_or_does_not_start() {
     let agent = Agent::with_users();
     let [loopback, network] = ["127.0.0.1:8787", "0.0.0.0:8787"].map(|text| text.parse().expect("an address"));
-    let users = Entry::Accounts(agent.accounts.clone());
+    let users = Entry::Accounts { accounts: agent.accounts.clone(), provider: None };
     let said = |entry: &Entry, address, secure: bool| match entry.check(address, secure) {
         Ok(()) => String::new(),
         Err(error) => error.to_string(),

@@ -11,7 +11,7 @@ use rusqlite::{Connection, OptionalExtension, Row, Transaction, TransactionBehav
 use semascan_inspection::chain::Link;
 use semascan_inspection::ports::{Accounts, Login, PortError, SecretDigest, SessionRow, TokenRow, UserRow};
 use semascan_model::Role;
-use semascan_model::account_log::{AccountAction, AccountEntry, Actor};
+use semascan_model::account_log::{AccountAction, AccountEntry, Actor, ProviderIdentity};
 use std::fmt::Display;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -83,26 +83,29 @@ fn note(transaction: &Transaction<'_>, at: Timestamp, by: &Actor, action: Accoun
     LOG.append(transaction, &entry).map(drop)
 }
 
-const USER: &str = "SELECT name, role, password, created, password_set, removed FROM users";
+const USER: &str = "SELECT name, role, password, created, password_set, removed, issuer, subject FROM users";
 const TOKEN: &str = "SELECT name, role, digest, created, expires, revoked FROM tokens";
 
 impl Accounts for SqliteAccounts {
     fn add_user(&self, row: &UserRow, by: &Actor) -> Result<bool, PortError> {
         self.change(|transaction| {
             let added = transaction.execute(
-                "INSERT INTO users (name, role, password, created, password_set, removed) \
-                 VALUES (?1, ?2, ?3, ?4, ?5, ?6) ON CONFLICT (name) DO NOTHING",
+                "INSERT INTO users (name, role, password, created, password_set, removed, issuer, subject) \
+                 VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8) ON CONFLICT DO NOTHING",
                 params![
                     row.name,
                     row.role.name(),
                     row.password,
                     seconds(row.created),
                     seconds(row.password_set),
-                    row.removed.map(seconds)
+                    row.removed.map(seconds),
+                    row.identity.as_ref().map(|identity| &identity.issuer),
+                    row.identity.as_ref().map(|identity| &identity.subject)
                 ],
             )?;
             if added > 0 {
-                let action = AccountAction::UserAdded { user: row.name.clone(), role: row.role };
+                let UserRow { name, role, identity, .. } = row.clone();
+                let action = AccountAction::UserAdded { user: name, role, identity };
                 note(transaction, row.created, by, action)?;
             }
             Ok(added)
@@ -114,6 +117,12 @@ impl Accounts for SqliteAccounts {
         connection.query_row(&format!("{USER} WHERE name = ?1"), [name], user).optional().map_err(self.error())
     }
 
+    fn user_of(&self, identity: &ProviderIdentity) -> Result<Option<UserRow>, PortError> {
+        let connection = self.connection();
+        let sql = format!("{USER} WHERE issuer = ?1 AND subject = ?2");
+        connection.query_row(&sql, [&identity.issuer, &identity.subject], user).optional().map_err(self.error())
+    }
+
     fn users(&self) -> Result<Vec<UserRow>, PortError> {
         self.select(&format!("{USER} ORDER BY name"), user)
     }
@@ -121,7 +130,8 @@ impl Accounts for SqliteAccounts {
     fn set_password(&self, name: &str, password: &str, time: Timestamp, by: &Actor) -> Result<bool, PortError> {
         self.change(|transaction| {
             let changed = transaction.execute(
-                "UPDATE users SET password = ?2, password_set = ?3 WHERE name = ?1 AND removed IS NULL",
+                "UPDATE users SET password = ?2, password_set = ?3 \
+                 WHERE name = ?1 AND removed IS NULL AND issuer IS NULL",
                 params![name, password, seconds(time)],
             )?;
             if changed > 0 {
@@ -181,16 +191,16 @@ impl Accounts for SqliteAccounts {
 
     fn session(&self, digest: &SecretDigest) -> Result<Option<(SessionRow, UserRow)>, PortError> {
         let connection = self.connection();
-        let sql = "SELECT users.name, role, password, created, password_set, removed, digest, began, used \
+        let sql = "SELECT users.name, role, password, created, password_set, removed, issuer, subject, digest, began, used \
                    FROM sessions JOIN users ON users.name = sessions.user WHERE digest = ?1";
         let mut select = connection.prepare(sql).map_err(self.error())?;
         let row = select.query_row([digest], |row| {
             let user = user(row)?;
             let session = SessionRow {
-                digest: row.get(6)?,
+                digest: row.get(8)?,
                 user: user.name.clone(),
-                began: parsed(row, 7)?,
-                used: parsed(row, 8)?,
+                began: parsed(row, 9)?,
+                used: parsed(row, 10)?,
             };
             Ok((session, user))
         });
@@ -320,6 +330,10 @@ fn user(row: &Row<'_>) -> rusqlite::Result<UserRow> {
         created: parsed(row, 3)?,
         password_set: parsed(row, 4)?,
         removed: row.get::<_, Option<String>>(5)?.map(|_| parsed(row, 5)).transpose()?,
+        identity: row
+            .get::<_, Option<String>>(6)?
+            .zip(row.get(7)?)
+            .map(|(issuer, subject)| ProviderIdentity { issuer, subject }),
     })
 }
 
@@ -365,7 +379,12 @@ mod tests {
             created: at(0),
             password_set: at(0),
             removed: None,
+            identity: None,
         }
+    }
+
+    fn identity(subject: &str) -> ProviderIdentity {
+        ProviderIdentity { issuer: "https://id.plant".into(), subject: subject.into() }
     }
 
     fn session(number: u8, used: i64) -> SessionRow {
@@ -407,6 +426,36 @@ mod tests {
         assert_eq!(accounts.set_role("anna", Role::Admin, at(3), &SHELL), Ok(false));
         assert_eq!(accounts.set_role("otto", Role::Admin, at(3), &SHELL), Ok(false));
         assert!(accounts.begin_session(&SessionRow { user: "otto".into(), ..session(3, 0) }, 9, None).is_err());
+    }
+
+    #[test]
+    fn who_a_provider_vouches_for_is_found_by_identity_and_has_no_password() {
+        let (_root, _held, accounts) = accounts();
+        let row = |name: &str, subject| UserRow {
+            name: name.into(),
+            password: String::new(),
+            identity: Some(identity(subject)),
+            ..anna()
+        };
+        assert_eq!(accounts.user_of(&identity("7f")), Ok(None));
+        assert_eq!(accounts.add_user(&row("anna", "7f"), &SHELL), Ok(false), "a user of that name is not taken over");
+        assert_eq!(accounts.add_user(&row("anna (Plant)", "7f"), &SHELL), Ok(true));
+        assert_eq!(accounts.add_user(&row("anna 2 (Plant)", "7f"), &SHELL), Ok(false), "one person is one user");
+        assert_eq!(accounts.add_user(&row("anna 2 (Plant)", "80"), &SHELL), Ok(true));
+        assert_eq!(accounts.user_of(&identity("7f")), Ok(Some(row("anna (Plant)", "7f"))));
+        let elsewhere = ProviderIdentity { issuer: "https://id.elsewhere".into(), ..identity("7f") };
+        assert_eq!(accounts.user_of(&elsewhere), Ok(None));
+        assert_eq!(accounts.set_password("anna (Plant)", "$x", at(1), &SHELL), Ok(false));
+        let session = SessionRow { user: "anna (Plant)".into(), ..session(1, 0) };
+        accounts.begin_session(&session, 9, None).expect("begun");
+        assert_eq!(accounts.session(&[1; 32]), Ok(Some((session, row("anna (Plant)", "7f")))));
+        assert_eq!(accounts.remove_user("anna (Plant)", at(2), &SHELL), Ok(true));
+        let removed = accounts.user_of(&identity("7f")).expect("reads").expect("kept");
+        assert_eq!(removed.removed, Some(at(2)), "who was removed is known by the same identity");
+        assert_eq!(
+            logged(&accounts)[1],
+            "2: user anna (Plant) added as reviewer, for 7f of https://id.plant by command line (uid 7)"
+        );
     }
 
     #[test]
