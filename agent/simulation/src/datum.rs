@@ -66,12 +66,9 @@ impl DatumSurface {
         let place = |p: [f64; 3]| double(table_from_part.transform_point3(single(p)));
         let turn = |d: [f64; 3]| double(table_from_part.transform_vector3(single(d)).normalize_or_zero());
         match *self {
-            Self::Plane { middle, normal, inner, outer } => Self::Plane {
-                middle: place(middle),
-                normal: turn(normal),
-                inner: inner * scale,
-                outer: outer * scale,
-            },
+            Self::Plane { middle, normal, inner, outer } => {
+                Self::Plane { middle: place(middle), normal: turn(normal), inner: inner * scale, outer: outer * scale }
+            }
             Self::Cylinder { middle, axis, radius, half, is_hole } => Self::Cylinder {
                 middle: place(middle),
                 axis: turn(axis),

@@ -222,9 +222,8 @@ fn places(surface: &DatumSurface) -> Vec<[f64; 3]> {
         DatumSurface::Cylinder { middle, axis, radius, half, .. } => {
             let (u, v) = glam::Vec3::from_array(axis.map(|c| c as f32)).any_orthonormal_pair();
             let ((sine, cosine), along) = (turns(k), half * (2.0 * share(k) - 1.0));
-            [0, 1, 2].map(|i| {
-                middle[i] + along * axis[i] + radius * (cosine * f64::from(u[i]) + sine * f64::from(v[i]))
-            })
+            [0, 1, 2]
+                .map(|i| middle[i] + along * axis[i] + radius * (cosine * f64::from(u[i]) + sine * f64::from(v[i])))
         }
     };
     (0..200).map(place).collect()

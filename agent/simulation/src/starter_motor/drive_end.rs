@@ -58,7 +58,6 @@ pub(super) fn carrier(p: &Parameters, seed: u64) -> Solid {
     let top = flange_z + thickness;
     body.datum("carrier base", DatumSurface::upright(Vec3::ZERO, r + 2.2, (base + 0.5, base + 6.5), false));
     body.datum("nose", DatumSurface::upright(Vec3::ZERO, nose, (top + 5.0, end - 3.0), false));
-    body.datum("flange", DatumSurface::ring(Vec3::Z * top, Vec3::Z, (nose + 4.0, flange_radius - 2.0)));
     let bore = if p.overhung { p.tip_radius() + 1.6 } else { 7.0 };
     body.datum("nose face", DatumSurface::ring(Vec3::Z * end, Vec3::Z, (bore + 0.5, nose - 2.5)));
     for (number, angle) in (1..).zip(angles) {
@@ -78,14 +77,20 @@ pub(super) fn carrier(p: &Parameters, seed: u64) -> Solid {
         let (low, high) = (flange_z - thickness - 1.4, top + 1.4);
         let centre = turn * (Vec3::X * reach);
         body.datum(format!("hole {number}"), DatumSurface::upright(centre, hole, (low, high), true));
-        body.datum(
-            format!("boss {number}"),
-            DatumSurface::ring(centre.with_z(high), Vec3::Z, (hole + 0.5, 9.8 - 0.8)),
-        );
+        body.datum(format!("boss {number}"), DatumSurface::ring(centre.with_z(high), Vec3::Z, (hole + 0.5, 9.8 - 0.8)));
         body.datum(
             format!("ear end {number}"),
             DatumSurface::upright(centre, 11.5, (flange_z - thickness + 1.2, top - 1.2), false),
         );
+        // The face of the ear between flange and boss, where that is wide enough.
+        let (near, far) = (flange_radius - 1.0, reach - 9.8 - 0.5);
+        if far - near > 6.0 {
+            let middle = turn * (Vec3::X * 0.5 * (near + far)) + Vec3::Z * top;
+            body.datum(
+                format!("ear face {number}"),
+                DatumSurface::ring(middle, Vec3::Z, (0.0, 0.5 * (far - near) - 0.5)),
+            );
+        }
         // The flanks of the ear between flange and ear end. Its rounding lies outside the outline.
         for (name, side) in [("left", 1.0), ("right", -1.0)] {
             let (root, tip) = (Vec3::new(0.0, side * flange_radius * 0.8, 0.0), Vec3::new(reach, side * 9.5, 0.0));

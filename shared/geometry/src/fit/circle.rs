@@ -76,8 +76,8 @@ fn through([a, b, c]: [&SurfacePoint; 3]) -> Option<Circle> {
     let (ab, ac) = (b.position - a.position, c.position - a.position);
     let across = ab.cross(&ac);
     let normal = across.try_normalize(f64::MIN_POSITIVE)?;
-    let from_a = (across.cross(&ab) * ac.norm_squared() + ac.cross(&across) * ab.norm_squared())
-        / (2.0 * across.norm_squared());
+    let from_a =
+        (across.cross(&ab) * ac.norm_squared() + ac.cross(&across) * ab.norm_squared()) / (2.0 * across.norm_squared());
     let radius = from_a.norm();
     radius.is_finite().then(|| Circle { centre: a.position + from_a, normal, radius })
 }

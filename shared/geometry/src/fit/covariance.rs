@@ -20,8 +20,6 @@ use super::robust::{Parametric, equations};
 use nalgebra::{SMatrix, SVector, Vector3};
 use std::collections::HashSet;
 
-/// Part of the information that the biweight uses of normal errors [Beaton 1974].
-const EFFICIENCY: f64 = 0.95;
 /// Sides of a cube, and one more for points without a normal.
 const SIDES: usize = 7;
 
@@ -45,11 +43,11 @@ impl SurfaceErrors {
     /// other than those that the coverage is tested on (`semascan tables measure`).
     pub fn of_voxels(voxel: f64) -> Self {
         Self {
-            tolerance: 0.6 * voxel,
+            tolerance: 0.3 * voxel,
             correlation: 4.0 * voxel,
-            surface: 0.12 * voxel,
-            poses: 0.12 * voxel,
-            turn: 1.0e-3,
+            surface: 0.06 * voxel,
+            poses: 0.06 * voxel,
+            turn: 5e-4,
         }
     }
 }
@@ -72,7 +70,7 @@ pub(super) fn judge<const N: usize, E: Parametric<N>>(
     let inverse = normal.cholesky().ok_or(FitError::Collinear)?.inverse();
     let residuals: Vec<f64> = used.iter().map(|p| element.residual(p).0).collect();
     let mean_square: f64 = residuals.iter().zip(&even).map(|(r, w)| w * r * r).sum();
-    let by_residuals = inverse * (mean_square / (EFFICIENCY * (cubes - N - 2) as f64));
+    let by_residuals = inverse * (mean_square / (cubes - N - 2) as f64);
 
     let sides = Sides::<N>::of(element, &used, &even);
     let middle = sides.sums.iter().fold(SVector::zeros(), |sum: SVector<f64, N>, side| sum + side);

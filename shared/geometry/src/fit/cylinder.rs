@@ -49,8 +49,8 @@ pub(super) fn fit(points: &[SurfacePoint], errors: &SurfaceErrors) -> Result<Fit
         let from = p.position - c.point;
         (from - c.axis * c.axis.dot(&from)).norm() - c.radius
     };
-    let start = best_start(points, errors.tolerance, by_normals(points), by_two, distance)
-        .ok_or(FitError::ArcTooShort)?;
+    let start =
+        best_start(points, errors.tolerance, by_normals(points), by_two, distance).ok_or(FitError::ArcTooShort)?;
     let start = centred(start, points, |p| distance(&start, p).abs() < 3.0 * errors.tolerance);
     let found = search(start, points, errors.tolerance).ok_or(FitError::ArcTooShort)?;
     let mut used = found.weights.iter();
@@ -58,7 +58,8 @@ pub(super) fn fit(points: &[SurfacePoint], errors: &SurfaceErrors) -> Result<Fit
     let cylinder = Cylinder { axis: oriented(cylinder.axis), ..cylinder };
     let judged = judge(&cylinder, points, &found.weights, errors)?;
     let variance = |k: usize| judged.covariance[(k, k)];
-    let unknown = variance(4) > (LEAST_KNOWN * cylinder.radius).powi(2) || variance(2).max(variance(3)) > LARGEST_TURN.powi(2);
+    let unknown =
+        variance(4) > (LEAST_KNOWN * cylinder.radius).powi(2) || variance(2).max(variance(3)) > LARGEST_TURN.powi(2);
     if unknown || arc(&cylinder, points, &found.weights) < LEAST_ARC {
         return Err(FitError::ArcTooShort);
     }

@@ -1,7 +1,7 @@
 //! What distances and angles are taken from: a point, or a fitted element.
 
-use super::element::Element;
 use super::Fit;
+use super::element::Element;
 use nalgebra::{Matrix6, Vector3, Vector6};
 
 /// A point of the surface or a fitted element, with the covariance of its parameters.
@@ -66,7 +66,9 @@ impl Feature {
     pub(super) fn locus(&self) -> Locus {
         match self {
             Self::Fitted(Fit { element: Element::Plane(plane), .. }) => Locus::Plane(plane.point, plane.normal),
-            Self::Fitted(Fit { element: Element::Cylinder(cylinder), .. }) => Locus::Line(cylinder.point, cylinder.axis),
+            Self::Fitted(Fit { element: Element::Cylinder(cylinder), .. }) => {
+                Locus::Line(cylinder.point, cylinder.axis)
+            }
             feature => Locus::Point(feature.middle()),
         }
     }

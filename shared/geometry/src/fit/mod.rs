@@ -57,7 +57,8 @@ impl SurfacePoint {
     pub fn of_vertices(mesh: &SemanticMesh, vertices: &[u32]) -> Vec<Self> {
         let vector = |v: [f32; 3]| Vector3::from(v.map(f64::from));
         let at = |v: &u32| {
-            let (position, normal) = (mesh.vertices.positions.get(*v as usize)?, mesh.vertices.normals.get(*v as usize)?);
+            let (position, normal) =
+                (mesh.vertices.positions.get(*v as usize)?, mesh.vertices.normals.get(*v as usize)?);
             let position = vector(*position);
             let normal = vector(*normal).try_normalize(0.1).unwrap_or_else(Vector3::zeros);
             position.iter().all(|c| c.is_finite()).then_some(Self { position, normal, weight: 1.0 })

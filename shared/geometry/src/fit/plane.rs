@@ -92,8 +92,7 @@ fn is_line(plane: &Plane, points: &[SurfacePoint], weights: &[f64]) -> bool {
     let (u, v) = across(plane.normal);
     let used = || points.iter().zip(weights).filter(|(_, w)| **w > 0.0).map(|(p, _)| p.position - plane.point);
     let sum = |of: &dyn Fn(Vector3<f64>) -> f64| used().map(of).sum::<f64>();
-    let (uu, uv, vv) =
-        (sum(&|p| p.dot(&u).powi(2)), sum(&|p| p.dot(&u) * p.dot(&v)), sum(&|p| p.dot(&v).powi(2)));
+    let (uu, uv, vv) = (sum(&|p| p.dot(&u).powi(2)), sum(&|p| p.dot(&u) * p.dot(&v)), sum(&|p| p.dot(&v).powi(2)));
     let (half, root) = (0.5 * (uu + vv), (0.25 * (uu - vv).powi(2) + uv * uv).sqrt());
     half - root <= NARROWEST.powi(2) * (half + root)
 }

@@ -1,6 +1,6 @@
 //! The search that all elements share: a start from random samples, then Gauss-Newton steps on the weighted squares of the
-//! geometric distances, damped where a step would not lower them [Forbes 1989], with Tukey's biweight
-//! [Beaton 1974].
+//! geometric distances, damped where a step would not lower them [Forbes 1989], with Tukey's biweight [Beaton 1974]. What has no
+//! weight then is left out, and the rest is fitted once more without weights.
 //!
 //! The scale of the biweight is that of the residuals themselves (their median, as of a normal distribution), but it falls no
 //! lower than a share of the start's tolerance: an exact surface has residuals of rounding only.
@@ -15,6 +15,8 @@ const BIWEIGHT: f64 = 4.685;
 const LEAST_SCALE: f64 = 0.02;
 /// Rounds of weights.
 const ROUNDS: usize = 30;
+/// Most steps of the last, unweighted search.
+const LAST_STEPS: usize = 8;
 /// A step below this share of the tolerance ends the search.
 const CONVERGED: f64 = 1e-7;
 /// Random samples of the start.
@@ -93,6 +95,17 @@ pub(super) fn search<const N: usize, E: Parametric<N>>(
         let (next, length) = step(&element, points, &weights)?;
         element = next;
         if length < CONVERGED * tolerance && round > 2 {
+            break;
+        }
+    }
+    // Of the points that are left the sum of the squares itself: their residuals then say how well it is known.
+    for (weight, point) in weights.iter_mut().zip(points) {
+        *weight = if *weight > 0.0 { point.weight } else { 0.0 };
+    }
+    for _ in 0..LAST_STEPS {
+        let (next, length) = step(&element, points, &weights)?;
+        element = next;
+        if length < CONVERGED * tolerance {
             break;
         }
     }

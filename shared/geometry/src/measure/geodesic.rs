@@ -193,7 +193,10 @@ mod tests {
         let way = from.way_to(n * (n + 1) + n / 2);
         assert_eq!((way[0], way[way.len() - 1]), (n * (n + 1) + n / 2, 0));
         let later = surface.distances(&[(0, 5.0), (999_999, 0.0)]);
-        assert!((later.metres[1] - 6.0).abs() < 1e-12, "a source begins with its distance, one that is not there is none");
+        assert!(
+            (later.metres[1] - 6.0).abs() < 1e-12,
+            "a source begins with its distance, one that is not there is none"
+        );
         assert!(Geodesics::new(1, |_| [], |_| [], |_, _| 0.0).distances(&[]).metres[0].is_infinite());
     }
 }

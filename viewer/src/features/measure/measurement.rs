@@ -142,7 +142,9 @@ impl Measurement {
     /// What it is of, in words: the elements between which it was taken, or how well its own element fits.
     pub fn note(&self, unit: LengthUnit) -> Option<String> {
         if let Some(fit) = self.fit() {
-            let length = |metres: f64| format!("{:.*}", if unit == LengthUnit::Inches { 4 } else { 2 }, metres / unit.in_metres());
+            let length = |metres: f64| {
+                format!("{:.*}", if unit == LengthUnit::Inches { 4 } else { 2 }, metres / unit.in_metres())
+            };
             return Some(format!(
                 "{} points, {} left out; residual {} rms, {} at most",
                 fit.used,
@@ -151,8 +153,11 @@ impl Measurement {
                 length(fit.largest)
             ));
         }
-        let of: Vec<String> =
-            self.taken.iter().map(|t| t.of.map_or_else(|| t.name().to_owned(), |number| format!("{} {number}", t.name()))).collect();
+        let of: Vec<String> = self
+            .taken
+            .iter()
+            .map(|t| t.of.map_or_else(|| t.name().to_owned(), |number| format!("{} {number}", t.name())))
+            .collect();
         let has_element = self.taken.len() > 1 && self.taken.iter().any(|t| !t.is_point());
         has_element.then(|| of.join(" – "))
     }
@@ -259,8 +264,8 @@ pub(super) mod tests {
         assert_eq!(axes, ["30.0".to_owned(), "\u{2212}40.0".into(), "0.0".into()]);
         assert!(way.place().expect("its middle").iter().zip([0.015, -0.02, 0.0]).all(|(a, b)| (a - b).abs() < 1e-7));
         assert_eq!(way.note(LengthUnit::Millimetres), None);
-        let coarse = measured(1, Kind::Distance, ends.map(|p| point(p, 0.05)).to_vec());
-        assert_eq!(coarse.value_and_uncertainty(LengthUnit::Millimetres), "50 ± 41\u{a0}mm");
+        let coarse = measured(1, Kind::Distance, ends.map(|p| point(p, 0.02)).to_vec());
+        assert_eq!(coarse.value_and_uncertainty(LengthUnit::Millimetres), "50 ± 16\u{a0}mm");
     }
 
     #[test]

@@ -156,10 +156,17 @@ impl Measure {
             self.taken.truncate(wanted - 1);
             return;
         }
-        let measurement =
-            Measurement { number: self.made.saturating_add(1), kind, taken: std::mem::take(&mut self.taken), outdated: false };
+        let measurement = Measurement {
+            number: self.made.saturating_add(1),
+            kind,
+            taken: std::mem::take(&mut self.taken),
+            outdated: false,
+        };
         // A plane has no figure; two elements that meet have no distance.
-        if measurement.fit().is_none() && measurement.estimate().is_none() && measurement.taken.iter().any(|t| !t.is_point()) {
+        if measurement.fit().is_none()
+            && measurement.estimate().is_none()
+            && measurement.taken.iter().any(|t| !t.is_point())
+        {
             self.missed = match kind {
                 Kind::Angle => "These have no angle: a point or sphere has no direction.".into(),
                 _ => "These have no distance: they meet.".into(),
@@ -181,7 +188,8 @@ impl Measure {
 
     /// What shows the picks of a measurement that is not finished: points joined by lines, elements as they are.
     fn open_lines(&self) -> Vec<Line> {
-        let joined = self.taken.windows(2).filter(|_| self.kind != Some(Kind::Along)).map(|pair| [pair[0].place, pair[1].place]);
+        let joined =
+            self.taken.windows(2).filter(|_| self.kind != Some(Kind::Along)).map(|pair| [pair[0].place, pair[1].place]);
         joined.chain(self.taken.iter().flat_map(|t| t.lines.iter().copied())).collect()
     }
 
@@ -256,7 +264,10 @@ mod tests {
         let measure = after([Choose(Some(Kind::Distance)), at(0.0), at(0.0), Picked(None)]);
         assert_eq!((measure.list.len(), measure.taken.len(), measure.missed.is_empty()), (0, 1, false));
         assert!(measure.prompt(true).starts_with("Nothing lies there"));
-        assert_eq!(after([Choose(Some(Kind::Distance)), at(0.0)]).prompt(true), "Pick the second point, or an element of the list.");
+        assert_eq!(
+            after([Choose(Some(Kind::Distance)), at(0.0)]).prompt(true),
+            "Pick the second point, or an element of the list."
+        );
         assert_eq!(Measure::default().prompt(true), "");
     }
 
@@ -305,7 +316,11 @@ mod tests {
         let two = || [Choose(Some(Kind::Cylinder)), at(0.0), surveyed(cylinder(0.0, None)), at(0.1)];
         let measure = after(two());
         assert_eq!((measure.list.len(), measure.surveying), (1, true));
-        assert_eq!(after(two().into_iter().chain([Back, surveyed(cylinder(0.1, None))])).list.len(), 1, "not wanted any more");
+        assert_eq!(
+            after(two().into_iter().chain([Back, surveyed(cylinder(0.1, None))])).list.len(),
+            1,
+            "not wanted any more"
+        );
         let refused = MeasureEvent::Surveyed(Err("No cylinder there: too flat.".into()));
         let measure = after(two().into_iter().chain([refused]));
         assert_eq!((measure.list.len(), measure.prompt(true).as_str()), (1, "No cylinder there: too flat."));
@@ -321,11 +336,18 @@ mod tests {
         let then = |events: Vec<MeasureEvent>| after(elements().into_iter().chain(events));
         let distance = then(vec![Choose(Some(Kind::Distance)), MeasureEvent::Use(1), MeasureEvent::Use(2)]);
         let made = &distance.list[2];
-        assert_eq!((made.number, made.taken.len(), made.value(LengthUnit::Millimetres).as_str()), (3, 2, "50.000\u{a0}mm"));
+        assert_eq!(
+            (made.number, made.taken.len(), made.value(LengthUnit::Millimetres).as_str()),
+            (3, 2, "50.000\u{a0}mm")
+        );
         let angle = then(vec![Choose(Some(Kind::Angle)), MeasureEvent::Use(2), MeasureEvent::Use(1)]);
         assert_eq!(angle.list.len(), 3);
         let mixed = then(vec![Choose(Some(Kind::Angle)), MeasureEvent::Use(2), at(0.3)]);
-        assert!(mixed.list.len() == 2 && mixed.prompt(true).starts_with("These have no angle"), "{}", mixed.prompt(true));
+        assert!(
+            mixed.list.len() == 2 && mixed.prompt(true).starts_with("These have no angle"),
+            "{}",
+            mixed.prompt(true)
+        );
         let point = then(vec![Choose(Some(Kind::Distance)), at(0.02), MeasureEvent::Use(1)]);
         assert_eq!(point.list.len(), 3, "a point and an axis");
         assert!(then(vec![Choose(Some(Kind::Step)), MeasureEvent::Use(1)]).prompt(true).contains("two planes"));

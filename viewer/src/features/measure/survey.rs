@@ -158,7 +158,7 @@ mod tests {
         }
         for (i, j) in (0..columns).flat_map(|i| (0..rows).map(move |j| (i, j))) {
             let a = i * (rows + 1) + j;
-            mesh.triangles.extend([[a, a + rows + 1, a + rows + 2], [a, a + rows + 2, a + 1]]);
+            mesh.triangles.extend([[a, a + rows + 2, a + rows + 1], [a, a + 1, a + rows + 2]]);
         }
         mesh
     }
@@ -172,7 +172,10 @@ mod tests {
         let radius = fit.radius().expect("a radius");
         assert!((radius.value - 15e-3).abs() < radius.expanded() && radius.expanded() < 1e-3, "{radius:?}");
         let ends = taken.lines.iter().flatten().map(|p| p[0]);
-        assert!(ends.clone().fold(f32::MAX, f32::min) < 2e-3 && ends.fold(0.0, f32::max) > 58e-3, "as long as the pipe");
+        assert!(
+            ends.clone().fold(f32::MAX, f32::min) < 2e-3 && ends.fold(0.0, f32::max) > 58e-3,
+            "as long as the pipe"
+        );
         let refused = survey.take(Kind::Circle, &[], [0.03, 0.0, 15e-3]).expect_err("no rim");
         assert!(refused.starts_with("No circle there"), "{refused}");
     }

@@ -13,7 +13,7 @@ const NEAR: f64 = 1e-3;
 /// Cosine between its normal and that of the surface from which on it may: 20 degrees.
 const FACING: f64 = 0.94;
 /// Fewest vertices of a surface that was seen.
-const FEWEST: usize = 12;
+const FEWEST: usize = 40;
 /// Distance of the eye from the part, metres.
 const EYE: f64 = 0.6;
 /// Cosine between normal and line of sight from which on people click at a place.
@@ -34,6 +34,12 @@ pub(super) fn on_surface(
         })
         .collect();
     (on_it.len() >= FEWEST).then(|| on_it[random.random_range(0..on_it.len())])
+}
+
+/// The vertex of the model next to a true place, metres; `None` without vertices.
+pub(super) fn next_to(mesh: &SemanticMesh, place: &Vector3<f64>, truth_from_model: &Isometry3<f64>) -> Option<u32> {
+    let away = |v: &u32| (placed(mesh, *v, truth_from_model).0.coords - place).norm();
+    (0..mesh.len() as u32).min_by(|a, b| away(a).total_cmp(&away(b)))
 }
 
 /// Whether a place with its normal belongs to a surface.

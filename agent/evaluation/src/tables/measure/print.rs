@@ -41,7 +41,11 @@ pub fn print(out: &mut impl Write, report: &Report) -> io::Result<()> {
         let refused = if motor.refused.is_empty() { "none".to_owned() } else { motor.refused.join("; ") };
         writeln!(out, "  not seen: {} elements; refused: {refused}", motor.unseen)?;
     }
-    writeln!(out, "\n{:<22} {:>5} {:>8} {:>12} {:>12} {:>14}", "what", "count", "covered", "median |e|", "median U", "rms of e / u")?;
+    writeln!(
+        out,
+        "\n{:<22} {:>5} {:>8} {:>12} {:>12} {:>14}",
+        "what", "count", "covered", "median |e|", "median U", "rms of e / u"
+    )?;
     for kind in Kind::ALL {
         let all: Vec<&Measurement> =
             motors.iter().flat_map(|m| &m.measurements).filter(|one| one.kind == kind).collect();

@@ -1,6 +1,6 @@
 //! The measurements of one motor.
 
-use super::clicks::{Pixel, at_pixels, on_surface};
+use super::clicks::{Pixel, at_pixels, next_to, on_surface};
 use super::{Kind, Measurement, Motor};
 use crate::poses::{PosePair, align_poses};
 use nalgebra::{Isometry3, Matrix6, Vector3};
@@ -19,6 +19,8 @@ use std::collections::BTreeMap;
 
 /// Pairs of points of each motor.
 const POINT_PAIRS: usize = 6;
+/// How far beside the rim of a hole a person clicks, metres.
+const BESIDE_RIM: f64 = 1.5e-3;
 
 /// An element as it was measured and as it is.
 #[derive(Clone, Copy)]
@@ -58,8 +60,11 @@ pub(super) fn measure(inspected: &Inspected, cell: &VirtualCell, seed: u64) -> M
             }
             Err(error) => refused.push(format!("{name}: {error}")),
         }
-        // The face of a boss has the rim of its hole.
-        if let Some((hole, truth)) = name.strip_prefix("boss ").and_then(|n| true_rim(cell, n, surface)) {
+        // The face of a boss has the rim of its hole; people click between that and the outer one, nearer to the hole.
+        if let Some((hole, circle)) = name.strip_prefix("boss ").and_then(|n| true_rim(cell, n, surface)) {
+            let beside = circle.centre + Vector3::x() * (circle.radius + BESIDE_RIM);
+            let Some(vertex) = next_to(mesh, &beside, &truth_from_model) else { continue };
+            let truth = exact(Element::Circle(circle));
             match regions.grow(vertex, ElementKind::Circle, &errors) {
                 Ok(region) => {
                     if let (Some(measured), Some(truth)) = (region.fit.radius(), radius(&truth)) {
@@ -89,12 +94,16 @@ fn between_elements(elements: &BTreeMap<&str, Pair>, list: &mut Vec<Measurement>
     };
     add(Kind::ElementDistance, "yoke", "solenoid");
     add(Kind::ElementDistance, "yoke", "terminal cap");
-    add(Kind::ElementDistance, "flange", "nose face");
+    add(Kind::ElementDistance, "ear face 1", "nose face");
+    add(Kind::ElementDistance, "ear face 2", "nose face");
     add(Kind::ElementDistance, "stud 1", "stud 2");
     add(Kind::Angle, "yoke", "solenoid");
-    add(Kind::Angle, "flange", "yoke");
-    add(Kind::Angle, "flange", "nose face");
-    add(Kind::Angle, "flange", "solenoid");
+    add(Kind::Angle, "nose face", "yoke");
+    add(Kind::Angle, "nose face", "solenoid");
+    add(Kind::Angle, "nose face", "ear face 1");
+    add(Kind::Angle, "yoke", "ear face 2");
+    add(Kind::Step, "ear face 1", "nose face");
+    add(Kind::Step, "ear face 2", "nose face");
     for hole in numbered("hole") {
         add(Kind::ElementDistance, "yoke", hole);
     }
@@ -102,9 +111,10 @@ fn between_elements(elements: &BTreeMap<&str, Pair>, list: &mut Vec<Measurement>
         add(Kind::ElementDistance, pair[0], pair[1]);
     }
     for boss in numbered("boss") {
-        add(Kind::Step, "flange", boss);
+        add(Kind::Step, "ear face 1", boss);
+        add(Kind::Step, "nose face", boss);
     }
-    // "ear 1 left", not "ear end 1".
+    // "ear 1 left", neither "ear end 1" nor "ear face 1".
     let flanks: Vec<&str> =
         numbered("ear ").into_iter().filter(|n| n.ends_with("left") || n.ends_with("right")).collect();
     for pair in flanks.windows(2) {
@@ -129,13 +139,8 @@ fn between_rims(rims: &BTreeMap<&str, Pair>, elements: &BTreeMap<&str, Pair>, li
     }
 }
 
-/// Distances of points from each other and from the yoke's axis and the flange.
-fn between_points(
-    pixels: &[Pixel],
-    elements: &BTreeMap<&str, Pair>,
-    voxel: f64,
-    list: &mut Vec<Measurement>,
-) {
+/// Distances of points from each other, from the yoke's axis and from the face of the nose.
+fn between_points(pixels: &[Pixel], elements: &BTreeMap<&str, Pair>, voxel: f64, list: &mut Vec<Measurement>) {
     let uncertainty = grid_uncertainty(voxel);
     let point = |pixel: &Pixel| Pair {
         measured: Feature::Point { position: pixel.model, uncertainty },
@@ -146,7 +151,7 @@ fn between_points(
         list.extend(compared(Kind::PointDistance, of, [&point(&two[0]), &point(&two[1])]));
     }
     for (number, pixel) in (1..).zip(pixels.iter().take(2)) {
-        for name in ["yoke", "flange"] {
+        for name in ["yoke", "nose face"] {
             let Some(element) = elements.get(name) else { continue };
             list.extend(compared(Kind::ElementDistance, format!("{name} - point {number}"), [element, &point(pixel)]));
         }
@@ -196,13 +201,14 @@ fn true_element(surface: &DatumSurface) -> (ElementKind, Feature) {
 }
 
 /// The rim of hole `number` on the face of its boss: the name of the hole, and the circle.
-fn true_rim<'a>(cell: &'a VirtualCell, number: &str, face: &DatumSurface) -> Option<(&'a str, Feature)> {
+fn true_rim<'a>(cell: &'a VirtualCell, number: &str, face: &DatumSurface) -> Option<(&'a str, Circle)> {
     let hole = cell.datums().iter().find(|d| d.name == format!("hole {number}"))?;
-    let (DatumSurface::Plane { middle, normal, .. }, DatumSurface::Cylinder { radius, .. }) = (face, &hole.surface) else {
+    let (DatumSurface::Plane { middle, normal, .. }, DatumSurface::Cylinder { radius, .. }) = (face, &hole.surface)
+    else {
         return None;
     };
     let circle = Circle { centre: (*middle).into(), normal: (*normal).into(), radius: *radius };
-    Some((&hole.name, exact(Element::Circle(circle))))
+    Some((&hole.name, circle))
 }
 
 fn exact(element: Element) -> Feature {
