@@ -39,7 +39,7 @@ pub struct SurfaceErrors {
 }
 
 impl SurfaceErrors {
-    /// Those of a mesh that was made of voxels of this edge (metres). The shares are those of simulated motors (2001 to 2005)
+    /// Those of a mesh that was made of voxels of this edge (metres). The shares are those of simulated motors (2001 to 2004)
     /// other than those that the coverage is tested on (`semascan tables measure`).
     pub fn of_voxels(voxel: f64) -> Self {
         Self {

@@ -97,7 +97,7 @@ fn List(ui: Ui) -> impl IntoView {
             <p>"Points: the voxel grid, each within half a voxel along each axis."</p>
             <p>
                 "Elements: how their points scatter, those within four voxels counted once; and what all points or all views of one "
-                "side share: 0.12 voxels each along the surface's normal, and a turn of a milliradian. Circles on rims: a third of a "
+                "side share: 0.06 voxels each along the surface's normal, and a turn of half a milliradian. Circles on rims: half a "
                 "voxel more."
             </p>
             <p>"Areas: the rim within half a voxel, and 1.5 % for the convention of areas."</p>
