@@ -10,6 +10,7 @@
 mod appearance;
 mod backdrop;
 mod camera;
+mod datum;
 mod defects;
 mod develop;
 mod domain;
@@ -34,6 +35,7 @@ mod training;
 mod turntable;
 mod viewpoint;
 
+pub use datum::{Datum, DatumSurface};
 pub use domain::Domain;
 pub use randomisation::{Randomisation, Range};
 pub use sampling::Sampling;
@@ -62,6 +64,7 @@ pub struct VirtualCell {
     info: SourceInfo,
     scene: Scene,
     truth: TrueMesh,
+    datums: Vec<Datum>,
     station: Station,
     camera: Camera,
     target: Target,
@@ -97,6 +100,7 @@ impl VirtualCell {
         Ok(Self {
             info,
             truth,
+            datums: set.datums,
             scene: set.scene,
             station: Station::new(spec.seed, spec.errors),
             camera,
@@ -125,6 +129,11 @@ impl VirtualCell {
             labels: Some(Arc::new(picture.labels)),
             truth: Some(ViewTruth { table_from_camera: pose.table_from_camera }),
         })
+    }
+
+    /// The planes and cylinders that the part was built of; none of a mesh from a file.
+    pub fn datums(&self) -> &[Datum] {
+        &self.datums
     }
 
     /// The true defect class at a point of the surface of `component` (metres, table frame); 0 is none. Pictures and the

@@ -8,6 +8,7 @@ use semascan_formats::unit::is_inspected_size;
 use semascan_model::Taxonomy;
 
 use super::appearance::{Finish, Grime};
+use super::datum::Datum;
 use super::defects::Defects;
 use super::dual_contour;
 use super::mesh_import::{self, Imported};
@@ -32,6 +33,8 @@ pub(super) struct SceneSetup {
     /// Corners of the part alone, metres.
     pub(super) part_bounds: (Vec3, Vec3),
     pub(super) settings: Vec<(String, String)>,
+    /// The planes and cylinders that the part was built of.
+    pub(super) datums: Vec<Datum>,
     /// Takes the part's own millimetres to the table frame's metres.
     pub(super) table_from_part: Affine3A,
 }
@@ -93,8 +96,22 @@ pub(super) fn dressed_motor(motor: &StarterMotor, seed: u64, dress: Dress) -> Sc
         volume: volume(part, floor),
         part_bounds: part,
         settings: vec![("motor".into(), motor.description.clone())],
+        datums: datums(motor, &table_from_part),
         table_from_part,
     }
+}
+
+/// The datum features of a motor's components.
+fn datums(motor: &StarterMotor, table_from_part: &Affine3A) -> Vec<Datum> {
+    let of = |component: &Component| -> Vec<Datum> {
+        let placed = component.solid.datums().iter().map(|(name, surface)| Datum {
+            name: name.clone(),
+            component: component.class,
+            surface: surface.placed(table_from_part),
+        });
+        placed.collect()
+    };
+    motor.components.iter().flat_map(of).collect()
 }
 
 /// A mesh from a file, standing on the table with its lowest point.
@@ -137,6 +154,7 @@ pub(super) fn imported(path: &Path, scale: Option<f32>, seed: u64) -> Result<Sce
         volume: volume(part, CLEARANCE),
         part_bounds: part,
         settings: vec![("scale".into(), scale.to_string()), ("mesh seed".into(), seed.to_string())],
+        datums: Vec::new(),
         table_from_part,
     })
 }

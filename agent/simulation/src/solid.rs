@@ -6,6 +6,7 @@
 
 use glam::{Mat3, Vec2, Vec3};
 
+use super::datum::DatumSurface;
 use super::shape::Shape;
 
 /// Where a shape stands in its solid, and how it joins what is there.
@@ -96,6 +97,7 @@ impl Step {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Solid {
     steps: Vec<Step>,
+    datums: Vec<(String, DatumSurface)>,
 }
 
 impl Solid {
@@ -110,6 +112,16 @@ impl Solid {
         self.steps.push(step);
     }
 
+    /// Names one of its planes and cylinders; millimetres, the solid's frame.
+    pub(super) fn datum(&mut self, name: impl Into<String>, surface: DatumSurface) {
+        self.datums.push((name.into(), surface));
+    }
+
+    /// Those that were named.
+    pub(super) fn datums(&self) -> &[(String, DatumSurface)] {
+        &self.datums
+    }
+
     /// Signed distance and material slot at `p`.
     pub(super) fn sample(&self, p: Vec3) -> (f32, u8) {
         fold(self.steps.iter(), p)
@@ -122,7 +134,8 @@ impl Solid {
 
     /// The steps that can touch the surface within `radius` of `centre`: away from it a union or a cut changes no sign.
     pub(super) fn near(&self, centre: Vec3, radius: f32) -> Solid {
-        Solid { steps: self.steps.iter().filter(|s| s.distance(centre) < radius + s.blend).cloned().collect() }
+        let near = self.steps.iter().filter(|s| s.distance(centre) < radius + s.blend);
+        Solid { steps: near.cloned().collect(), datums: Vec::new() }
     }
 
     /// Outward unit normal at `p` (tetrahedral differences).

@@ -185,3 +185,46 @@ fn a_mesh_file_is_a_part_too() {
     let refused = VirtualCell::open(&VirtualCellSpec::parse(&uri("&scale=1")).expect("valid"));
     assert!(refused.err().is_some_and(|error| error.to_string().contains("scale")), "80 m long");
 }
+
+/// Datum features are what measurements are judged by: their surfaces are those of the mesh that the camera sees.
+#[test]
+fn datum_features_lie_on_the_true_mesh() {
+    for seed in [7, 8, 9] {
+        let cell = open(&format!("seed={seed}&cell=1.2"));
+        let truth = cell.truth().expect("truth");
+        let index = SurfaceIndex::new(&truth.vertices, &truth.triangles);
+        assert!(cell.datums().len() > 15, "{}", cell.datums().len());
+        for datum in cell.datums() {
+            let near = places(&datum.surface).into_iter().filter(|place| {
+                let place = place.map(|c| c as f32);
+                index.closest_of_all(&[place])[0].is_some_and(|nearest| nearest.distance < 6e-5)
+            });
+            // Much of some is cut away or grown over: the rear cover has vents, an ear end its boss.
+            let share = near.count() as f64 / places(&datum.surface).len() as f64;
+            assert!(share > 0.25, "seed {seed}, {}: {share} of it on the mesh", datum.name);
+        }
+    }
+    let square = "virtual:starter-motor?size=160x120&cell=2.5&seed=7&part-seed=8";
+    let cell = VirtualCell::open(&VirtualCellSpec::parse(square).expect("a URI")).expect("a motor");
+    assert_eq!(cell.datums(), open("seed=8&part-seed=8").datums(), "those of the motor, whichever cell sees it");
+}
+
+/// Places of a datum feature, metres.
+fn places(surface: &DatumSurface) -> Vec<[f64; 3]> {
+    let turns = |k: u32| (f64::from(k % 40) / 40.0 * std::f64::consts::TAU).sin_cos();
+    let share = |k: u32| (f64::from(k / 40) + 0.5) / 5.0;
+    let place = |k: u32| match *surface {
+        DatumSurface::Plane { middle, normal, inner, outer } => {
+            let (u, v) = glam::Vec3::from_array(normal.map(|c| c as f32)).any_orthonormal_pair();
+            let ((sine, cosine), out) = (turns(k), inner + (outer - inner) * share(k));
+            [0, 1, 2].map(|i| middle[i] + out * (cosine * f64::from(u[i]) + sine * f64::from(v[i])))
+        }
+        DatumSurface::Cylinder { middle, axis, radius, half, .. } => {
+            let (u, v) = glam::Vec3::from_array(axis.map(|c| c as f32)).any_orthonormal_pair();
+            let ((sine, cosine), along) = (turns(k), half * (2.0 * share(k) - 1.0));
+            [0, 1, 2]
+                .map(|i| middle[i] + along * axis[i] + radius * (cosine * f64::from(u[i]) + sine * f64::from(v[i])))
+        }
+    };
+    (0..200).map(place).collect()
+}

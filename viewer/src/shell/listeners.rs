@@ -6,9 +6,11 @@ use super::shortcuts::{Action, Focus, action};
 use super::viewport::Viewport;
 use crate::camera::Modifiers;
 use crate::display::{ColorMode, Theme};
+use crate::features::measure::{Measure, MeasureEvent};
 use crate::state::{AppState, Event};
 use crate::ui::Ui;
 use leptos::prelude::*;
+use semascan_model::LengthUnit;
 use std::rc::Rc;
 use std::time::Duration;
 use wasm_bindgen::prelude::*;
@@ -20,6 +22,8 @@ use web_sys::{
 const THEME_KEY: &str = "semascan.theme";
 /// Where the chosen meaning of colours is kept.
 const COLOR_KEY: &str = "semascan.color-mode";
+/// And the unit of lengths.
+const UNIT_KEY: &str = "semascan.length-unit";
 /// Step of the clock while something counts down, milliseconds.
 const CLOCK_MS: u32 = 250;
 /// Finer pictures cost more than they show.
@@ -106,14 +110,18 @@ pub(super) fn system_theme(window: &Window, ui: Ui) -> Result<(), JsValue> {
     Ok(())
 }
 
-/// Sets theme and meaning of colours before anything is shown: the theme from the address, else both as they were chosen the
-/// last time. Deviations need a reference, which is not kept.
+/// Sets theme, meaning of colours and unit of lengths before anything is shown: the theme from the address, else as they were
+/// chosen the last time. Deviations need a reference, which is not kept.
 pub(super) fn initial_display(window: &Window, ui: Ui, asked: Option<Theme>) {
     let stored = |key: &str| storage(window)?.get_item(key).ok().flatten();
     let theme = asked.or_else(|| Theme::from_key(&stored(THEME_KEY)?));
     ui.send(Event::Theme(theme.unwrap_or_default()));
     if let Some(mode) = stored(COLOR_KEY).and_then(|key| ColorMode::from_key(&key)) {
         ui.send(Event::ColorMode(mode));
+    }
+    let unit = stored(UNIT_KEY).and_then(|name| LengthUnit::parse(&name));
+    if let Some(unit) = unit.filter(|unit| Measure::UNITS.contains(unit)) {
+        ui.send_feature(MeasureEvent::Unit(unit));
     }
 }
 
@@ -129,6 +137,7 @@ pub(super) fn frame_of_page(window: &Window, document: &Document, ui: Ui) {
     });
     keep_choice(window, THEME_KEY, ui.part(|s| s.display.theme.key()));
     keep_choice(window, COLOR_KEY, ui.part(|s| s.display.color_mode.key()));
+    keep_choice(window, UNIT_KEY, ui.part(|s| s.features.measure.unit.name()));
     let title = ui.part(|s| {
         let part = Some(s.inspection.part.clone()).filter(|part| !part.is_empty());
         part.into_iter().chain(s.foreign_agent.clone()).chain(["Semascan".to_owned()]).collect::<Vec<_>>().join(" · ")

@@ -191,7 +191,7 @@ mod tests {
         state.reduce(&feature(MeasureEvent::Choose(Some(Kind::Distance))));
         state.reduce(&feature(MeasureEvent::Picked(Some(point))));
         press(&mut state, "Escape", false);
-        assert_eq!((state.features.measure.points.len(), state.features.measure.kind), (0, Some(Kind::Distance)));
+        assert_eq!((state.features.measure.taken.len(), state.features.measure.kind), (0, Some(Kind::Distance)));
         press(&mut state, "Escape", false);
         assert!(state.features.measure.kind.is_none() && state.features.inspect.picked.is_some());
         press(&mut state, "Escape", false);

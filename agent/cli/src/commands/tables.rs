@@ -1,5 +1,5 @@
-//! `semascan tables P0|P1|P2|findings|labels|teach`: reruns a paper's tables on the virtual cell, judges findings or labels that
-//! were corrected on the model, or networks before and after they were trained on such labels. P0 is [Remanufacturing paper], P1
+//! `semascan tables P0|P1|P2|findings|labels|measure|teach`: reruns a paper's tables on the virtual cell, judges findings,
+//! measurements or labels that were corrected on the model, or networks before and after they were trained on such labels. P0 is [Remanufacturing paper], P1
 //! [Eye-in-hand 2020], P2 [Wang 2023].
 
 use super::dataset::{DatasetWriter, Format};
@@ -11,7 +11,7 @@ use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
 use nalgebra::Isometry3;
 use semascan_evaluation::TestDomain;
-use semascan_evaluation::tables::{NetworkSetting, findings, labels, p0, p1, p2, teach};
+use semascan_evaluation::tables::{NetworkSetting, findings, labels, measure, p0, p1, p2, teach};
 use semascan_formats::regular_file;
 use semascan_labelling::ViewMasks;
 use semascan_model::Taxonomy;
@@ -39,6 +39,8 @@ enum Paper {
     Findings,
     /// No paper's: labels corrected once on the model and projected into every view, against true masks
     Labels,
+    /// No paper's: distances, radii and angles on models of unseen motors against truth, and how many of the stated intervals hold it
+    Measure,
     /// No paper's: a network before and after it was trained on such labels, in the shifted world and in its own
     Teach,
 }
@@ -58,10 +60,11 @@ pub(crate) struct TablesArgs {
     /// Views of each [default: 5, in P1's Tables 3 to 5: 12; P1 itself took 16]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=360))]
     views: Option<u32>,
-    /// For findings, labels and teach: seed of the first motor [default: 1001, for teach 3001]
+    /// For findings, labels, measure and teach: seed of the first motor [default: 1001, for teach 3001]
     #[arg(long, value_name = "SEED")]
     first_seed: Option<u64>,
-    /// For findings, labels and teach: columns and rows of the pictures [default: 960x720 for findings, else 640x480]
+    /// For findings, labels, measure and teach: columns and rows of the pictures [default: 960x720 for findings and measure, else
+    /// 640x480]
     #[arg(long, value_name = "WxH", value_parser = size)]
     size: Option<(u32, u32)>,
     /// For findings and labels: where labels come from, source or network [default: source, for labels network]
@@ -150,6 +153,7 @@ impl TablesArgs {
             Paper::P2 => self.p2(quiet),
             Paper::Findings => self.findings(quiet),
             Paper::Labels => self.labels(quiet),
+            Paper::Measure => self.measure(quiet),
             Paper::Teach => self.teach(quiet),
         }
     }
@@ -270,6 +274,27 @@ impl TablesArgs {
         }
         let report = watched(quiet, |on_step| findings::run(&config, on_step))?;
         findings::print(&mut Stderr::default(), &report)?;
+        self.write(&report)
+    }
+
+    /// Measurements against truth.
+    fn measure(self, quiet: bool) -> Result<(), Failure> {
+        self.not_p1()?;
+        if !self.tables.is_empty() || self.models.is_some() || self.sigma.is_some() || self.labels.is_some() {
+            return Err(Failure::Call(anyhow!("--table, --models, --sigma and --labels do not belong to measure")));
+        }
+        let mut config = measure::Config::default();
+        if self.quick {
+            (config.size, config.views) = ((320, 240), 4);
+            config.motors.truncate(1);
+        }
+        config.views = self.views.unwrap_or(config.views);
+        config.size = self.size.unwrap_or(config.size);
+        let first = self.first_seed.unwrap_or(1001);
+        let motors = self.seeds.unwrap_or(config.motors.len() as u64);
+        config.motors = (first..first + motors).collect();
+        let report = watched(quiet, |on_step| measure::run(&config, on_step))?;
+        measure::print(&mut Stderr::default(), &report)?;
         self.write(&report)
     }
 

@@ -1,9 +1,10 @@
-//! The papers' tables, rerun on the virtual cell, and the tables of findings, of corrected labels and of networks that were
-//! trained on them.
+//! The papers' tables, rerun on the virtual cell, and the tables of findings, of measurements, of corrected labels and of
+//! networks that were trained on them.
 
 pub mod findings;
 mod frozen_threshold;
 pub mod labels;
+pub mod measure;
 pub mod p0;
 pub mod p1;
 pub mod p2;

@@ -1,10 +1,8 @@
 //! Length and width of a region along the surface.
 //!
-//! The length is the longest of the shortest ways on the region's own surface between two of its points: that of a bent
-//! crack follows its course. Ways are found by Dijkstra's algorithm with the update across faces of [Novotni 2002]:
-//! the distance of a face's third corner from that of the other two, as if the source lay in the unfolded plane of the face.
-//! It is exact on a plane and needs no edge to run along the way. Length is searched between ends by turns (the farthest
-//! point of the farthest point), which finds the diameter of a tree and all but that of other shapes.
+//! The length is the longest of the shortest ways ([`Geodesics`]) on the region's own surface between two of its points: that
+//! of a bent crack follows its course. It is searched between ends by turns (the farthest point of the farthest point), which
+//! finds the diameter of a tree and all but that of other shapes.
 //!
 //! The width is the largest extent across this way: the area of a slice divided by its thickness, where each vertex lies
 //! along the way by its distances from both ends. Holes do not count.
@@ -13,8 +11,7 @@
 
 use super::regions::Region;
 use super::surface::Surface;
-use std::cmp::Reverse;
-use std::collections::BinaryHeap;
+use semascan_geometry::measure::Geodesics;
 
 /// Times that the farthest point of the farthest point is looked for.
 const TURNS: usize = 4;
@@ -80,67 +77,25 @@ fn farthest(distances: &[f64]) -> usize {
     (0..distances.len()).fold(0, |best, i| if distances[i] > distances[best] { i } else { best })
 }
 
-/// A region as ways over it need it: its vertices by their place in the region, with the pieces of surface beside each.
+/// Ways over a region, whose vertices are known by their places in it.
 struct Ways<'a> {
     surface: &'a Surface<'a>,
     region: &'a Region,
-    /// First edge of each vertex, and one past the last.
-    edge_starts: Vec<usize>,
-    /// Place and distance of each vertex's neighbours in the region.
-    edges: Vec<(u32, f64)>,
-    /// First wedge of each vertex, and one past the last.
-    wedge_starts: Vec<usize>,
-    wedges: Vec<Wedge>,
-}
-
-/// A face of the region as one of its corners sees it: the places of the two others, and the lengths of the edges, metres.
-struct Wedge {
-    others: [u32; 2],
-    to_others: [f64; 2],
-    between: f64,
-}
-
-/// A finite distance in the order of its size.
-#[derive(Clone, Copy, PartialEq)]
-struct Distance(f64);
-
-impl Eq for Distance {}
-
-impl PartialOrd for Distance {
-    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl Ord for Distance {
-    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
-        self.0.total_cmp(&other.0)
-    }
+    geodesics: Geodesics,
 }
 
 impl<'a> Ways<'a> {
     fn new(surface: &'a Surface<'a>, region: &'a Region) -> Self {
-        let (mut edge_starts, mut edges, mut wedge_starts, mut wedges) = (vec![0], Vec::new(), vec![0], Vec::new());
-        for &v in &region.vertices {
-            let first = edges.len();
-            for &w in surface.neighbours(v) {
-                let place = region.vertices.binary_search(&w).ok();
-                edges.extend(place.map(|place| (place as u32, surface.edge_length(v, w))));
-            }
-            edge_starts.push(edges.len());
-            // The other corners of its faces are among its neighbours.
-            let beside = &edges[first..];
-            for &face in surface.faces(v) {
-                let mut others = surface.corners(face).into_iter().filter(|w| *w != v);
-                let (Some(u), Some(w)) = (others.next(), others.next()) else { continue };
-                let found = |w: u32| beside.iter().find(|(place, _)| region.vertices[*place as usize] == w);
-                let (Some(&left), Some(&right)) = (found(u), found(w)) else { continue };
-                let between = surface.edge_length(u, w);
-                wedges.push(Wedge { others: [left.0, right.0], to_others: [left.1, right.1], between });
-            }
-            wedge_starts.push(wedges.len());
-        }
-        Self { surface, region, edge_starts, edges, wedge_starts, wedges }
+        let vertex = |place: u32| region.vertices[place as usize];
+        let place = |v: u32| region.vertices.binary_search(&v).ok().map(|place| place as u32);
+        let neighbours = |at: u32| surface.neighbours(vertex(at)).iter().filter_map(|v| place(*v));
+        let faces = |at: u32| {
+            let around = surface.faces(vertex(at)).iter().map(|face| surface.corners(*face));
+            around.filter_map(|[a, b, c]| Some([place(a)?, place(b)?, place(c)?]))
+        };
+        let length = |a: u32, b: u32| surface.edge_length(vertex(a), vertex(b));
+        let geodesics = Geodesics::new(region.vertices.len() as u32, neighbours, faces, length);
+        Self { surface, region, geodesics }
     }
 
     /// The vertex farthest from the middle: the search begins there.
@@ -154,61 +109,8 @@ impl<'a> Ways<'a> {
 
     /// Distance of each vertex from vertex number `source`, metres.
     fn distances(&self, source: usize) -> Vec<f64> {
-        let count = self.region.vertices.len();
-        let mut found = vec![f64::INFINITY; count];
-        let mut done = vec![false; count];
-        let mut reached = Reached::from([Reverse((Distance(0.0), source as u32))]);
-        found[source] = 0.0;
-        while let Some(Reverse((_, at))) = reached.pop() {
-            let at = at as usize;
-            if std::mem::replace(&mut done[at], true) {
-                continue;
-            }
-            let here = found[at];
-            for &(place, length) in &self.edges[self.edge_starts[at]..self.edge_starts[at + 1]] {
-                offer(&mut found, &mut reached, place, here + length);
-            }
-            for wedge in &self.wedges[self.wedge_starts[at]..self.wedge_starts[at + 1]] {
-                for (second, third) in [(0, 1), (1, 0)] {
-                    let [known, wanted] = [second, third].map(|k: usize| wedge.others[k]);
-                    if done[known as usize] && !done[wanted as usize] {
-                        let [to_known, to_wanted] = [second, third].map(|k: usize| wedge.to_others[k]);
-                        let from_known = found[known as usize];
-                        if let Some(distance) = across_face([to_known, to_wanted, wedge.between], here, from_known) {
-                            offer(&mut found, &mut reached, wanted, distance);
-                        }
-                    }
-                }
-            }
-        }
-        found
+        self.geodesics.distances(&[(source as u32, 0.0)]).metres
     }
-}
-
-/// Vertices that were reached, the nearest first.
-type Reached = BinaryHeap<Reverse<(Distance, u32)>>;
-
-/// A way to `place` of this distance: taken if it is the shortest yet.
-fn offer(found: &mut [f64], reached: &mut Reached, place: u32, distance: f64) {
-    if distance < found[place as usize] {
-        found[place as usize] = distance;
-        reached.push(Reverse((Distance(distance), place)));
-    }
-}
-
-/// Distance of corner `c` of a face with the edges `ab`, `ac` and `bc`, whose corners `a` and `b` have the distances `from_a`
-/// and `from_b`, along a straight way that crosses the edge between these; `None` where there is none.
-fn across_face([ab, ac, bc]: [f64; 3], from_a: f64, from_b: f64) -> Option<f64> {
-    // In the plane of the face: a in the origin, b on the x axis, c above it and the source below.
-    let foot = |to_a: f64, to_b: f64| {
-        let x = (to_a * to_a - to_b * to_b + ab * ab) / (2.0 * ab);
-        let squared = to_a * to_a - x * x;
-        (squared >= 0.0).then(|| (x, squared.sqrt()))
-    };
-    let (corner, source) = (foot(ac, bc)?, foot(from_a, from_b)?);
-    let height = corner.1 + source.1;
-    let crossing = source.0 + (corner.0 - source.0) * source.1 / height;
-    (height > 0.0 && (0.0..=ab).contains(&crossing)).then(|| (corner.0 - source.0).hypot(height))
 }
 
 #[cfg(test)]

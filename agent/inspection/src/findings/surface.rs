@@ -4,12 +4,9 @@
 //! Every vertex stands for the area that the figures of the model give it ([`seen_vertex_areas`]): the areas of findings
 //! and those of components and defects are sums of the same numbers.
 
-use semascan_geometry::measure::seen_vertex_areas;
-use semascan_geometry::vector::{dot, sub, unit};
+use semascan_geometry::measure::{seen_vertex_areas, smooth_edge_length};
+use semascan_geometry::vector::unit;
 use semascan_model::SemanticMesh;
-
-/// Least share of an edge's length that counts where the normals at its ends say that it is steep: noise makes it so.
-const LEAST_SHARE: f64 = 0.5;
 
 /// A mesh in the table frame, ready to be measured.
 pub(crate) struct Surface<'a> {
@@ -71,15 +68,9 @@ impl<'a> Surface<'a> {
         self.mesh.vertices.defects[v as usize]
     }
 
-    /// Length of the edge between two vertices along the surface, metres. Noise makes a mesh rough and its edges too long,
-    /// as it does with areas: an edge counts by its projection on the planes that the normals at its ends belong to.
+    /// Length of the edge between two vertices along the surface, metres.
     pub(crate) fn edge_length(&self, a: u32, b: u32) -> f64 {
-        let edge = sub(self.position(b), self.position(a));
-        let squared = dot(edge, edge);
-        let (Some(n), Some(m)) = (self.normal(a), self.normal(b)) else { return squared.sqrt() };
-        let Some(mean) = unit([0, 1, 2].map(|k| n[k] + m[k]), 0.1) else { return squared.sqrt() };
-        let across = dot(edge, mean);
-        (squared - across * across).max(LEAST_SHARE * LEAST_SHARE * squared).sqrt()
+        smooth_edge_length(self.mesh, a, b)
     }
 }
 

@@ -2,6 +2,7 @@
 
 use glam::{Mat3, Vec3};
 
+use super::super::datum::DatumSurface;
 use super::super::random::Stream;
 use super::super::shape::Shape;
 use super::super::solid::{Solid, Step};
@@ -31,6 +32,8 @@ pub(super) fn housing(p: &Parameters, seed: u64) -> Solid {
         (p.cover_radius - 1.2, cover + 0.5),
         (0.0, cover + 0.5),
     ])));
+    body.datum("yoke", DatumSurface::upright(Vec3::ZERO, r, (cover + 3.0, top - 8.0), false));
+    body.datum("rear cover", DatumSurface::upright(Vec3::ZERO, p.cover_radius, (chamfer + 1.0, cover - 3.0), false));
     body.cut(Step::new(Shape::Torus { major: r.min(p.cover_radius) + 0.6, minor: 1.5 }).at(Vec3::Z * cover));
 
     // Pole-shoe screws, clear of the solenoid.
@@ -128,6 +131,8 @@ pub(super) fn solenoid(p: &Parameters, seed: u64) -> Solid {
         ]))
         .at(axis),
     );
+    body.datum("solenoid", DatumSurface::upright(axis, r, (bottom + crimp + 2.6, top - 9.0), false));
+    body.datum("solenoid rim", DatumSurface::upright(axis, r + rim, (bottom + 2.5, bottom + crimp - 0.5), false));
     if s.chance(0.5) {
         let groove = bottom + (top - bottom) * s.range(0.35, 0.6);
         body.cut(Step::new(Shape::Torus { major: r + 0.7, minor: 1.7 }).at(axis + Vec3::Z * groove));

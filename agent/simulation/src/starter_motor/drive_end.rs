@@ -2,6 +2,7 @@
 
 use glam::{Mat3, Vec2, Vec3};
 
+use super::super::datum::DatumSurface;
 use super::super::random::Stream;
 use super::super::shape::Shape;
 use super::super::solid::{Solid, Step};
@@ -54,7 +55,12 @@ pub(super) fn carrier(p: &Parameters, seed: u64) -> Solid {
         1 => &[75.0, -75.0, 180.0],
         _ => &[140.0, -55.0],
     };
-    for angle in angles {
+    let top = flange_z + thickness;
+    body.datum("carrier base", DatumSurface::upright(Vec3::ZERO, r + 2.2, (base + 0.5, base + 6.5), false));
+    body.datum("nose", DatumSurface::upright(Vec3::ZERO, nose, (top + 5.0, end - 3.0), false));
+    let bore = if p.overhung { p.tip_radius() + 1.6 } else { 7.0 };
+    body.datum("nose face", DatumSurface::ring(Vec3::Z * end, Vec3::Z, (bore + 0.5, nose - 2.5)));
+    for (number, angle) in (1..).zip(angles) {
         let turn = Mat3::from_rotation_z((angle + s.range(-8.0, 8.0)).to_radians());
         let ear = |shape, out: f32| Step::new(shape).at(Vec3::Z * flange_z).turned(turn).offset(Vec3::X * out);
         let taper = [
@@ -66,7 +72,37 @@ pub(super) fn carrier(p: &Parameters, seed: u64) -> Solid {
         body.add(ear(Shape::Extruded { outline: taper.to_vec(), half: thickness, fillet: 1.0 }, 0.0).blend(3.0));
         body.add(ear(Shape::Cylinder { radius: 11.5, half: thickness, fillet: 1.0 }, reach).blend(2.0));
         body.add(ear(Shape::Cylinder { radius: 9.8, half: thickness + 1.4, fillet: 0.6 }, reach));
-        body.cut(ear(Shape::Cylinder { radius: s.range(4.6, 6.2), half: 30.0, fillet: 0.0 }, reach));
+        let hole = s.range(4.6, 6.2);
+        body.cut(ear(Shape::Cylinder { radius: hole, half: 30.0, fillet: 0.0 }, reach));
+        let (low, high) = (flange_z - thickness - 1.4, top + 1.4);
+        let centre = turn * (Vec3::X * reach);
+        body.datum(format!("hole {number}"), DatumSurface::upright(centre, hole, (low, high), true));
+        body.datum(format!("boss {number}"), DatumSurface::ring(centre.with_z(high), Vec3::Z, (hole + 0.5, 9.8 - 0.8)));
+        body.datum(
+            format!("ear end {number}"),
+            DatumSurface::upright(centre, 11.5, (flange_z - thickness + 1.2, top - 1.2), false),
+        );
+        // The face of the ear between flange and boss, where that is wide enough.
+        let (near, far) = (flange_radius - 1.0, reach - 9.8 - 0.5);
+        if far - near > 6.0 {
+            let middle = turn * (Vec3::X * 0.5 * (near + far)) + Vec3::Z * top;
+            body.datum(
+                format!("ear face {number}"),
+                DatumSurface::ring(middle, Vec3::Z, (0.0, 0.5 * (far - near) - 0.5)),
+            );
+        }
+        // The flanks of the ear between flange and ear end. Its rounding lies outside the outline.
+        for (name, side) in [("left", 1.0), ("right", -1.0)] {
+            let (root, tip) = (Vec3::new(0.0, side * flange_radius * 0.8, 0.0), Vec3::new(reach, side * 9.5, 0.0));
+            let along = (tip - root).normalize();
+            let normal = Vec3::new(-along.y, along.x, 0.0) * side;
+            let share = 0.5 * (flange_radius + reach - 10.0) / reach;
+            let middle = turn * (root.lerp(tip, share) + normal * 1.0) + Vec3::Z * flange_z;
+            body.datum(
+                format!("ear {number} {name}"),
+                DatumSurface::ring(middle, turn * normal, (0.0, thickness - 1.2)),
+            );
+        }
     }
 
     // Ribs between base and flange, left out where the lever tunnel stands.

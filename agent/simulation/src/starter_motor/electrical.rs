@@ -2,6 +2,7 @@
 
 use glam::{Mat3, Vec3};
 
+use super::super::datum::DatumSurface;
 use super::super::random::Stream;
 use super::super::shape::Shape;
 use super::super::solid::{Solid, Step};
@@ -20,6 +21,7 @@ pub(super) fn electrical(p: &Parameters, seed: u64) -> Solid {
         Step::new(Shape::Cylinder { radius, half: 0.5 * height + 1.0, fillet: 2.0 })
             .at(axis + Vec3::Z * (bottom - 0.5 * height + 1.0)),
     );
+    body.datum("terminal cap", DatumSurface::upright(axis, radius, (face + 2.5, bottom - 0.5), false));
     // A wall between the studs, as moulded caps have.
     body.add(
         Step::new(Shape::Block { half: Vec3::new(radius * 0.7, 1.3, 3.0), fillet: 0.8 })
@@ -30,7 +32,11 @@ pub(super) fn electrical(p: &Parameters, seed: u64) -> Solid {
     let spread = radius * s.range(0.46, 0.56);
     let studs = [axis + Vec3::Y * spread, axis - Vec3::Y * spread];
     let length = s.range(17.0, 23.0);
-    for stud in studs {
+    for (number, stud) in (1..).zip(studs) {
+        body.datum(
+            format!("stud {number}"),
+            DatumSurface::upright(stud, 3.9, (face - length + 1.0, face - 12.0), false),
+        );
         let on = |shape, z: f32| Step::new(shape).at(stud + Vec3::Z * z);
         body.add(on(Shape::Cylinder { radius: 6.8, half: 2.0, fillet: 0.6 }, face - 1.0).blend(1.0));
         body.add(

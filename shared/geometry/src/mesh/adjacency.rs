@@ -2,14 +2,14 @@
 
 /// Lists of `u32`, one for each of `n` keys, in one array.
 #[derive(Debug)]
-pub(super) struct Lists {
+pub(crate) struct Lists {
     starts: Vec<u32>,
     values: Vec<u32>,
 }
 
 impl Lists {
     /// Sorts `pairs` of (key below `n`, value) into lists, each in rising order without repeats.
-    pub(super) fn new(n: usize, pairs: &[(u32, u32)]) -> Self {
+    pub(crate) fn new(n: usize, pairs: &[(u32, u32)]) -> Self {
         let mut starts = vec![0_u32; n + 1];
         for (key, _) in pairs {
             starts[*key as usize + 1] += 1;
@@ -42,13 +42,13 @@ impl Lists {
     }
 
     /// The list of `key`.
-    pub(super) fn of(&self, key: usize) -> &[u32] {
+    pub(crate) fn of(&self, key: usize) -> &[u32] {
         &self.values[self.starts[key] as usize..self.starts[key + 1] as usize]
     }
 }
 
 /// Vertices that share an edge with each vertex.
-pub(super) fn neighbours(n: usize, triangles: &[[u32; 3]]) -> Lists {
+pub(crate) fn neighbours(n: usize, triangles: &[[u32; 3]]) -> Lists {
     let pairs: Vec<(u32, u32)> =
         triangles.iter().flat_map(|&[a, b, c]| [(a, b), (b, a), (b, c), (c, b), (c, a), (a, c)]).collect();
     Lists::new(n, &pairs)

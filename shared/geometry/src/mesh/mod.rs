@@ -10,7 +10,7 @@
 //! [`fill_holes`] closes small holes where that is asked for. Sheets thinner than about 1.5 grid cells have no node
 //! between their sides and break up.
 
-mod adjacency;
+pub(crate) mod adjacency;
 mod assemble;
 mod blend;
 mod cells;

@@ -1,17 +1,21 @@
 //! What happens to the measurements.
 
-use super::Kind;
+use super::{Kind, Taken};
 use crate::features::inspect::PickedPoint;
 use semascan_model::LengthUnit;
 
 /// One thing that happens to the measurements.
 #[derive(Clone, Debug, PartialEq)]
 pub enum MeasureEvent {
-    /// The person begins to measure this, or to measure nothing; points picked so far are dropped.
+    /// The person begins to measure this, or to measure nothing; what was picked so far is dropped.
     Choose(Option<Kind>),
     /// The person picked this point, or a place where nothing lies.
     Picked(Option<PickedPoint>),
-    /// The person takes back the last point, or ends measuring where there is none.
+    /// What the mesh has where the person picked; else why it has nothing, in words.
+    Surveyed(Result<Box<Taken>, String>),
+    /// The person picks the element of this measurement.
+    Use(u32),
+    /// The person takes back what was picked last, or ends measuring where there is nothing.
     Back,
     /// The person takes this measurement away.
     Remove(u32),

@@ -1,48 +1,12 @@
-//! One measurement: its points, its figures with their uncertainties, and how these are written.
+//! One measurement: what was picked for it, its figures with their uncertainties, and how these are written.
 
+use super::{Kind, Line, Taken};
+use semascan_geometry::fit::{self, Feature, Fit, Relation};
 use semascan_geometry::measure::dimensions::{self, Estimate};
 use semascan_model::LengthUnit;
 
 /// Minus is a sign, not a hyphen.
 const MINUS: &str = "\u{2212}";
-
-/// What is measured.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
-    /// The distance of two points, straight and along each axis.
-    Distance,
-    /// The angle of three points; the second is its vertex.
-    Angle,
-}
-
-impl Kind {
-    /// Every kind, in the order of the panel.
-    pub const ALL: [Self; 2] = [Self::Distance, Self::Angle];
-
-    /// Stable name for tests and files.
-    pub fn key(self) -> &'static str {
-        match self {
-            Self::Distance => "distance",
-            Self::Angle => "angle",
-        }
-    }
-
-    /// Name for people.
-    pub fn label(self) -> &'static str {
-        match self {
-            Self::Distance => "Distance",
-            Self::Angle => "Angle",
-        }
-    }
-
-    /// How many points it takes.
-    pub fn points(self) -> usize {
-        match self {
-            Self::Distance => 2,
-            Self::Angle => 3,
-        }
-    }
-}
 
 /// One measurement.
 #[derive(Clone, Debug, PartialEq)]
@@ -51,72 +15,196 @@ pub struct Measurement {
     pub number: u32,
     /// What was measured.
     pub kind: Kind,
-    /// Its points in order, [`Kind::points`] of them; metres, table frame.
-    pub points: Vec<[f32; 3]>,
-    /// Voxel edge of the model that they lie on, metres.
-    pub voxel: f32,
+    /// What was picked for it, in order.
+    pub taken: Vec<Taken>,
     /// Whether the model has changed since.
     pub outdated: bool,
 }
 
+/// What a figure is counted in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Dimension {
+    /// Metres.
+    Length,
+    /// Square metres.
+    Area,
+    /// Radians.
+    Angle,
+}
+
+impl Dimension {
+    /// One of the unit that people read, in metres, square metres or radians.
+    pub fn one(self, unit: LengthUnit) -> f64 {
+        match self {
+            Self::Length => unit.in_metres(),
+            Self::Area => unit.in_metres().powi(2),
+            Self::Angle => 1_f64.to_radians(),
+        }
+    }
+
+    /// Its name in files.
+    pub fn name(self, unit: LengthUnit) -> String {
+        match self {
+            Self::Length => unit.name().into(),
+            Self::Area => format!("{}2", unit.name()),
+            Self::Angle => "deg".into(),
+        }
+    }
+
+    /// Its name behind a figure, with the space that stands before it: none before a degree sign.
+    fn behind(self, unit: LengthUnit) -> String {
+        match self {
+            Self::Length => format!("\u{a0}{}", unit.name()),
+            Self::Area => format!("\u{a0}{}²", unit.name()),
+            Self::Angle => "°".into(),
+        }
+    }
+}
+
 impl Measurement {
-    /// The figure: metres or radians. `None` for an angle without an opening, or without its points.
+    /// The figure; `None` for a plane, which has none but its form, and where what was picked has no such figure.
     pub fn estimate(&self) -> Option<Estimate> {
-        let u = dimensions::grid_uncertainty(self.voxel.into());
-        match (self.kind, self.positions().as_slice()) {
-            (Kind::Distance, [a, b]) => Some(dimensions::distance(*a, *b, u)),
-            (Kind::Angle, [a, vertex, b]) => dimensions::angle(*a, *vertex, *b, u),
-            _ => None,
+        match (self.kind, self.taken.as_slice()) {
+            (Kind::Angle, [a, vertex, b]) => {
+                let [a, vertex, b] = [a, vertex, b].map(|t| t.feature.middle().into());
+                dimensions::angle(a, vertex, b, dimensions::grid_uncertainty(self.voxel()))
+            }
+            (Kind::Area, [one]) | (Kind::Along, [_, one]) => one.figure,
+            (_, [one]) => one.fit()?.radius(),
+            _ => self.relation().map(|relation| relation.estimate),
         }
     }
 
-    /// Of a distance the way along each axis, metres.
+    /// What the figure is counted in.
+    pub fn dimension(&self) -> Dimension {
+        match self.kind {
+            Kind::Angle => Dimension::Angle,
+            Kind::Area => Dimension::Area,
+            _ => Dimension::Length,
+        }
+    }
+
+    /// Of the distance of two points the way along each axis, metres.
     pub fn along_axes(&self) -> Option<[Estimate; 3]> {
-        let u = dimensions::grid_uncertainty(self.voxel.into());
-        match (self.kind, self.positions().as_slice()) {
-            (Kind::Distance, [a, b]) => Some(dimensions::along_axes(*a, *b, u)),
+        match (self.kind, self.taken.as_slice()) {
+            (Kind::Distance, [a, b]) if a.is_point() && b.is_point() => {
+                let [from, to] = [a, b].map(|t| t.feature.middle().into());
+                Some(dimensions::along_axes(from, to, dimensions::grid_uncertainty(self.voxel())))
+            }
             _ => None,
         }
     }
 
-    /// Where its figure is written: in the middle of a distance, at the vertex of an angle. Metres, table frame.
+    /// The element that it is; `None` where it is no element.
+    pub fn fit(&self) -> Option<&Fit> {
+        match self.taken.as_slice() {
+            [one] => one.fit(),
+            _ => None,
+        }
+    }
+
+    /// Where its figure is written, metres, table frame.
     pub fn place(&self) -> Option<[f32; 3]> {
-        match (self.kind, self.points.as_slice()) {
-            (Kind::Distance, [a, b]) => Some(std::array::from_fn(|k| (a[k] + b[k]) / 2.0)),
-            (Kind::Angle, [_, vertex, _]) => Some(*vertex),
-            _ => None,
+        match (self.kind, self.taken.as_slice()) {
+            (Kind::Angle, [_, vertex, _]) => Some(vertex.place),
+            (_, [one]) => Some(one.place),
+            (Kind::Along, [_, end]) => Some(end.lines.get(end.lines.len() / 2).map_or(end.place, |line| line[0])),
+            _ => self.relation().map(|r| ((r.ends[0] + r.ends[1]) * 0.5).map(|c| c as f32).into()),
         }
     }
 
-    /// The figure in words: `12.3 mm`.
+    /// The lines that show it: from foot to foot or along the sides of the angle, and what shows its elements.
+    pub fn lines(&self) -> Vec<Line> {
+        let ends: Vec<[f32; 3]> = match (self.kind, self.taken.as_slice()) {
+            (Kind::Angle, [_, _, _]) => self.taken.iter().map(|t| t.place).collect(),
+            (_, [_]) | (Kind::Along, _) => Vec::new(),
+            _ => self.relation().map_or(Vec::new(), |r| r.ends.map(|p| p.map(|c| c as f32).into()).to_vec()),
+        };
+        let between = ends.windows(2).map(|pair| [pair[0], pair[1]]);
+        between.chain(self.taken.iter().filter(|t| t.of.is_none()).flat_map(|t| t.lines.iter().copied())).collect()
+    }
+
+    /// The figure in words: `12.3 mm`, with `R` before a radius.
     pub fn value(&self, unit: LengthUnit) -> String {
-        self.written(unit).map_or_else(|| "–".into(), |(value, _, unit)| format!("{value}{unit}"))
+        self.written(unit).map_or_else(|| self.kind.label().into(), |(value, _)| value)
     }
 
     /// The figure with its expanded uncertainty (k = 2): `12.3 ± 1.1 mm`.
     pub fn value_and_uncertainty(&self, unit: LengthUnit) -> String {
-        self.written(unit)
-            .map_or_else(|| "–".into(), |(value, uncertainty, unit)| format!("{value} ± {uncertainty}{unit}"))
+        self.written(unit).map_or_else(|| self.kind.label().into(), |(_, whole)| whole)
     }
 
-    /// Of a distance the way along each axis in words, without unit.
+    /// Of the distance of two points the way along each axis in words, without unit.
     pub fn axes(&self, unit: LengthUnit) -> Option<[String; 3]> {
         Some(self.along_axes()?.map(|estimate| in_digits(estimate, unit.in_metres()).0))
     }
 
-    /// Value, expanded uncertainty and unit, with the space that stands before it: none before a degree sign.
-    fn written(&self, unit: LengthUnit) -> Option<(String, String, String)> {
-        let estimate = self.estimate()?;
-        let (one, name) = match self.kind {
-            Kind::Distance => (unit.in_metres(), format!("\u{a0}{}", unit.name())),
-            Kind::Angle => (1_f64.to_radians(), "°".into()),
-        };
-        let (value, uncertainty) = in_digits(estimate, one);
-        Some((value, uncertainty, name))
+    /// What it is of, in words: the elements between which it was taken, or how well its own element fits.
+    pub fn note(&self, unit: LengthUnit) -> Option<String> {
+        if let Some(fit) = self.fit() {
+            let length = |metres: f64| {
+                format!("{:.*}", if unit == LengthUnit::Inches { 4 } else { 2 }, metres / unit.in_metres())
+            };
+            return Some(format!(
+                "{} points, {} left out; residual {} rms, {} at most",
+                fit.used,
+                fit.left_out,
+                length(fit.rms),
+                length(fit.largest)
+            ));
+        }
+        let of: Vec<String> = self
+            .taken
+            .iter()
+            .map(|t| t.of.map_or_else(|| t.name().to_owned(), |number| format!("{} {number}", t.name())))
+            .collect();
+        let has_element = self.taken.len() > 1 && self.taken.iter().any(|t| !t.is_point());
+        has_element.then(|| of.join(" – "))
     }
 
-    fn positions(&self) -> Vec<[f64; 3]> {
-        self.points.iter().map(|p| p.map(f64::from)).collect()
+    /// Voxel edge of the model, of two the coarser one, metres.
+    pub fn voxel(&self) -> f64 {
+        self.taken.iter().map(|t| t.voxel).fold(0.0, f32::max).into()
+    }
+
+    fn relation(&self) -> Option<Relation> {
+        let [first, second] = self.taken.as_slice() else { return None };
+        let relate: fn(&Feature, &Feature) -> Option<Relation> = match self.kind {
+            Kind::Angle => fit::angle,
+            Kind::Step => fit::step_height,
+            _ => fit::distance,
+        };
+        relate(&first.feature, &second.feature)
+    }
+
+    /// The figure, alone and with its uncertainty, with unit.
+    fn written(&self, unit: LengthUnit) -> Option<(String, String)> {
+        let estimate = self.estimate()?;
+        let dimension = self.dimension();
+        let (value, uncertainty) = in_digits(estimate, dimension.one(unit));
+        let radius = if self.fit().is_some() { "R\u{a0}" } else { "" };
+        let unit = dimension.behind(unit);
+        Some((format!("{radius}{value}{unit}"), format!("{radius}{value} ± {uncertainty}{unit}")))
+    }
+}
+
+impl Taken {
+    /// The element; `None` for a point.
+    pub fn fit(&self) -> Option<&Fit> {
+        match &self.feature {
+            Feature::Fitted(fit) => Some(fit),
+            Feature::Point { .. } => None,
+        }
+    }
+
+    /// What it is, within a sentence.
+    fn name(&self) -> &'static str {
+        self.fit().map_or("point", |fit| match fit.element {
+            fit::Element::Plane(_) => "plane",
+            fit::Element::Cylinder(_) => "cylinder",
+            fit::Element::Sphere(_) => "sphere",
+            fit::Element::Circle(_) => "circle",
+        })
     }
 }
 
@@ -131,22 +219,53 @@ fn in_digits(estimate: Estimate, one: f64) -> (String, String) {
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
+    use crate::features::inspect::PickedPoint;
+    use semascan_geometry::fit::{Cylinder, Element, Plane};
+    use semascan_model::SemanticPoint;
+
+    pub(in super::super) fn point(position: [f32; 3], voxel: f32) -> Taken {
+        let point = SemanticPoint { position, ..SemanticPoint::UNKNOWN };
+        Taken::point(&PickedPoint::of(&point, voxel, false))
+    }
+
+    pub(in super::super) fn element(element: Element, of: Option<u32>) -> Taken {
+        let mut covariance = [[0.0; 6]; 6];
+        (0..6).for_each(|k| covariance[k][k] = 1e-10);
+        let fit = Fit { element, rms: 5e-5, largest: 3e-4, used: 812, left_out: 14, covariance: covariance.into() };
+        let lines = vec![[[0.0; 3], [0.01; 3]]].into();
+        Taken { feature: Feature::Fitted(fit), figure: None, lines, place: [0.0; 3], voxel: 1.4e-3, of }
+    }
+
+    pub(in super::super) fn cylinder(x: f64, of: Option<u32>) -> Taken {
+        let (point, axis) = ([x, 0.0, 0.0].into(), [0.0, 0.0, 1.0].into());
+        element(Element::Cylinder(Cylinder { point, axis, radius: 0.012 }), of)
+    }
+
+    pub(in super::super) fn plane(z: f64, of: Option<u32>) -> Taken {
+        element(Element::Plane(Plane { point: [0.0, 0.0, z].into(), normal: [0.0, 0.0, 1.0].into() }), of)
+    }
+
+    pub(in super::super) fn measured(number: u32, kind: Kind, taken: Vec<Taken>) -> Measurement {
+        Measurement { number, kind, taken, outdated: false }
+    }
 
     pub(in super::super) fn measurement(number: u32, kind: Kind, points: &[[f32; 3]]) -> Measurement {
-        Measurement { number, kind, points: points.to_vec(), voxel: 1.4e-3, outdated: false }
+        measured(number, kind, points.iter().map(|p| point(*p, 1.4e-3)).collect())
     }
 
     #[test]
     fn figures_have_the_digits_that_they_are_worth() {
-        let way = measurement(1, Kind::Distance, &[[0.0, 0.0, 0.0], [0.03, -0.04, 0.0]]);
+        let ends = [[0.0, 0.0, 0.0], [0.03, -0.04, 0.0]];
+        let way = measurement(1, Kind::Distance, &ends);
         assert_eq!(way.value(LengthUnit::Millimetres), "50.0\u{a0}mm");
         assert_eq!(way.value_and_uncertainty(LengthUnit::Millimetres), "50.0 ± 1.1\u{a0}mm");
         assert_eq!(way.value_and_uncertainty(LengthUnit::Inches), "1.969 ± 0.045\u{a0}inch");
         let axes = way.axes(LengthUnit::Millimetres).expect("a distance has axes");
         assert_eq!(axes, ["30.0".to_owned(), "\u{2212}40.0".into(), "0.0".into()]);
         assert!(way.place().expect("its middle").iter().zip([0.015, -0.02, 0.0]).all(|(a, b)| (a - b).abs() < 1e-7));
-        let coarse = Measurement { voxel: 0.05, ..way };
-        assert_eq!(coarse.value_and_uncertainty(LengthUnit::Millimetres), "50 ± 41\u{a0}mm");
+        assert_eq!(way.note(LengthUnit::Millimetres), None);
+        let coarse = measured(1, Kind::Distance, ends.map(|p| point(p, 0.02)).to_vec());
+        assert_eq!(coarse.value_and_uncertainty(LengthUnit::Millimetres), "50 ± 16\u{a0}mm");
     }
 
     #[test]
@@ -155,8 +274,33 @@ pub(super) mod tests {
         assert_eq!(right.value(LengthUnit::Inches), "90.00°");
         assert!(right.value_and_uncertainty(LengthUnit::Millimetres).starts_with("90.00 ± 0.9"));
         assert_eq!((right.axes(LengthUnit::Millimetres), right.place()), (None, Some([0.0; 3])));
-        let none = measurement(1, Kind::Angle, &[[0.0; 3], [0.0; 3], [0.0, 0.1, 0.0]]);
-        assert_eq!(none.value(LengthUnit::Millimetres), "–");
+        assert_eq!(right.lines().len(), 2, "its sides");
+        assert_eq!(measurement(1, Kind::Angle, &[[0.0; 3], [0.0; 3], [0.0, 0.1, 0.0]]).estimate(), None);
         assert_eq!(measurement(1, Kind::Angle, &[[0.0; 3]]).estimate(), None);
+    }
+
+    #[test]
+    fn an_element_says_its_radius_and_how_well_it_fits() {
+        let one = measured(1, Kind::Cylinder, vec![cylinder(0.0, None)]);
+        assert_eq!(one.value_and_uncertainty(LengthUnit::Millimetres), "R\u{a0}12.000 ± 0.020\u{a0}mm");
+        let note = one.note(LengthUnit::Millimetres).expect("a note");
+        assert_eq!(note, "812 points, 14 left out; residual 0.05 rms, 0.30 at most");
+        assert_eq!(one.lines().len(), 1, "its wireframe");
+        let flat = measured(2, Kind::Plane, vec![plane(0.0, None)]);
+        assert_eq!((flat.estimate(), flat.value(LengthUnit::Millimetres)), (None, "Plane".into()));
+    }
+
+    #[test]
+    fn figures_between_elements_say_of_which() {
+        let axes = measured(3, Kind::Distance, vec![cylinder(0.0, Some(1)), cylinder(0.05, Some(2))]);
+        assert_eq!(axes.value(LengthUnit::Millimetres), "50.000\u{a0}mm");
+        assert_eq!(axes.note(LengthUnit::Millimetres).as_deref(), Some("cylinder 1 – cylinder 2"));
+        assert_eq!((axes.lines().len(), axes.along_axes()), (1, None), "those of its elements belong to these");
+        let step = measured(4, Kind::Step, vec![plane(0.002, None), plane(-0.001, None)]);
+        assert_eq!(step.value(LengthUnit::Millimetres), "\u{2212}3.000\u{a0}mm");
+        let angle = measured(5, Kind::Angle, vec![plane(0.0, Some(4)), cylinder(0.0, Some(1))]);
+        assert_eq!(angle.value(LengthUnit::Millimetres), "90.0000°");
+        let meets = measured(6, Kind::Distance, vec![plane(0.0, Some(4)), cylinder(0.0, Some(1))]);
+        assert_eq!((meets.estimate(), meets.place()), (None, None));
     }
 }

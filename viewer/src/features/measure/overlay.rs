@@ -10,8 +10,8 @@ use leptos::prelude::*;
 pub(super) fn MeasureOverlay(ui: Ui) -> impl IntoView {
     let points = ui.part(|s| {
         let measure = &s.features.measure;
-        let of_list = measure.list.iter().flat_map(|m| m.points.iter().copied());
-        of_list.chain(measure.points.iter().map(|p| p.position)).collect::<Vec<_>>()
+        let all = measure.list.iter().flat_map(|m| &m.taken).chain(&measure.taken);
+        all.filter(|t| t.of.is_none()).map(|t| t.place).collect::<Vec<_>>()
     });
     let figures = ui.part(|s| {
         let measure = &s.features.measure;

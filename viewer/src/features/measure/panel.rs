@@ -1,7 +1,7 @@
 //! The panel of the measurements: what to measure, and the list.
 
 use super::controller::MeasureController;
-use super::{Kind, Measure, MeasureEvent, Measurement, csv, overlay};
+use super::{Dimension, Kind, Measure, MeasureEvent, Measurement, csv, overlay};
 use crate::features::view::{Controller, FeatureView, Host};
 use crate::ui::icons::{CLOSE, Icon};
 use crate::ui::{Command, Ui};
@@ -23,24 +23,17 @@ impl FeatureView for Measure {
     }
 }
 
-/// The units that lengths are shown in.
-const UNITS: [LengthUnit; 2] = [LengthUnit::Millimetres, LengthUnit::Inches];
-
 #[component]
 fn MeasurePanel(ui: Ui) -> impl IntoView {
     let kind = ui.part(|s| s.features.measure.kind);
     let has_model = ui.part(|s| s.has_model());
     let has_any = ui.part(|s| !s.features.measure.list.is_empty());
-    let prompt = ui.part(|s| s.features.measure.prompt());
+    let prompt = ui.part(|s| s.features.measure.prompt(!s.features.mesh.is_wanted() && !s.features.mesh.is_running()));
     let choice = move |option: Kind| {
         let is_chosen = move || kind.get() == Some(option);
-        let title = match option {
-            Kind::Distance => "Distance of two points (M)",
-            Kind::Angle => "Angle of three points (G)",
-        };
         view! {
             <button
-                class="button" type="button" title=title data-testid=format!("measure-{}", option.key())
+                class="button" type="button" title=option.title() data-testid=format!("measure-{}", option.key())
                 aria-pressed=move || is_chosen().to_string() prop:disabled=move || !has_model.get()
                 on:click=move |_| ui.send_feature(MeasureEvent::Choose((!is_chosen()).then_some(option)))
             >
@@ -54,7 +47,7 @@ fn MeasurePanel(ui: Ui) -> impl IntoView {
             data-kind=move || kind.get().map_or("none", Kind::key)
         >
             <header class="panel-head"><h2 id="measure-title">"Measure"</h2> <UnitChoice ui/></header>
-            <div class="buttons">{Kind::ALL.into_iter().map(choice).collect_view()}</div>
+            <div class="buttons measure-kinds">{Kind::ALL.into_iter().map(choice).collect_view()}</div>
             <p class="empty measure-prompt" role="status" data-testid="measure-prompt">{move || prompt.get()}</p>
             <Show when=move || has_any.get()><List ui/></Show>
         </section>
@@ -80,7 +73,7 @@ fn UnitChoice(ui: Ui) -> impl IntoView {
     view! {
         <fieldset class="segments">
             <legend class="visually-hidden">"Unit of lengths"</legend>
-            {UNITS.into_iter().map(choice).collect_view()}
+            {Measure::UNITS.into_iter().map(choice).collect_view()}
         </fieldset>
     }
 }
@@ -99,10 +92,17 @@ fn List(ui: Ui) -> impl IntoView {
                 <Entry ui measurement/>
             </For>
         </ul>
-        <p class="empty">
-            "Expanded uncertainty, k = 2, of the voxel grid: each point within half a voxel along each axis. Errors that all "
-            "points share (camera poses, scale) are not in it."
-        </p>
+        <details class="measure-how">
+            <summary>"± is the expanded uncertainty, k = 2"</summary>
+            <p>"Points: the voxel grid, each within half a voxel along each axis."</p>
+            <p>
+                "Elements: how their points scatter, those within four voxels counted once; and what all points or all views of one "
+                "side share: 0.06 voxels each along the surface's normal, and a turn of half a milliradian. Circles on rims: half a "
+                "voxel more."
+            </p>
+            <p>"Areas: the rim within half a voxel, and 1.5 % for the convention of areas."</p>
+            <p>"The scale of the depth camera is not in it."</p>
+        </details>
         <div class="switch-row">
             <button class="text-button" type="button" data-testid="measure-copy" on:click=copy>"Copy as CSV"</button>
             <button
@@ -118,19 +118,27 @@ fn List(ui: Ui) -> impl IntoView {
 #[component]
 fn Entry(ui: Ui, measurement: Measurement) -> impl IntoView {
     let unit = ui.part(|s| s.features.measure.unit);
+    let picking = ui.part(|s| s.features.measure.kind.is_some_and(Kind::takes_elements));
     let (number, kind, outdated) = (measurement.number, measurement.kind, measurement.outdated);
-    let value_mm = measurement.estimate().filter(|_| kind == Kind::Distance).map(|e| format!("{:.4}", e.value * 1e3));
-    let degrees =
-        measurement.estimate().filter(|_| kind == Kind::Angle).map(|e| format!("{:.4}", e.value.to_degrees()));
-    let uncertainty = measurement.estimate().map(|e| match kind {
-        Kind::Distance => format!("{:.4}", e.expanded() * 1e3),
-        Kind::Angle => format!("{:.4}", e.expanded().to_degrees()),
-    });
-    let (figure, axes) = (measurement.clone(), measurement);
+    let of = |dimension: Dimension, value: f64| {
+        (measurement.dimension() == dimension).then(|| format!("{:.4}", value / dimension.one(LengthUnit::Millimetres)))
+    };
+    let estimate = measurement.estimate();
+    let value_mm = estimate.and_then(|e| of(Dimension::Length, e.value));
+    let degrees = estimate.and_then(|e| of(Dimension::Angle, e.value));
+    let area = estimate.and_then(|e| of(Dimension::Area, e.value));
+    let uncertainty = estimate.and_then(|e| of(measurement.dimension(), e.expanded()));
+    let can_be_used = measurement.fit().is_some() && !outdated;
+    let points = measurement.fit().map(|fit| fit.used.to_string());
+    let name = match kind {
+        Kind::Distance => None,
+        kind => Some(kind.label()),
+    };
+    let (figure, axes, note) = (measurement.clone(), measurement.clone(), measurement);
     view! {
         <li
             class="entry" data-testid=format!("measurement-{number}") data-kind=kind.key() data-mm=value_mm
-            data-degrees=degrees data-uncertainty=uncertainty
+            data-degrees=degrees data-mm2=area data-uncertainty=uncertainty data-points=points
         >
             <span class="entry-number">{number}</span>
             <span class="entry-text">
@@ -138,10 +146,20 @@ fn Entry(ui: Ui, measurement: Measurement) -> impl IntoView {
                 {move || figure.value_and_uncertainty(unit.get())}
                 <small>
                     {move || axes.axes(unit.get()).map(|[x, y, z]| format!("x {x}, y {y}, z {z}"))}
-                    {(kind == Kind::Angle).then_some("angle")}
+                    {name}
                     {outdated.then_some(", of an earlier model")}
+                    {move || note.note(unit.get()).map(|note| format!("{}{note}", if name.is_some() { ": " } else { "" }))}
                 </small>
             </span>
+            <Show when=move || can_be_used && picking.get()>
+                <button
+                    class="text-button" type="button" data-testid=format!("measure-use-{number}")
+                    aria-label=format!("Pick {} {number}", kind.element_name())
+                    on:click=move |_| ui.send_feature(MeasureEvent::Use(number))
+                >
+                    "Pick"
+                </button>
+            </Show>
             <button
                 class="tool" type="button" aria-label=format!("Remove measurement {number}")
                 on:click=move |_| ui.send_feature(MeasureEvent::Remove(number))

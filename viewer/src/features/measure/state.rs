@@ -1,6 +1,6 @@
 //! What is being measured, and what was.
 
-use super::{Kind, MeasureEvent, Measurement};
+use super::{Kind, Line, MeasureEvent, Measurement, Taken};
 use crate::display::{ColorScheme, Display};
 use crate::features::Feature;
 use crate::features::inspect::PickedPoint;
@@ -17,12 +17,14 @@ const MOST: usize = 200;
 pub struct Measure {
     /// What is being measured; `None` while picks are for looking.
     pub kind: Option<Kind>,
-    /// The points picked for it so far.
-    pub points: Vec<PickedPoint>,
+    /// What was picked for it so far.
+    pub taken: Vec<Taken>,
     /// The measurements, the oldest first.
     pub list: Vec<Measurement>,
-    /// Whether the last pick found nothing.
-    pub missed: bool,
+    /// Why the last pick gave nothing, in words; empty where it did.
+    pub missed: String,
+    /// A pick is being looked up on the mesh.
+    pub surveying: bool,
     /// Unit of lengths: millimetres or inches.
     pub unit: LengthUnit,
     /// Measurements made so far.
@@ -31,7 +33,15 @@ pub struct Measure {
 
 impl Default for Measure {
     fn default() -> Self {
-        Self { kind: None, points: Vec::new(), list: Vec::new(), missed: false, unit: LengthUnit::Millimetres, made: 0 }
+        Self {
+            kind: None,
+            taken: Vec::new(),
+            list: Vec::new(),
+            missed: String::new(),
+            surveying: false,
+            unit: LengthUnit::Millimetres,
+            made: 0,
+        }
     }
 }
 
@@ -42,18 +52,23 @@ impl Feature for Measure {
         match event {
             MeasureEvent::Choose(kind) => {
                 self.kind = *kind;
-                self.points.clear();
-                self.missed = false;
+                self.drop_taken();
             }
-            MeasureEvent::Picked(point) => {
-                self.missed = point.is_none();
-                if let (Some(kind), Some(point)) = (self.kind, point) {
-                    self.take(kind, point);
+            MeasureEvent::Picked(point) => self.pick(point.as_ref()),
+            MeasureEvent::Surveyed(found) => {
+                // The person may have done something else meanwhile.
+                if std::mem::take(&mut self.surveying) {
+                    match found {
+                        Ok(taken) => self.take(taken.as_ref().clone()),
+                        Err(why) => self.missed.clone_from(why),
+                    }
                 }
             }
+            MeasureEvent::Use(number) => self.take_element(*number),
             MeasureEvent::Back => {
-                self.missed = false;
-                if self.points.pop().is_none() {
+                self.missed.clear();
+                self.surveying = false;
+                if self.taken.pop().is_none() {
                     self.kind = None;
                 }
             }
@@ -63,7 +78,8 @@ impl Feature for Measure {
             MeasureEvent::Unit(unit) => self.unit = *unit,
             MeasureEvent::Outdated => {
                 // Points of two models make no measurement.
-                self.points.clear();
+                self.taken.clear();
+                self.surveying = false;
                 self.list.iter_mut().for_each(|m| m.outdated = true);
             }
         }
@@ -71,9 +87,8 @@ impl Feature for Measure {
 
     /// The unit and what is measured stay.
     fn begin(&mut self, _: &mut Display) {
-        self.points.clear();
         self.list.clear();
-        self.missed = false;
+        self.drop_taken();
     }
 
     fn draw(&self, display: &Display, content: &mut FrameContent) {
@@ -81,64 +96,142 @@ impl Feature for Measure {
             ColorScheme::Dark => ([0xff, 0xd2, 0x4a, 0xff], [0x10, 0x14, 0x18, 0xc0]),
             ColorScheme::Light => ([0x8a, 0x14, 0x5e, 0xff], [0xff, 0xff, 0xff, 0xd0]),
         };
-        let open: Vec<[f32; 3]> = self.points.iter().map(|p| p.position).collect();
-        let chains = || self.list.iter().map(|m| &m.points).chain([&open]);
+        let lines: Vec<Line> = self.list.iter().flat_map(Measurement::lines).chain(self.open_lines()).collect();
         for (color, width) in [(halo, 5.0), (line, 2.0)] {
-            for pair in chains().flat_map(|chain| chain.windows(2)) {
-                let [from, to] = [Vec3::from(pair[0]), Vec3::from(pair[1])];
-                content.marks.push(Segment { from, to, color, width });
+            for [from, to] in &lines {
+                content.marks.push(Segment { from: Vec3::from(*from), to: Vec3::from(*to), color, width });
             }
         }
     }
 }
 
 impl Measure {
-    /// Takes a point, and makes the measurement of those that are there.
-    fn take(&mut self, kind: Kind, point: &PickedPoint) {
-        // The second click of a double click, or a key that was held: two points in one place measure nothing.
-        if self.points.last().is_some_and(|last| last.position == point.position) {
+    /// The units that lengths are shown in.
+    pub const UNITS: [LengthUnit; 2] = [LengthUnit::Millimetres, LengthUnit::Inches];
+
+    fn drop_taken(&mut self) {
+        self.taken.clear();
+        self.missed.clear();
+        self.surveying = false;
+    }
+
+    /// Follows a click at a point, or beside the model.
+    fn pick(&mut self, point: Option<&PickedPoint>) {
+        self.missed.clear();
+        match (self.kind, point) {
+            (Some(_), None) => self.missed = "Nothing lies there. Pick a place on the model.".into(),
+            (Some(kind), Some(_)) if kind.needs_mesh() => self.surveying = self.list.len() < MOST,
+            (Some(_), Some(point)) => self.take(Taken::point(point)),
+            (None, _) => {}
+        }
+    }
+
+    /// Takes the element of a measurement in the list.
+    fn take_element(&mut self, number: u32) {
+        self.missed.clear();
+        let element = self.list.iter().find(|m| m.number == number && !m.outdated && m.fit().is_some());
+        let (Some(kind), Some(element)) = (self.kind, element) else { return };
+        if !kind.takes_elements() {
             return;
         }
-        self.points.push(*point);
-        if self.points.len() < kind.points() || self.list.len() >= MOST {
-            self.points.truncate(kind.points() - 1);
+        if kind == Kind::Step && element.kind != Kind::Plane {
+            self.missed = "A step lies between two planes.".into();
             return;
         }
-        let points = std::mem::take(&mut self.points);
-        self.made = self.made.saturating_add(1);
-        self.list.push(Measurement {
-            number: self.made,
+        if let [one] = element.taken.as_slice() {
+            self.take(Taken { of: Some(number), ..one.clone() });
+        }
+    }
+
+    /// Takes what was picked, and makes the measurement of what is there.
+    fn take(&mut self, taken: Taken) {
+        let Some(kind) = self.kind else { return };
+        // The second click of a double click, or a key that was held: the same twice measures nothing.
+        if self.taken.last().is_some_and(|last| last.place == taken.place && last.of == taken.of) {
+            return;
+        }
+        self.taken.push(taken);
+        let wanted = self.wanted(kind);
+        if self.taken.len() < wanted || self.list.len() >= MOST {
+            self.taken.truncate(wanted - 1);
+            return;
+        }
+        let measurement = Measurement {
+            number: self.made.saturating_add(1),
             kind,
-            // The coarser one counts.
-            voxel: points.iter().map(|p| p.voxel).fold(0.0, f32::max),
-            points: points.iter().map(|p| p.position).collect(),
+            taken: std::mem::take(&mut self.taken),
             outdated: false,
-        });
+        };
+        // A plane has no figure; two elements that meet have no distance.
+        if measurement.fit().is_none()
+            && measurement.estimate().is_none()
+            && measurement.taken.iter().any(|t| !t.is_point())
+        {
+            self.missed = match kind {
+                Kind::Angle => "These have no angle: a point or sphere has no direction.".into(),
+                _ => "These have no distance: they meet.".into(),
+            };
+            return;
+        }
+        self.made = measurement.number;
+        self.list.push(measurement);
+    }
+
+    /// How many picks make a measurement of this kind.
+    fn wanted(&self, kind: Kind) -> usize {
+        match kind {
+            Kind::Angle if self.taken.first().is_none_or(Taken::is_point) => 3,
+            Kind::Distance | Kind::Angle | Kind::Step | Kind::Along => 2,
+            Kind::Plane | Kind::Cylinder | Kind::Sphere | Kind::Circle | Kind::Area => 1,
+        }
+    }
+
+    /// What shows the picks of a measurement that is not finished: points joined by lines, elements as they are.
+    fn open_lines(&self) -> Vec<Line> {
+        let joined =
+            self.taken.windows(2).filter(|_| self.kind != Some(Kind::Along)).map(|pair| [pair[0].place, pair[1].place]);
+        joined.chain(self.taken.iter().flat_map(|t| t.lines.iter().copied())).collect()
     }
 
     /// What to do next, for the panel and a screen reader.
-    pub fn prompt(&self) -> &'static str {
+    ///
+    /// * `has_mesh`: whether there is a mesh of the model as it is.
+    pub fn prompt(&self, has_mesh: bool) -> String {
         let full = self.list.len() >= MOST;
-        match (self.kind, self.points.len()) {
+        let text = match (self.kind, self.taken.len()) {
             (None, _) => "",
-            _ if self.missed => "Nothing lies there. Pick a place on the model.",
+            _ if !self.missed.is_empty() => &self.missed,
             _ if full => "The list is full: remove a measurement first.",
-            (Some(Kind::Distance), 0) => "Pick the first point.",
-            (Some(Kind::Distance), _) => "Pick the second point.",
-            (Some(Kind::Angle), 0) => "Pick a point on the first side.",
+            (Some(kind), _) if kind.needs_mesh() && !has_mesh => "The mesh is being made.",
+            _ if self.surveying => "Fitting ...",
+            (Some(Kind::Distance), 0) => "Pick the first point, or an element of the list.",
+            (Some(Kind::Distance), _) => "Pick the second point, or an element of the list.",
+            (Some(Kind::Angle), 0) => "Pick a point on the first side, or an element of the list.",
+            (Some(Kind::Angle), _) if !self.taken[0].is_point() => "Pick the second element of the list.",
             (Some(Kind::Angle), 1) => "Pick the vertex.",
             (Some(Kind::Angle), _) => "Pick a point on the second side.",
-        }
+            (Some(Kind::Step), 0) => "Pick a place on the plane that heights are taken from.",
+            (Some(Kind::Step), _) => "Pick a place on the other plane.",
+            (Some(Kind::Plane), _) => "Pick a place on a plane.",
+            (Some(Kind::Cylinder), _) => "Pick a place on a cylinder.",
+            (Some(Kind::Sphere), _) => "Pick a place on a sphere.",
+            (Some(Kind::Circle), _) => "Pick a place on a plane, beside its rim.",
+            (Some(Kind::Area), _) => "Pick a place on the surface.",
+            (Some(Kind::Along), 0) => "Pick the first point.",
+            (Some(Kind::Along), _) => "Pick the second point.",
+        };
+        text.into()
     }
 
     /// Whether [`MeasureEvent::Outdated`] would change anything.
     pub fn is_current(&self) -> bool {
-        !self.points.is_empty() || self.list.iter().any(|m| !m.outdated)
+        !self.taken.is_empty() || self.list.iter().any(|m| !m.outdated)
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::measurement::tests::cylinder;
     use super::*;
     use MeasureEvent::{Back, Choose, Outdated, Picked, Remove, RemoveAll, RemoveLast};
     use semascan_model::SemanticPoint;
@@ -158,31 +251,34 @@ mod tests {
     fn two_points_make_a_distance_and_three_an_angle() {
         let distance = || [Choose(Some(Kind::Distance)), at(0.0), at(0.1)];
         let one = after(distance());
-        assert_eq!((one.list.len(), one.points.len(), one.kind), (1, 0, Some(Kind::Distance)));
-        assert_eq!(one.list[0].points, [[0.0; 3], [0.1, 0.0, 0.0]]);
+        assert_eq!((one.list.len(), one.taken.len(), one.kind), (1, 0, Some(Kind::Distance)));
+        assert_eq!(one.list[0].taken.iter().map(|t| t.place).collect::<Vec<_>>(), [[0.0; 3], [0.1, 0.0, 0.0]]);
         assert_eq!(after(distance().into_iter().chain([at(0.2), at(0.3)])).list.len(), 2, "one after the other");
         let angle = after([Choose(Some(Kind::Angle)), at(0.0), at(0.1), at(0.2)]);
-        assert_eq!((angle.list.len(), angle.list[0].points.len()), (1, 3));
-        assert!(after([at(0.0), at(0.1)]).points.is_empty(), "nothing is measured");
+        assert_eq!((angle.list.len(), angle.list[0].taken.len()), (1, 3));
+        assert!(after([at(0.0), at(0.1)]).taken.is_empty(), "nothing is measured");
     }
 
     #[test]
     fn a_miss_and_the_same_place_again_measure_nothing() {
         let measure = after([Choose(Some(Kind::Distance)), at(0.0), at(0.0), Picked(None)]);
-        assert_eq!((measure.list.len(), measure.points.len(), measure.missed), (0, 1, true));
-        assert!(measure.prompt().starts_with("Nothing lies there"));
-        assert_eq!(after([Choose(Some(Kind::Distance)), at(0.0)]).prompt(), "Pick the second point.");
-        assert_eq!(Measure::default().prompt(), "");
+        assert_eq!((measure.list.len(), measure.taken.len(), measure.missed.is_empty()), (0, 1, false));
+        assert!(measure.prompt(true).starts_with("Nothing lies there"));
+        assert_eq!(
+            after([Choose(Some(Kind::Distance)), at(0.0)]).prompt(true),
+            "Pick the second point, or an element of the list."
+        );
+        assert_eq!(Measure::default().prompt(true), "");
     }
 
     #[test]
     fn back_takes_points_back_and_then_ends() {
         let measure = after([Choose(Some(Kind::Angle)), at(0.0), at(0.1), Back]);
-        assert_eq!((measure.points.len(), measure.kind), (1, Some(Kind::Angle)));
+        assert_eq!((measure.taken.len(), measure.kind), (1, Some(Kind::Angle)));
         let measure = after([Choose(Some(Kind::Angle)), at(0.0), Back, Back]);
-        assert_eq!((measure.points.len(), measure.kind), (0, None));
+        assert_eq!((measure.taken.len(), measure.kind), (0, None));
         let other = after([Choose(Some(Kind::Angle)), at(0.0), Choose(Some(Kind::Distance))]);
-        assert!(other.points.is_empty(), "points of another measurement");
+        assert!(other.taken.is_empty(), "points of another measurement");
     }
 
     #[test]
@@ -204,14 +300,66 @@ mod tests {
     #[test]
     fn the_list_has_an_end() {
         let measure = after([Choose(Some(Kind::Distance))].into_iter().chain((0..1000).map(|i| at(i as f32))));
-        assert_eq!((measure.list.len(), measure.points.len()), (MOST, 1));
-        assert!(measure.prompt().contains("full"));
+        assert_eq!((measure.list.len(), measure.taken.len()), (MOST, 1));
+        assert!(measure.prompt(true).contains("full"));
+    }
+
+    fn surveyed(taken: Taken) -> MeasureEvent {
+        MeasureEvent::Surveyed(Ok(Box::new(taken)))
+    }
+
+    #[test]
+    fn a_click_is_surveyed_and_becomes_an_element() {
+        let measure = after([Choose(Some(Kind::Cylinder)), at(0.0)]);
+        assert!(measure.surveying && measure.list.is_empty() && measure.prompt(true).starts_with("Fitting"));
+        assert_eq!(after([Choose(Some(Kind::Cylinder))]).prompt(false), "The mesh is being made.");
+        let two = || [Choose(Some(Kind::Cylinder)), at(0.0), surveyed(cylinder(0.0, None)), at(0.1)];
+        let measure = after(two());
+        assert_eq!((measure.list.len(), measure.surveying), (1, true));
+        assert_eq!(
+            after(two().into_iter().chain([Back, surveyed(cylinder(0.1, None))])).list.len(),
+            1,
+            "not wanted any more"
+        );
+        let refused = MeasureEvent::Surveyed(Err("No cylinder there: too flat.".into()));
+        let measure = after(two().into_iter().chain([refused]));
+        assert_eq!((measure.list.len(), measure.prompt(true).as_str()), (1, "No cylinder there: too flat."));
+    }
+
+    #[test]
+    fn elements_of_the_list_are_used_for_distances_and_angles() {
+        let elements = || {
+            let mut apart = cylinder(0.05, None);
+            apart.place = [0.05, 0.0, 0.0];
+            [Choose(Some(Kind::Cylinder)), at(0.0), surveyed(cylinder(0.0, None)), at(0.1), surveyed(apart)]
+        };
+        let then = |events: Vec<MeasureEvent>| after(elements().into_iter().chain(events));
+        let distance = then(vec![Choose(Some(Kind::Distance)), MeasureEvent::Use(1), MeasureEvent::Use(2)]);
+        let made = &distance.list[2];
+        assert_eq!(
+            (made.number, made.taken.len(), made.value(LengthUnit::Millimetres).as_str()),
+            (3, 2, "50.000\u{a0}mm")
+        );
+        let angle = then(vec![Choose(Some(Kind::Angle)), MeasureEvent::Use(2), MeasureEvent::Use(1)]);
+        assert_eq!(angle.list.len(), 3);
+        let mixed = then(vec![Choose(Some(Kind::Angle)), MeasureEvent::Use(2), at(0.3)]);
+        assert!(
+            mixed.list.len() == 2 && mixed.prompt(true).starts_with("These have no angle"),
+            "{}",
+            mixed.prompt(true)
+        );
+        let point = then(vec![Choose(Some(Kind::Distance)), at(0.02), MeasureEvent::Use(1)]);
+        assert_eq!(point.list.len(), 3, "a point and an axis");
+        assert!(then(vec![Choose(Some(Kind::Step)), MeasureEvent::Use(1)]).prompt(true).contains("two planes"));
+        assert!(then(vec![Choose(Some(Kind::Plane)), MeasureEvent::Use(1)]).taken.is_empty());
+        let outdated = then(vec![Outdated, Choose(Some(Kind::Distance)), MeasureEvent::Use(1)]);
+        assert!(outdated.taken.is_empty(), "of an earlier model");
     }
 
     #[test]
     fn points_of_two_models_make_no_measurement() {
         let measure = after([Choose(Some(Kind::Distance)), at(0.0), at(1.0), at(2.0), Outdated]);
-        assert!(measure.list[0].outdated && measure.points.is_empty() && !measure.is_current());
+        assert!(measure.list[0].outdated && measure.taken.is_empty() && !measure.is_current());
         let mut next = measure;
         next.begin(&mut Display::default());
         assert_eq!((next.list.len(), next.kind), (0, Some(Kind::Distance)));
