@@ -5,6 +5,7 @@ use super::element::Element;
 use nalgebra::{Matrix6, Vector3, Vector6};
 
 /// A point of the surface or a fitted element, with the covariance of its parameters.
+#[expect(clippy::large_enum_variant, reason = "there are two at a time")]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Feature {
     /// A point.

@@ -73,7 +73,7 @@ impl<M: Deref<Target = SemanticMesh>> MeshRegions<M> {
         }
         let tried = PATCHES.map(|radius| self.grow_from(seed, kind, radius * self.voxel, errors));
         // Where none becomes an element, the largest patch says why.
-        let refusal = tried.iter().filter_map(|one| one.as_ref().err()).last().copied();
+        let refusal = tried.iter().rev().find_map(|one| one.as_ref().err()).copied();
         let largest = tried.into_iter().flatten().max_by_key(|region| region.fit.used);
         largest.ok_or(refusal.unwrap_or(FitError::NotThisForm))
     }
