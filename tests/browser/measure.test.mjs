@@ -42,8 +42,10 @@ onEveryBackend(
     const fitted = async (name) => {
       const entries = page.locator('[data-testid^=measurement-]');
       const count = await entries.count();
-      await button(name).click();
       for (const place of places) {
+        // Chosen anew, so that what is said is of this place.
+        await button(name).click();
+        await prompt().getByText('Pick a place').waitFor();
         await clickAt(place);
         await page.waitForFunction(
           (count) =>
@@ -57,6 +59,7 @@ onEveryBackend(
           const data = await entry.evaluate((element) => ({ ...element.dataset }));
           return { place, entry, data, number: Number(data.testid.split('-')[1]) };
         }
+        await button(name).click();
       }
       throw new Error(`no ${name} at ${places.length} places: ${await prompt().innerText()}`);
     };
