@@ -12,7 +12,7 @@ mod world;
 
 use crate::{Report, ReportError, html};
 use jiff::Timestamp;
-use jiff::tz::TimeZone;
+use jiff::tz::Offset;
 use page::Page;
 use typst::diag::SourceDiagnostic;
 use typst::foundations::{Datetime, Smart};
@@ -50,7 +50,7 @@ fn refused(errors: &[SourceDiagnostic]) -> ReportError {
 }
 
 fn timestamp(at: Timestamp) -> Option<typst_pdf::Timestamp> {
-    let at = at.to_zoned(TimeZone::UTC);
+    let at = Offset::UTC.to_datetime(at);
     let [month, day, hour, minute, second] =
         [at.month(), at.day(), at.hour(), at.minute(), at.second()].map(|part| u8::try_from(part).unwrap_or_default());
     let datetime = Datetime::from_ymd_hms(at.year().into(), month, day, hour, minute, second)?;

@@ -28,7 +28,10 @@ fn letters(text: &str) -> String {
 fn text_of(element: &Value, text: &mut String) {
     match element {
         Value::String(piece) => text.push_str(piece),
-        element => element["children"].as_array().into_iter().flatten().for_each(|child| text_of(child, text)),
+        element => {
+            element["children"].as_array().into_iter().flatten().for_each(|child| text_of(child, text));
+            text.push(' ');
+        }
     }
 }
 
