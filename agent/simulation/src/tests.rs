@@ -190,7 +190,8 @@ fn a_mesh_file_is_a_part_too() {
 #[test]
 fn datum_features_lie_on_the_true_mesh() {
     for seed in [7, 8, 9] {
-        let cell = open(&format!("seed={seed}&cell=1.2"));
+        let uri = format!("virtual:starter-motor?size=160x120&cell=1.2&seed={seed}");
+        let cell = VirtualCell::open(&VirtualCellSpec::parse(&uri).expect("a URI")).expect("a motor");
         let truth = cell.truth().expect("truth");
         let index = SurfaceIndex::new(&truth.vertices, &truth.triangles);
         assert!(cell.datums().len() > 15, "{}", cell.datums().len());
