@@ -87,7 +87,8 @@ mod tests {
                 there.insert((method.to_uppercase(), path.clone()));
             }
         }
-        let own = ["/api/v1/login", "/api/v1/logout", "/api/v1/me"];
+        // Those of logging in.
+        let own = ["/api/v1/login", "/api/v1/logout", "/api/v1/me", "/api/v1/oidc", "/api/v1/oidc/callback"];
         let listed = || routes::all().filter(|route| route.path.starts_with("/api/v1/") && !own.contains(&route.path));
         assert_eq!(there, listed().map(|r| (r.method.to_owned(), r.path.to_owned())).collect());
         assert!(
