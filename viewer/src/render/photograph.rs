@@ -5,16 +5,15 @@
 use super::frame::FrameUniform;
 use super::gpu::Gpu;
 use super::mesh::Mesh;
-use super::pick::PICK_FORMAT;
+use super::pick::{PICK_FORMAT, numbers_pass};
 use super::pipeline::{DEPTH_FORMAT, Primitive, Uniform, buffer, uniform_entry};
 use super::request::{DrawRequest, ProjectedPhotograph};
 use crate::scene::photograph::Pixels;
 use bytemuck::{Pod, Zeroable};
 use wgpu::{
     BindGroup, BindGroupDescriptor, BindGroupEntry, BindGroupLayout, BindGroupLayoutDescriptor, BindGroupLayoutEntry,
-    BindingResource, BindingType, Buffer, Color, CommandEncoderDescriptor, CompareFunction, Extent3d, FilterMode,
-    LoadOp, Operations, PrimitiveTopology, RenderPassColorAttachment, RenderPassDepthStencilAttachment,
-    RenderPassDescriptor, RenderPipeline, Sampler, SamplerBindingType, SamplerDescriptor, ShaderStages, StoreOp,
+    BindingResource, BindingType, Buffer, CommandEncoderDescriptor, CompareFunction, Extent3d, FilterMode,
+    PrimitiveTopology, RenderPipeline, Sampler, SamplerBindingType, SamplerDescriptor, ShaderStages,
     TexelCopyBufferLayout, Texture, TextureDescriptor, TextureDimension, TextureFormat, TextureSampleType,
     TextureUsages, TextureView, TextureViewDescriptor, TextureViewDimension,
 };
@@ -146,23 +145,7 @@ impl Distances {
     fn draw(&self, gpu: &Gpu, frame: &FrameUniform, mesh: &Mesh) {
         let mut encoder = gpu.device.create_command_encoder(&CommandEncoderDescriptor { label: Some("photograph") });
         {
-            let mut pass = encoder.begin_render_pass(&RenderPassDescriptor {
-                label: Some("photograph"),
-                color_attachments: &[Some(RenderPassColorAttachment {
-                    view: &self.target,
-                    depth_slice: None,
-                    resolve_target: None,
-                    ops: Operations { load: LoadOp::Clear(Color::TRANSPARENT), store: StoreOp::Store },
-                })],
-                depth_stencil_attachment: Some(RenderPassDepthStencilAttachment {
-                    view: &self.depth,
-                    depth_ops: Some(Operations { load: LoadOp::Clear(1.0), store: StoreOp::Discard }),
-                    stencil_ops: None,
-                }),
-                timestamp_writes: None,
-                occlusion_query_set: None,
-                multiview_mask: None,
-            });
+            let mut pass = numbers_pass(&mut encoder, "photograph", &self.target, &self.depth);
             pass.set_pipeline(&self.pipeline);
             pass.set_bind_group(0, &frame.group, &[]);
             pass.set_bind_group(1, &self.uniform.group, &[]);

@@ -16,10 +16,10 @@ use glam::Vec2;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU8, Ordering};
 use wgpu::{
-    Buffer, BufferDescriptor, BufferUsages, Color, CommandEncoderDescriptor, Extent3d, LoadOp, MapMode, Operations,
-    PollType, RenderPassColorAttachment, RenderPassDepthStencilAttachment, RenderPassDescriptor, RenderPipeline,
-    StoreOp, TexelCopyBufferInfo, TexelCopyBufferLayout, Texture, TextureDescriptor, TextureDimension, TextureFormat,
-    TextureUsages, TextureView, TextureViewDescriptor,
+    Buffer, BufferDescriptor, BufferUsages, Color, CommandEncoder, CommandEncoderDescriptor, Extent3d, LoadOp, MapMode,
+    Operations, PollType, RenderPass, RenderPassColorAttachment, RenderPassDepthStencilAttachment,
+    RenderPassDescriptor, RenderPipeline, StoreOp, TexelCopyBufferInfo, TexelCopyBufferLayout, Texture,
+    TextureDescriptor, TextureDimension, TextureFormat, TextureUsages, TextureView, TextureViewDescriptor,
 };
 
 /// Format of the numbers.
@@ -90,23 +90,7 @@ impl Pick {
         });
         let mut encoder = gpu.device.create_command_encoder(&CommandEncoderDescriptor { label: Some("pick") });
         {
-            let mut pass = encoder.begin_render_pass(&RenderPassDescriptor {
-                label: Some("pick"),
-                color_attachments: &[Some(RenderPassColorAttachment {
-                    view: &self.numbers_view,
-                    depth_slice: None,
-                    resolve_target: None,
-                    ops: Operations { load: LoadOp::Clear(Color::TRANSPARENT), store: StoreOp::Store },
-                })],
-                depth_stencil_attachment: Some(RenderPassDepthStencilAttachment {
-                    view: &self.depth,
-                    depth_ops: Some(Operations { load: LoadOp::Clear(1.0), store: StoreOp::Discard }),
-                    stencil_ops: None,
-                }),
-                timestamp_writes: None,
-                occlusion_query_set: None,
-                multiview_mask: None,
-            });
+            let mut pass = numbers_pass(&mut encoder, "pick", &self.numbers_view, &self.depth);
             pass.set_bind_group(0, &frame.group, &[]);
             match of_mesh {
                 true => mesh.draw_pick(&mut pass, &self.mesh, &self.window),
@@ -151,6 +135,32 @@ impl Drop for Reading {
         // At once, not at the garbage collector's leisure.
         self.buffer.destroy();
     }
+}
+
+/// A pass that draws numbers, in the format [`PICK_FORMAT`], on a target without any.
+pub(super) fn numbers_pass<'a>(
+    encoder: &'a mut CommandEncoder,
+    label: &str,
+    numbers: &TextureView,
+    depth: &TextureView,
+) -> RenderPass<'a> {
+    encoder.begin_render_pass(&RenderPassDescriptor {
+        label: Some(label),
+        color_attachments: &[Some(RenderPassColorAttachment {
+            view: numbers,
+            depth_slice: None,
+            resolve_target: None,
+            ops: Operations { load: LoadOp::Clear(Color::TRANSPARENT), store: StoreOp::Store },
+        })],
+        depth_stencil_attachment: Some(RenderPassDepthStencilAttachment {
+            view: depth,
+            depth_ops: Some(Operations { load: LoadOp::Clear(1.0), store: StoreOp::Discard }),
+            stencil_ops: None,
+        }),
+        timestamp_writes: None,
+        occlusion_query_set: None,
+        multiview_mask: None,
+    })
 }
 
 fn target(gpu: &Gpu, format: TextureFormat, usage: TextureUsages) -> Texture {
