@@ -20,6 +20,7 @@ use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
+use tokio::sync::oneshot;
 
 /// Arguments of `semascan serve`.
 #[derive(Debug, Args)]
@@ -141,6 +142,7 @@ pub(crate) fn serve(
         if open_browser && let Err(error) = open::that_detached(&url) {
             tracing::info!("open {url} in a browser ({error})");
         }
+        let (refuse, refused) = oneshot::channel();
         let running = match job {
             Some(Job::Inspect { spec, target, criteria }) => {
                 tracing::info!("opening {}", spec.source.uri.as_deref().unwrap_or_default());
@@ -161,7 +163,7 @@ pub(crate) fn serve(
             Some(Job::Keep { data, spec, criteria }) => {
                 idle(signals)?;
                 let (live, signals) = (Arc::clone(&live), signals.clone());
-                Some(std::thread::spawn(move || keep_all(&data, spec, criteria.as_ref(), &live, &signals)))
+                Some(std::thread::spawn(move || keep_all(&data, spec, criteria.as_ref(), &live, &signals, refuse)))
             }
             Some(Job::Saved(saved)) => {
                 // First: a signal that comes while it is shown ends the server in order, too.
@@ -177,7 +179,10 @@ pub(crate) fn serve(
         if !keeps {
             live.set_unready("");
         }
-        answering.await.context("the server ended unexpectedly")?;
+        tokio::select! {
+            ended = answering => ended.context("the server ended unexpectedly")?,
+            Ok(failure) = refused => return Err(failure),
+        }
         // What the inspection has by now is written first.
         let Some(follower) = running else { return Ok(()) };
         match follower.join() {
@@ -240,13 +245,15 @@ async fn read_certificate_again(tls: Arc<Tls>) {
 async fn read_certificate_again(_tls: Arc<Tls>) {}
 
 /// Continues the inspections that were cut off in `data`, one after the other, and then does the one that is asked for; all of
-/// them are judged by `criteria`. Returns the result of the last.
+/// them are judged by `criteria`. Returns the result of the last. A wrong call, such as one whose source is not there, goes to
+/// `refuse`, which ends the server.
 fn keep_all(
     data: &Arc<DataFolder>,
     spec: Option<Box<InspectionSpec>>,
     criteria: Option<&CriteriaFile>,
     live: &Arc<LiveModel>,
     signals: &Signals,
+    refuse: oneshot::Sender<Failure>,
 ) -> Result<(), Failure> {
     let mut result = Ok(());
     let interrupted = unless_hindered(live, signals, || Ok(data.interrupted()?))?;
@@ -268,9 +275,15 @@ fn keep_all(
         }
     }
     match spec {
-        Some(spec) if signals.exit_code().is_none() => {
-            follow(begin(&spec, data, criteria, None, live, signals)?, live, signals)
-        }
+        Some(spec) if signals.exit_code().is_none() => match begin(&spec, data, criteria, None, live, signals) {
+            Ok(running) => follow(running, live, signals),
+            Err(wrong @ Failure::Call(_)) => {
+                // If nobody takes it, the server ends by itself.
+                let _ = refuse.send(wrong);
+                Ok(())
+            }
+            Err(failure) => Err(failure),
+        },
         _ => {
             live.set_unready("");
             result
@@ -316,7 +329,10 @@ fn begin(
         Ok(running)
     });
     begun.inspect_err(|failure| {
-        tracing::error!("{}", failure.reason());
+        // A wrong call is said where it ends the command.
+        if !matches!(failure, Failure::Call(_)) {
+            tracing::error!("{}", failure.reason());
+        }
         live.set_unready("");
         live.say(&failure.reason());
     })

@@ -1,6 +1,6 @@
 //! Users, tokens, `init`, and an agent that asks for a login: nothing secret is said anywhere.
 
-use crate::{semascan, stderr};
+use crate::{LONGEST, ended, semascan, stderr};
 use std::fs;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::{SocketAddr, TcpStream};
@@ -17,7 +17,7 @@ fn semascan_with(args: &[&str], input: &str) -> Output {
     let mut child = command.spawn().expect("the binary starts");
     // One that refuses its arguments has ended already.
     let _ = child.stdin.take().expect("piped").write_all(input.as_bytes());
-    child.wait_with_output().expect("ends")
+    ended(child, LONGEST)
 }
 
 fn text(path: &Path) -> &str {

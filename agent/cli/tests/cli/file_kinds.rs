@@ -2,33 +2,26 @@
 //! found, with the code of a wrong call, and neither waits for a writer nor reads without end.
 #![cfg(unix)]
 
+use crate::ended;
 use std::os::unix::fs::symlink;
 use std::os::unix::net::UnixListener;
 use std::path::Path;
 use std::process::{Command, Stdio};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// A cell whose inspection takes a moment.
 const CELL: &str = "virtual:starter-motor?seed=3&views=2&size=96x72&cell=4";
 /// What is no file takes no time.
 const LONGEST: Duration = Duration::from_secs(20);
 
-/// Runs the binary in `folder`; its exit code and what it says. A run that does not end is ended.
+/// Runs the binary in `folder`; its exit code and what it says.
 fn run(folder: &Path, args: &[&str], library: Option<&str>) -> (Option<i32>, String) {
     let mut command = Command::new(env!("CARGO_BIN_EXE_semascan"));
     command.args(args).current_dir(folder).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::piped());
     if let Some(library) = library {
         command.env("ORT_DYLIB_PATH", folder.join(library));
     }
-    let mut child = command.spawn().expect("starts");
-    let begun = Instant::now();
-    while child.try_wait().expect("a child").is_none() {
-        if begun.elapsed() > LONGEST {
-            child.kill().expect("ended");
-        }
-        std::thread::sleep(Duration::from_millis(5));
-    }
-    let output = child.wait_with_output().expect("its words");
+    let output = ended(command.spawn().expect("starts"), LONGEST);
     (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
 }
 
