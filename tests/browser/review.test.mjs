@@ -46,6 +46,12 @@ onEveryBackend(
 
     it('lists what the agent measured, and shows each finding where it is', LIMIT, async () => {
       const { now } = await ask('findings');
+      const all = page.getByTestId('findings-all');
+      assert.equal(await all.isVisible(), now.length > 5, 'a long list is cut');
+      if (now.length > 5) {
+        assert.equal(await panel.locator('.finding').count(), 5);
+        await all.click();
+      }
       assert.equal(await panel.locator('.finding').count(), now.length);
       for (const [i, finding] of now.slice(0, 3).entries()) {
         const text = await page.getByTestId(`finding-${i + 1}`).innerText();

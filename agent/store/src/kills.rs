@@ -24,8 +24,8 @@ const FOLDER: &str = "SEMASCAN_KILLED_WRITER_FOLDER";
 const KILLS: u64 = 200;
 /// Kills of writers into folders whose files are replaced one by one.
 const KILLS_IN_PLACE: u64 = 40;
-/// Longest time that a writer lives after it began, milliseconds: several sets are written in it.
-const LONGEST_LIFE: u64 = 60;
+/// So many sets are written in the longest time that a writer lives after it began.
+const SETS_OF_A_LIFE: u32 = 6;
 /// Points of a set.
 const POINTS: usize = 2000;
 
@@ -139,8 +139,20 @@ fn random(state: &mut u64) -> u64 {
     z ^ (z >> 31)
 }
 
-fn kill_after_a_while(mut child: Child, random: u64) {
-    thread::sleep(Duration::from_micros(random % (LONGEST_LIFE * 1000)));
+/// The longest time that a writer lives: machines take different times for a set, and more where others work beside.
+fn longest_life() -> Duration {
+    let root = tempfile::tempdir().expect("a folder");
+    let folder = root.path().join("timed");
+    let times = (0..3).map(|_| {
+        let begin = Instant::now();
+        publish(&ResultFolder::begin(&folder, &record(Outcome::Running), true).expect("a folder"));
+        begin.elapsed()
+    });
+    times.max().unwrap_or_default() * SETS_OF_A_LIFE
+}
+
+fn kill_after_a_while(mut child: Child, longest: Duration, random: u64) {
+    thread::sleep(longest.mul_f64(random as f64 / u64::MAX as f64));
     child.kill().expect("killed");
     child.wait().expect("gone");
 }
@@ -182,6 +194,7 @@ fn check(folder: &Path, saved: &SavedInspection) -> bool {
 fn two_hundred_kills_leave_no_mixed_half_or_falsely_finished_set() {
     let root = tempfile::tempdir().expect("a folder");
     let begun = record(Outcome::Running);
+    let longest = longest_life();
     let used = root.path().join("used");
     publish(&ResultFolder::begin(&used, &begun, false).expect("a folder"));
     let mut state = 20;
@@ -191,7 +204,7 @@ fn two_hundred_kills_leave_no_mixed_half_or_falsely_finished_set() {
         let is_used = kill % 2 == 0;
         let folder = if is_used { used.clone() } else { root.path().join(format!("fresh-{kill}")) };
         let child = start(&folder, root.path());
-        kill_after_a_while(child, random(&mut state));
+        kill_after_a_while(child, longest, random(&mut state));
         match read_inspection(&folder) {
             Ok(saved) if check(&folder, &saved) => models += 1,
             Ok(_) => {
@@ -224,11 +237,12 @@ fn a_folder_whose_files_are_replaced_one_by_one_shows_that_it_is_not_whole() {
     let root = tempfile::tempdir().expect("a folder");
     let folder = root.path().join("here");
     fs::create_dir(&folder).expect("made");
+    let longest = longest_life();
     let mut state = 21;
     let (mut none, mut whole) = (0, 0);
     for kill in 0..KILLS_IN_PLACE {
         let child = start(&folder, &folder);
-        kill_after_a_while(child, random(&mut state));
+        kill_after_a_while(child, longest, random(&mut state));
         match read_inspection(&folder) {
             Ok(saved) => whole += u64::from(check(&folder, &saved)),
             Err(SavedError::NoRecord { .. }) => none += 1,

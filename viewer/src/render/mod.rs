@@ -13,6 +13,7 @@
 //! | `points`, `mesh`, `background`, `turntable`, `floor`, `lines` | the primitives (browser only) |
 //! | `photograph` | a photograph on the mesh (browser only) |
 //! | `pick` | what lies at a place of the picture: the primitives as numbers (browser only) |
+//! | `picture` | the frame's samples, shaded by their depth, on the canvas (browser only) |
 //! | `frame`, `pipeline`, `lookup` | what primitives share (browser only) |
 //! | `gpu`, `frames_in_flight`, `renderer` | device and canvas, frames not finished yet, the frame (browser only) |
 //! | `self_test`, `open` | whether a device draws, and the fallback to another (browser only) |
@@ -75,6 +76,8 @@ mod open;
 mod photograph;
 #[cfg(target_arch = "wasm32")]
 mod pick;
+#[cfg(target_arch = "wasm32")]
+mod picture;
 #[cfg(target_arch = "wasm32")]
 mod pipeline;
 #[cfg(target_arch = "wasm32")]

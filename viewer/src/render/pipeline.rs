@@ -9,7 +9,7 @@ use wgpu::{
     ShaderModuleDescriptor, ShaderSource, ShaderStages, StencilState, TextureFormat, VertexBufferLayout, VertexState,
 };
 
-/// Depth buffer of every pass.
+/// Depth buffer of every pass that draws the scene.
 pub(super) const DEPTH_FORMAT: TextureFormat = TextureFormat::Depth32Float;
 
 /// What every shader begins with.
@@ -32,6 +32,22 @@ pub(super) struct Primitive<'a> {
 
 impl Primitive<'_> {
     pub(super) fn pipeline(&self, gpu: &Gpu) -> RenderPipeline {
+        let depth = DepthStencilState {
+            format: DEPTH_FORMAT,
+            depth_write_enabled: Some(self.writes_depth),
+            depth_compare: Some(self.depth_compare),
+            stencil: StencilState::default(),
+            bias: DepthBiasState::default(),
+        };
+        self.pipeline_on(gpu, Some(depth))
+    }
+
+    /// For a pass without depths.
+    pub(super) fn flat_pipeline(&self, gpu: &Gpu) -> RenderPipeline {
+        self.pipeline_on(gpu, None)
+    }
+
+    fn pipeline_on(&self, gpu: &Gpu, depth_stencil: Option<DepthStencilState>) -> RenderPipeline {
         let device = &gpu.device;
         let source = [FRAME, self.shader].concat();
         let module = device.create_shader_module(ShaderModuleDescriptor {
@@ -61,13 +77,7 @@ impl Primitive<'_> {
                 buffers: &buffers,
             },
             primitive: PrimitiveState { topology: self.topology, ..PrimitiveState::default() },
-            depth_stencil: Some(DepthStencilState {
-                format: DEPTH_FORMAT,
-                depth_write_enabled: Some(self.writes_depth),
-                depth_compare: Some(self.depth_compare),
-                stencil: StencilState::default(),
-                bias: DepthBiasState::default(),
-            }),
+            depth_stencil,
             multisample: MultisampleState::default(),
             fragment: Some(FragmentState {
                 module: &module,

@@ -158,6 +158,15 @@ fn vs_points(@builtin(vertex_index) vertex: u32) -> Splat {
     return splat_corner(vertex);
 }
 
+// How much of its tilt a splat takes on: the rest keeps surfaces closed whose normals are not known well.
+const TILT: f32 = 0.6;
+
+// Whether a splat, a round piece of the tilted surface, covers this place of its square.
+fn covers(disc: vec2<f32>, plane: vec4<f32>) -> bool {
+    let rise = TILT * BULGE * dot(plane.xy, disc) / plane.z;
+    return dot(disc, disc) + rise * rise <= 1.0;
+}
+
 // Distance along the direction of view to the surface of a splat, metres.
 fn surface_distance(disc: vec2<f32>, plane: vec4<f32>) -> f32 {
     let towards_eye = dot(plane.xy, disc) - plane.z * dot(disc, disc);
@@ -171,7 +180,7 @@ struct Pixel {
 
 @fragment
 fn fs_points(splat: Splat) -> Pixel {
-    if dot(splat.disc, splat.disc) > 1.0 {
+    if !covers(splat.disc, splat.plane) {
         discard;
     }
     let distance = surface_distance(splat.disc, splat.plane);

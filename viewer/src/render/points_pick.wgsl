@@ -28,7 +28,7 @@ struct NumberedPixel {
 
 @fragment
 fn fs_points_pick(splat: NumberedSplat) -> NumberedPixel {
-    if dot(splat.disc, splat.disc) > 1.0 {
+    if !covers(splat.disc, splat.plane) {
         discard;
     }
     let distance = surface_distance(splat.disc, splat.plane);

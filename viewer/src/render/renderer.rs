@@ -1,8 +1,8 @@
 //! The renderer: owns device, canvas and primitives, draws a frame when asked.
 //!
 //! Nothing runs by itself: a still model costs nothing. After each frame the canvas says what it shows in its data
-//! attributes: `data-backend` (`webgpu`, `webgl2`), `data-points` and `data-triangles` (shown), `data-frames` (drawn) and
-//! `data-sequence` (changes of the model that the picture has taken in).
+//! attributes: `data-backend` (`webgpu`, `webgl2`), `data-points` and `data-triangles` (shown), `data-frames` (drawn),
+//! `data-samples` (along an edge of a pixel) and `data-sequence` (changes of the model that the picture has taken in).
 
 use super::axes;
 use super::background::Background;
@@ -17,7 +17,7 @@ use super::mesh::Mesh;
 use super::photograph::Photograph;
 use super::pick::{Pick, Reading};
 use super::pick_window::WindowHit;
-use super::pipeline::DEPTH_FORMAT;
+use super::picture::Picture;
 use super::points::Points;
 use super::request::DrawRequest;
 use super::seen::{Piece, Seen};
@@ -29,11 +29,7 @@ use glam::{Vec2, Vec3};
 use semascan_model::{SemanticCloud, SemanticMesh};
 use std::collections::BTreeMap;
 use web_sys::HtmlCanvasElement;
-use wgpu::{
-    Color, CommandEncoderDescriptor, CurrentSurfaceTexture, Extent3d, LoadOp, Operations, RenderPassColorAttachment,
-    RenderPassDepthStencilAttachment, RenderPassDescriptor, StoreOp, SurfaceTexture, TextureDescriptor,
-    TextureDimension, TextureUsages, TextureView, TextureViewDescriptor,
-};
+use wgpu::{CommandEncoderDescriptor, CurrentSurfaceTexture, SurfaceTexture, TextureViewDescriptor};
 
 /// Side of the square that holds the axes, and its distance from the corner, CSS pixels.
 const AXES_SIDE: f32 = 84.0;
@@ -90,7 +86,9 @@ pub struct Renderer {
     marks: LineBuffer,
     marks_behind: LineBuffer,
     axes: LineBuffer,
-    depth: TextureView,
+    picture: Picture,
+    /// Along an edge of a pixel of the last frame.
+    samples: u32,
     /// Made with the first pick.
     pick: Option<Pick>,
     drawn: Option<Drawn>,
@@ -124,7 +122,8 @@ impl Renderer {
             marks: LineBuffer::default(),
             marks_behind: LineBuffer::default(),
             axes: LineBuffer::default(),
-            depth: depth_buffer(&gpu),
+            picture: Picture::new(&gpu, &frame),
+            samples: 1,
             pick: None,
             drawn: None,
             asked: None,
@@ -172,12 +171,8 @@ impl Renderer {
     /// Sets the size of the picture in CSS pixels and how many device pixels one of them has.
     pub fn resize(&mut self, width: f32, height: f32, device_pixel_ratio: f32) {
         let scale = if device_pixel_ratio.is_finite() { device_pixel_ratio.clamp(0.25, 8.0) } else { 1.0 };
-        let before = (self.gpu.config.width, self.gpu.config.height);
         self.scale = scale;
         self.gpu.resize((width * scale).round() as u32, (height * scale).round() as u32);
-        if before != (self.gpu.config.width, self.gpu.config.height) {
-            self.depth = depth_buffer(&self.gpu);
-        }
     }
 
     /// Puts `cloud` (table frame, metres) in the place of whatever chunk `id` held.
@@ -277,23 +272,7 @@ impl Renderer {
         let view = texture.texture.create_view(&TextureViewDescriptor::default());
         let mut encoder = self.gpu.device.create_command_encoder(&CommandEncoderDescriptor { label: Some("frame") });
         {
-            let mut pass = encoder.begin_render_pass(&RenderPassDescriptor {
-                label: Some("frame"),
-                color_attachments: &[Some(RenderPassColorAttachment {
-                    view: &view,
-                    depth_slice: None,
-                    resolve_target: None,
-                    ops: Operations { load: LoadOp::Clear(Color::BLACK), store: StoreOp::Store },
-                })],
-                depth_stencil_attachment: Some(RenderPassDepthStencilAttachment {
-                    view: &self.depth,
-                    depth_ops: Some(Operations { load: LoadOp::Clear(1.0), store: StoreOp::Discard }),
-                    stencil_ops: None,
-                }),
-                timestamp_writes: None,
-                occlusion_query_set: None,
-                multiview_mask: None,
-            });
+            let mut pass = self.picture.begin(&mut encoder);
             pass.set_bind_group(0, &self.frame.group, &[]);
             self.background.draw(&mut pass);
             match request.content.mesh {
@@ -307,16 +286,16 @@ impl Renderer {
             self.lines.draw(&mut pass, &self.frusta);
             self.lines.draw(&mut pass, &self.marks);
             // Depth range of zero width: nothing is in front of these.
-            let (width, height) = (self.gpu.config.width as f32, self.gpu.config.height as f32);
-            pass.set_viewport(0.0, 0.0, width, height, 0.0, 0.0);
+            let (width, height) = self.picture.size();
+            pass.set_viewport(0.0, 0.0, width as f32, height as f32, 0.0, 0.0);
             self.lines.draw(&mut pass, &self.marks_behind);
-            if let Some(side) = self.axes_side() {
-                let y = self.gpu.config.height as f32 - side - AXES_MARGIN * self.scale;
-                pass.set_viewport(AXES_MARGIN * self.scale, y, side, side, 0.0, 0.0);
+            if let Some((side, margin)) = self.axes_square() {
+                pass.set_viewport(margin, height as f32 - side - margin, side, side, 0.0, 0.0);
                 pass.set_bind_group(0, &self.axes_frame.group, &[]);
                 self.lines.draw(&mut pass, &self.axes);
             }
         }
+        self.picture.finish(&mut encoder, &self.frame, &view);
         self.gpu.queue.submit([encoder.finish()]);
         self.gpu.queue.present(texture);
         self.in_flight.submit(&self.gpu.queue);
@@ -332,7 +311,8 @@ impl Renderer {
     /// Puts what the frame needs on the device.
     fn prepare(&mut self, request: &DrawRequest) {
         let gpu = &self.gpu;
-        let pixels = Vec2::new(gpu.config.width as f32, gpu.config.height as f32);
+        self.samples = self.picture.prepare(gpu, request.is_still);
+        let (width, height) = self.picture.size();
         let model = request.focus.filter(|b| !b.is_empty());
         let reach = model.map_or(Bounds::EMPTY, |focus| focus.grown(REACH));
         let mut scene =
@@ -371,21 +351,24 @@ impl Renderer {
         let forward = request.camera.forward();
         let right = forward.cross(Vec3::Z).normalize_or(Vec3::X);
         self.axes.write(gpu, &axes::segments(right, right.cross(forward)));
-        if let Some(side) = self.axes_side() {
-            self.axes_frame.write(gpu, &Frame::axes(&request.camera, side, self.scale));
+        let scale = self.scale * self.samples as f32;
+        if let Some((side, _)) = self.axes_square() {
+            self.axes_frame.write(gpu, &Frame::axes(&request.camera, side, scale));
         }
-        self.frame.write(gpu, &Frame::scene(&request.camera, pixels, self.scale, scene));
+        let size = Vec2::new(width as f32, height as f32);
+        self.frame.write(gpu, &Frame::scene(&request.camera, size, scale, scene));
         self.background.prepare(gpu, request.content.color_scheme);
         self.points.prepare(gpu, request);
         self.photograph.prepare(gpu, &self.frame, request, &self.mesh, self.meshes);
         self.mesh.prepare(gpu, request);
     }
 
-    /// Side of the axes' square in device pixels; none on a picture too small for it.
-    fn axes_side(&self) -> Option<f32> {
-        let side = AXES_SIDE * self.scale;
-        let room = self.gpu.config.width.min(self.gpu.config.height) as f32;
-        (side * 3.0 < room).then_some(side)
+    /// Side of the axes' square and its distance from the corner, in samples; none on a picture too small for it.
+    fn axes_square(&self) -> Option<(f32, f32)> {
+        let scale = self.scale * self.samples as f32;
+        let (width, height) = self.picture.size();
+        let side = AXES_SIDE * scale;
+        (side * 3.0 < width.min(height) as f32).then_some((side, AXES_MARGIN * scale))
     }
 
     fn acquire(&self) -> Result<SurfaceTexture, RenderError> {
@@ -410,6 +393,7 @@ impl Renderer {
             ("points", stats.points.to_string()),
             ("triangles", stats.triangles.to_string()),
             ("frames", stats.frames.to_string()),
+            ("samples", self.samples.to_string()),
             ("sequence", self.sequence.to_string()),
         ];
         for (name, value) in entries {
@@ -417,18 +401,4 @@ impl Renderer {
             let _ = data.set(name, &value);
         }
     }
-}
-
-fn depth_buffer(gpu: &Gpu) -> TextureView {
-    let texture = gpu.device.create_texture(&TextureDescriptor {
-        label: Some("depth"),
-        size: Extent3d { width: gpu.config.width, height: gpu.config.height, depth_or_array_layers: 1 },
-        mip_level_count: 1,
-        sample_count: 1,
-        dimension: TextureDimension::D2,
-        format: DEPTH_FORMAT,
-        usage: TextureUsages::RENDER_ATTACHMENT,
-        view_formats: &[],
-    });
-    texture.create_view(&TextureViewDescriptor::default())
 }

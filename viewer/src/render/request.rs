@@ -162,6 +162,8 @@ pub struct DrawRequest {
     /// At most about so many points, evenly thinned and enlarged to keep surfaces closed; `None` for all. For slow
     /// machines while the camera moves.
     pub point_budget: Option<usize>,
+    /// Whether nothing has moved for a while: the picture may take longer and be finer.
+    pub is_still: bool,
     /// What is shown.
     pub content: FrameContent,
 }

@@ -27,12 +27,13 @@ pub(super) async fn run(renderer: &mut Renderer) -> Result<(), RenderError> {
     let bounds = Bounds::from_corners(Vec3::splat(-0.01), Vec3::splat(0.01));
     let mut camera = OrbitCamera::default();
     camera.frame(Vec3::ZERO, 0.01);
-    let request = DrawRequest {
+    let mut request = DrawRequest {
         camera,
         focus: Some(bounds),
         bounds: Some(bounds),
         voxel: 0.02,
         point_budget: None,
+        is_still: false,
         content: FrameContent {
             color_mode: ColorMode::Component,
             palette: Palette { components: vec![[0; 3], GREEN], defects: Vec::new() },
@@ -41,7 +42,8 @@ pub(super) async fn run(renderer: &mut Renderer) -> Result<(), RenderError> {
     };
     let mut last = Err(failed(renderer, "no frame was drawn".to_owned()));
     // The second frame is what a device that dies over its first one does not survive.
-    for _ in 0..2 {
+    for is_still in [false, true] {
+        request.is_still = is_still;
         last = renderer.draw(&request).and_then(|_| middle_is_green(renderer));
         sleep(GRACE_MS / 2).await;
         if let Some(reason) = renderer.lost() {

@@ -2,20 +2,23 @@
 //! the page's frame shows of the state: theme and title. Everything lives as long as the page.
 
 use super::graphics::Size;
+use super::permalink::Permalink;
 use super::shortcuts::{Action, Focus, action};
 use super::viewport::Viewport;
 use crate::camera::Modifiers;
 use crate::display::{ColorMode, Theme};
 use crate::features::measure::{Measure, MeasureEvent};
+use crate::state::notices::{Level, Topic};
 use crate::state::{AppState, Event};
-use crate::ui::Ui;
+use crate::ui::{Command, Ui};
 use leptos::prelude::*;
 use semascan_model::LengthUnit;
 use std::rc::Rc;
 use std::time::Duration;
 use wasm_bindgen::prelude::*;
 use web_sys::{
-    Document, Element, HtmlElement, HtmlInputElement, KeyboardEvent, MediaQueryListEvent, ResizeObserver, Window,
+    Document, Element, HtmlElement, HtmlInputElement, KeyboardEvent, MediaQueryListEvent, ResizeObserver,
+    UrlSearchParams, Window,
 };
 
 /// Where the chosen theme is kept; `www/theme.js` reads it before the first paint.
@@ -43,6 +46,7 @@ pub(super) fn keyboard(window: &Window, viewport: &Rc<Viewport>) -> Result<(), J
                 Action::State(event) => viewport.ui.send(*event),
                 Action::Camera(input) => viewport.steer(input),
                 Action::PickMiddle => viewport.pick_middle(),
+                Action::CopyLink => viewport.ui.ask(Command::CopyLink),
             }
         }
     });
@@ -159,6 +163,32 @@ fn keep_choice(window: &Window, key: &'static str, choice: Memo<&'static str>) {
         }
         choice
     });
+}
+
+/// A link into the page that is open already changes nothing but the fragment of its address.
+pub(super) fn links(window: &Window, viewport: &Rc<Viewport>) -> Result<(), JsValue> {
+    let (page, viewport) = (window.clone(), viewport.clone());
+    let on_change = Closure::<dyn FnMut()>::new(move || match linked(&page) {
+        Ok((link, complaints)) => {
+            viewport.follow_link(&link);
+            for text in complaints {
+                viewport.ui.notify(Level::Warning, Topic::Address, text);
+            }
+        }
+        Err(error) => web_sys::console::error_1(&error),
+    });
+    window.add_event_listener_with_callback("hashchange", on_change.as_ref().unchecked_ref())?;
+    on_change.forget();
+    Ok(())
+}
+
+/// Where the fragment of the page's address leads to, and what of it is not understood.
+pub(super) fn linked(window: &Window) -> Result<(Permalink, Vec<String>), JsValue> {
+    let fragment = window.location().hash()?;
+    let parameters = UrlSearchParams::new_with_str(fragment.trim_start_matches('#'))?;
+    let mut complaints = Vec::new();
+    let link = Permalink::read(|name| parameters.get(name), &mut complaints);
+    Ok((link, complaints))
 }
 
 /// The clock runs while something counts down.

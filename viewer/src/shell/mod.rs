@@ -3,6 +3,7 @@
 //! | module | what |
 //! |---|---|
 //! | [`options`] | what the page's address asks for |
+//! | [`permalink`] | links that lead others to what one sees |
 //! | [`point_budget`] | how many points a frame may have while the camera moves |
 //! | [`pick_queue`] | which picks are asked for, and in which order |
 //! | [`shortcuts`] | what a key does |
@@ -17,6 +18,7 @@
 //! | `save` | exports: files for the person (browser only) |
 
 pub mod options;
+pub mod permalink;
 pub mod pick_queue;
 pub mod point_budget;
 pub mod shortcuts;

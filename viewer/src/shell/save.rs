@@ -64,6 +64,20 @@ fn write_to_clipboard(text: &str) -> Result<Promise, JsValue> {
     write.call1(&clipboard, &text.into())?.dyn_into()
 }
 
+/// Gives the clipboard a link to what is seen.
+pub(super) fn copy_link(viewport: &Viewport) {
+    let address = web_sys::window().ok_or(JsValue::NULL).and_then(|window| {
+        let location = window.location();
+        Ok(format!("{}{}", location.origin()?, location.pathname()?))
+    });
+    match address {
+        Ok(page) => copy(viewport, viewport.link(&page), "semascan-link.txt"),
+        Err(error) => {
+            viewport.ui.notify(Level::Error, Topic::Export, format!("There is no link: {}", refused(error)));
+        }
+    }
+}
+
 /// Hands files to the browser's downloads, and says so.
 fn save(viewport: &Viewport, files: Result<Vec<ExportFile>, String>, mime: &str, what: &str) {
     let saved = files.and_then(|files| {

@@ -28,6 +28,8 @@ pub enum Action {
     Camera(CameraInput),
     /// A pick in the middle of the view.
     PickMiddle,
+    /// A link to what is seen.
+    CopyLink,
 }
 
 /// What `key` (DOM `KeyboardEvent.key`) asks for in this state; `None` leaves it to the browser.
@@ -66,6 +68,7 @@ pub fn action(key: &str, modifiers: Modifiers, focus: Focus, state: &AppState) -
         "y" | "Y" | "r" | "R" | "x" | "X" | "i" | "I" => feature(ReviewEvent::Draft(ruling(key)?)),
         "." if state.features.evidence.shown().is_some() => feature(EvidenceEvent::Step(1)),
         "," if state.features.evidence.shown().is_some() => feature(EvidenceEvent::Step(-1)),
+        "u" | "U" => return Some(Action::CopyLink),
         "Enter" if focus == Focus::Model => return Some(Action::PickMiddle),
         "Delete" if focus == Focus::Model => return deletion(modifiers, state),
         "Escape" => return escape(state),

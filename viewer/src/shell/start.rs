@@ -55,13 +55,16 @@ fn run(window: &Window, document: &Document) -> Result<Option<Link>, JsValue> {
             }
         }),
     }
-    for text in options.complaints {
+    let (link, complaints) = listeners::linked(window)?;
+    viewport.follow_link(&link);
+    for text in options.complaints.into_iter().chain(complaints) {
         ui.notify(Level::Warning, Topic::Address, text);
     }
     panels::mount(document, ui)?;
     listeners::frame_of_page(window, document, ui);
     listeners::clock(ui);
     listeners::keyboard(window, &viewport)?;
+    listeners::links(window, &viewport)?;
     follow_state(&viewport);
     viewport.begin();
 
@@ -142,6 +145,7 @@ fn execute(viewport: &Viewport, inquiry: Option<&Inquiry>, command: Command) {
         }
         Command::Camera(input) => viewport.steer(input),
         Command::Copy { text, file } => save::copy(viewport, text, file),
+        Command::CopyLink => save::copy_link(viewport),
         Command::ExportPoints(format) => save::save_points(viewport, format),
         Command::ExportMesh(format) => save::save_mesh(viewport, format),
         Command::Reload => {

@@ -1,6 +1,7 @@
 //! The 3D view: model, mesh, camera and renderer; draws a frame when one is due, and no other.
 
 use super::graphics::{Graphics, Size};
+use super::permalink::Permalink;
 use super::pick_queue::{PickQueue, Purpose, Wanted};
 use super::point_budget::PointBudget;
 use super::ticker::Ticker;
@@ -8,6 +9,7 @@ use super::{anchors, canvas_data};
 use crate::camera::{CameraInput, OrbitCamera, PointerInput};
 use crate::features::inspect::InspectEvent;
 use crate::features::measure::MeasureEvent;
+use crate::features::review::ReviewEvent;
 use crate::features::view::{Controller, Host};
 use crate::features::{FeatureEvent, mounted};
 use crate::link::LinkEvent;
@@ -20,7 +22,7 @@ use crate::scene::pick::picked_point;
 use crate::scene::{HeldMesh, HeldModel, HeldPhotograph, ModelChange};
 use crate::state::Event;
 use crate::ui::Ui;
-use glam::Vec2;
+use glam::{Vec2, Vec3};
 use semascan_protocol::server_message::Body;
 use std::cell::{Cell, OnceCell, RefCell};
 use std::rc::{Rc, Weak};
@@ -30,6 +32,8 @@ use web_sys::{Document, HtmlCanvasElement, Window};
 const FIGURES_MS: f64 = 200.0;
 /// The camera counts as moving until so long after the last input, milliseconds.
 const MOVING_MS: f64 = 180.0;
+/// Once nothing has changed for so long, the picture is drawn as finely as can be, milliseconds.
+const STILL_MS: f64 = 150.0;
 /// A mouse that has not moved for so long rests, milliseconds.
 const REST_MS: f64 = 160.0;
 /// By how much the drawn surface may be in front of a point on it, voxels: splats are larger than voxels, and tilted.
@@ -47,6 +51,8 @@ pub(super) struct Viewport {
     camera: Cell<OrbitCamera>,
     /// The camera keeps the whole model in view until the person moves it.
     follows: Cell<bool>,
+    /// Where a link wants the camera, and what at, until there is an inspection.
+    linked_camera: Cell<Option<(Vec3, Vec3)>>,
     size: Cell<Size>,
     point_budget: Cell<PointBudget>,
     /// The person moved the camera since the last frame.
@@ -55,6 +61,8 @@ pub(super) struct Viewport {
     now: Cell<f64>,
     moved_at: Cell<f64>,
     draw_due: Cell<bool>,
+    /// Time of the last frame, while that is one of a moving picture.
+    coarse_since: Cell<Option<f64>>,
     /// Revision of the mesh that the renderer has; `None` with a new renderer.
     drawn_mesh: Cell<Option<u64>>,
     /// The same of the photograph.
@@ -85,12 +93,14 @@ impl Viewport {
                 controllers: OnceCell::new(),
                 camera: Cell::default(),
                 follows: Cell::new(true),
+                linked_camera: Cell::default(),
                 size: Cell::default(),
                 point_budget: Cell::default(),
                 steered: Cell::default(),
                 now: Cell::default(),
                 moved_at: Cell::new(f64::NEG_INFINITY),
                 draw_due: Cell::new(true),
+                coarse_since: Cell::default(),
                 drawn_mesh: Cell::default(),
                 drawn_photograph: Cell::default(),
                 figures_due: Cell::new(false),
@@ -131,7 +141,10 @@ impl Viewport {
         if let LinkEvent::Connected { inspection, .. } | LinkEvent::Cleared(inspection) = &event
             && self.ui.read(|s| s.inspection.id != inspection.id)
         {
-            self.follows.set(true);
+            match self.linked_camera.take() {
+                Some((eye, target)) => self.steer(CameraInput::From { eye, target }),
+                None => self.follows.set(true),
+            }
         }
         // Every chunk of a final model is sent before the message that it is final: that message finds the figures counted.
         if matches!(event, LinkEvent::Message(Body::Progress(_))) {
@@ -183,6 +196,40 @@ impl Viewport {
                 self.ticker.request();
             }
         }
+    }
+
+    /// Shows what a link leads to, as soon as it is there.
+    pub(super) fn follow_link(&self, link: &Permalink) {
+        if let Some((eye, target)) = link.camera {
+            match self.ui.read(|s| s.inspection.id.is_empty()) {
+                true => self.linked_camera.set(link.camera),
+                false => self.steer(CameraInput::From { eye, target }),
+            }
+        }
+        if let Some(mode) = link.color_mode {
+            self.ui.send(Event::ColorMode(mode));
+        }
+        if let Some(finding) = link.finding {
+            self.ui.send_feature(ReviewEvent::Wanted(finding));
+        }
+    }
+
+    /// The link that leads others to what is seen.
+    ///
+    /// * `page`: the page's address without query and fragment.
+    pub(super) fn link(&self, page: &str) -> String {
+        let camera = self.camera.get();
+        self.ui.read(|s| {
+            let review = &s.features.review;
+            let link = Permalink {
+                camera: Some((camera.eye(), camera.target())),
+                color_mode: Some(s.display.color_mode),
+                finding: review.selected,
+            };
+            // Only what the agent keeps can be asked for by name.
+            let inspection = Some(review.case.inspection.as_str()).filter(|inspection| !inspection.is_empty());
+            link.address(page, inspection)
+        })
     }
 
     /// Picks what lies in the middle of the view.
@@ -278,12 +325,21 @@ impl Viewport {
         }
         self.point_budget.set(point_budget);
         if self.draw_due.replace(false) {
-            self.draw(budget);
+            self.draw(budget, false);
+            self.coarse_since.set(Some(now));
+            self.probe_due.set(true);
         }
         if moving {
             // Once it stands still the picture is drawn with every point.
             self.draw_due.set(self.draw_due.get() || budget.is_some());
             self.ticker.request();
+        } else if let Some(since) = self.coarse_since.get() {
+            if now - since >= STILL_MS && !self.graphics.is_busy() {
+                self.coarse_since.set(None);
+                self.draw(None, true);
+            } else {
+                self.ticker.request();
+            }
         }
         self.pick(now, moving);
     }
@@ -348,7 +404,7 @@ impl Viewport {
         self.redraw();
     }
 
-    fn draw(&self, point_budget: Option<usize>) {
+    fn draw(&self, point_budget: Option<usize>, is_still: bool) {
         let size = self.size.get();
         if size.width < 1.0 || size.height < 1.0 {
             return;
@@ -376,8 +432,8 @@ impl Viewport {
             self.camera.set(camera);
         }
         let content = self.ui.read(frame_content);
-        self.probe_due.set(true);
-        self.graphics.draw(&DrawRequest { camera, focus, bounds, voxel, point_budget, content }, size);
+        let request = DrawRequest { camera, focus, bounds, voxel, point_budget, is_still, content };
+        self.graphics.draw(&request, size);
     }
 
     /// Counts the model's figures for the state.

@@ -37,6 +37,9 @@ pub(crate) const CAMERA: &str =
     "M2 5.25h2.75l1-1.75h4.5l1 1.75H14v7.5H2zM8 11a2.25 2.25 0 1 0 0-4.5A2.25 2.25 0 0 0 8 11";
 /// Box in perspective.
 pub(crate) const MODEL: &str = "M8 1.75 13.5 4.9v6.2L8 14.25 2.5 11.1V4.9zM2.75 5 8 8l5.25-3M8 8v6";
+/// Two links of a chain.
+pub(crate) const LINK: &str =
+    "M6.5 4.5 8 3a3.2 3.2 0 0 1 5 4.5L11.5 9M9.5 11.5 8 13a3.2 3.2 0 0 1-5-4.5L4.5 7M6 10l4-4";
 /// Interrupted line.
 pub(crate) const UNLINKED: &str =
     "M6.5 4.5 8 3a3.2 3.2 0 0 1 5 4.5L11.5 9M9.5 11.5 8 13a3.2 3.2 0 0 1-5-4.5L4.5 7M2.5 2.5l11 11";

@@ -28,6 +28,8 @@ pub enum Command {
         /// Name of the file.
         file: &'static str,
     },
+    /// Give the clipboard a link to what is seen.
+    CopyLink,
     /// Ask the agent for the views before this number.
     EarlierViews(u32),
     /// Load the page again.

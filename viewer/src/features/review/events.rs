@@ -15,6 +15,8 @@ pub enum ReviewEvent {
     Unknown(String),
     /// The person chose a finding, or none.
     Select(Option<FindingId>),
+    /// The person followed a link to a finding, which may not be known yet.
+    Wanted(FindingId),
     /// The person wants the finding so many places further.
     Step(i32),
     /// The person begins a decision about the chosen finding, or the part.

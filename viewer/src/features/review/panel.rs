@@ -11,6 +11,9 @@ use semascan_model::verdict::Decision;
 use std::rc::Rc;
 use uuid::Builder;
 
+/// Findings that the list shows until all are asked for: the panels below stay in sight.
+const FEW: usize = 5;
+
 impl FeatureView for Review {
     fn panel(ui: Ui) -> AnyView {
         view! { <ReviewPanel ui/> }.into_any()
@@ -83,6 +86,12 @@ fn List(ui: Ui) -> impl IntoView {
         case.findings().iter().enumerate().map(row).collect::<Vec<_>>()
     });
     let selected = ui.part(|s| s.features.review.selected);
+    let shows_all = RwSignal::new(false);
+    // Whoever goes on by keyboard sees where they are.
+    let is_short = move || {
+        let chosen = rows.with(|rows| rows.iter().position(|row| selected.get() == Some(row.1)));
+        !shows_all.get() && chosen.is_none_or(|place| place < FEW)
+    };
     let nothing = ui.part(|s| {
         let review = &s.features.review;
         match (&review.standing, &review.case.findings, &review.case.not_looked) {
@@ -98,7 +107,7 @@ fn List(ui: Ui) -> impl IntoView {
     view! {
         {move || nothing.get().map(|text| view! { <p class="empty" data-testid="review-nothing">{text}</p> })}
         <ol class="findings">
-            {move || rows.get().into_iter().map(|(i, id, name, area, decision, is_decided, is_contested)| view! {
+            {move || rows.get().into_iter().take(if is_short() { FEW } else { usize::MAX }).map(|(i, id, name, area, decision, is_decided, is_contested)| view! {
                 <li>
                     <button
                         class="finding" type="button" data-testid=format!("finding-{}", i + 1)
@@ -117,6 +126,14 @@ fn List(ui: Ui) -> impl IntoView {
                 </li>
             }).collect_view()}
         </ol>
+        <Show when=move || rows.with(|rows| rows.len() > FEW) && (shows_all.get() || is_short())>
+            <button
+                class="text-button" type="button" data-testid="findings-all" aria-expanded=move || shows_all.get().to_string()
+                on:click=move |_| shows_all.update(|all| *all = !*all)
+            >
+                {move || if shows_all.get() { "Show fewer".into() } else { format!("Show all {}", rows.with(Vec::len)) }}
+            </button>
+        </Show>
     }
 }
 

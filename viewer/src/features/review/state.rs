@@ -31,6 +31,8 @@ pub struct Review {
     pub case: Case,
     /// The chosen finding.
     pub selected: Option<FindingId>,
+    /// The finding that a link leads to, until it is known.
+    pub wanted: Option<FindingId>,
     /// The decision that is being made.
     pub draft: Option<Draft>,
     /// Who decides, where the agent does not know it.
@@ -60,13 +62,18 @@ impl Feature for Review {
             ReviewEvent::Known(case) => {
                 self.standing = Standing::Known;
                 self.case = (**case).clone();
-                self.selected = self.selected.filter(|id| self.case.finding(*id).is_some());
+                let wanted = self.wanted.take();
+                self.selected = wanted.or(self.selected).filter(|id| self.case.finding(*id).is_some());
             }
             ReviewEvent::Unknown(reason) => self.standing = Standing::Unknown(reason.clone()),
             ReviewEvent::Select(finding) => {
                 self.selected = finding.filter(|id| self.case.finding(*id).is_some());
                 self.draft = None;
             }
+            ReviewEvent::Wanted(finding) => match self.case.finding(*finding) {
+                Some(_) => self.selected = Some(*finding),
+                None => self.wanted = Some(*finding),
+            },
             ReviewEvent::Step(step) => {
                 let count = self.case.findings().len();
                 let here = self.chosen().map(|(place, _)| place);
@@ -98,10 +105,10 @@ impl Feature for Review {
         }
     }
 
-    /// What has not arrived yet stays, and so does who decides.
+    /// What has not arrived yet stays, and so do who decides and what a link leads to.
     fn begin(&mut self, _: &mut Display) {
         let (person, unsent) = (std::mem::take(&mut self.person), std::mem::take(&mut self.unsent));
-        *self = Self { person, unsent, ..Self::default() };
+        *self = Self { person, unsent, wanted: self.wanted, ..Self::default() };
     }
 
     /// The outline of the chosen finding.
@@ -181,6 +188,13 @@ mod tests {
         let failed = after([case(&[1]), Asked, Unknown("no".into())]);
         assert!(failed.is_open(), "what was known is still shown");
         assert_eq!(failed.standing, Standing::Unknown("no".into()));
+    }
+
+    #[test]
+    fn a_link_chooses_its_finding_once_that_is_known() {
+        let followed = after([ReviewEvent::Wanted(finding(2).id), Asked, case(&[1, 2])]);
+        assert_eq!((place(&followed), followed.wanted), (Some(1), None));
+        assert_eq!(place(&after([ReviewEvent::Wanted(finding(9).id), case(&[1])])), None);
     }
 
     #[test]

@@ -26,6 +26,7 @@ const GROUPS: [(&str, &[Shortcut]); 6] = [
             (&["←", "→", "↑", "↓"], "Orbit; with Shift, pan"),
             (&["+", "−"], "Zoom"),
             (&["F"], "Fit the model into view"),
+            (&["U"], "Copy a link to this view"),
             (&["1", "…", "7"], "Isometric, front, back, left, right, top, bottom"),
         ],
     ),

@@ -7,7 +7,7 @@ use crate::display::{ColorMode, ScalarScale, css_color};
 use crate::features::mounted;
 use crate::state::connection::{Connection, GraphicsStatus};
 use crate::state::{AppState, Event, units};
-use crate::ui::icons::{FIT, Icon, MODEL, UNLINKED, WARNING};
+use crate::ui::icons::{FIT, Icon, LINK, MODEL, UNLINKED, WARNING};
 use crate::ui::{Command, Ui};
 use leptos::prelude::*;
 use semascan_protocol::Phase;
@@ -18,12 +18,20 @@ pub(super) fn Overlay(ui: Ui) -> impl IntoView {
     view! {
         <div class="overlay-top">
             <ColorModes ui/>
-            <button
-                class="tool is-raised" type="button" data-testid="fit" aria-label="Fit the model into view"
-                title="Fit into view (F)" on:click=move |_| ui.ask(Command::Camera(CameraInput::Fit))
-            >
-                <Icon path=FIT/>
-            </button>
+            <div class="tools">
+                <button
+                    class="tool is-raised" type="button" data-testid="copy-link" aria-label="Copy a link to this view"
+                    title="Copy a link to this view (U)" on:click=move |_| ui.ask(Command::CopyLink)
+                >
+                    <Icon path=LINK/>
+                </button>
+                <button
+                    class="tool is-raised" type="button" data-testid="fit" aria-label="Fit the model into view"
+                    title="Fit into view (F)" on:click=move |_| ui.ask(Command::Camera(CameraInput::Fit))
+                >
+                    <Icon path=FIT/>
+                </button>
+            </div>
         </div>
         <LinkBanner ui/>
         <Message ui/>
