@@ -2,7 +2,8 @@
 //!
 //! Nothing runs by itself: a still model costs nothing. After each frame the canvas says what it shows in its data
 //! attributes: `data-backend` (`webgpu`, `webgl2`), `data-points` and `data-triangles` (shown), `data-frames` (drawn),
-//! `data-samples` (along an edge of a pixel) and `data-sequence` (changes of the model that the picture has taken in).
+//! `data-samples` (along an edge of a pixel), `data-still` (whether it is drawn as finely as can be) and `data-sequence`
+//! (changes of the model that the picture has taken in).
 
 use super::axes;
 use super::background::Background;
@@ -304,7 +305,7 @@ impl Renderer {
         let (points, triangles) =
             if request.content.mesh { (0, self.mesh.shown()) } else { (self.points.shown(request), 0) };
         let stats = FrameStats { points, triangles, frames: self.frames };
-        self.write_statistics(stats);
+        self.write_statistics(stats, request.is_still);
         Ok(stats)
     }
 
@@ -386,7 +387,7 @@ impl Renderer {
     }
 
     /// Writes what the frame showed into the canvas's data attributes.
-    fn write_statistics(&self, stats: FrameStats) {
+    fn write_statistics(&self, stats: FrameStats, is_still: bool) {
         let data = self.gpu.canvas.dataset();
         let entries = [
             ("backend", self.backend().name().to_owned()),
@@ -394,6 +395,7 @@ impl Renderer {
             ("triangles", stats.triangles.to_string()),
             ("frames", stats.frames.to_string()),
             ("samples", self.samples.to_string()),
+            ("still", is_still.to_string()),
             ("sequence", self.sequence.to_string()),
         ];
         for (name, value) in entries {
