@@ -74,10 +74,7 @@ fn SectionPanel(ui: Ui) -> impl IntoView {
 /// What was cut, in words and figures, and its drawings.
 #[component]
 fn Figures(ui: Ui) -> impl IntoView {
-    let summary = ui.part(|s| {
-        let is_made = !s.features.mesh.is_wanted() && !s.features.mesh.is_running();
-        words::summary(&s.features.section, is_made, !s.legend.all_visible())
-    });
+    let summary = ui.part(|s| words::summary(&s.features.section, &s.features.mesh, !s.legend.all_visible()));
     let figures = ui.part(|s| {
         let unit = s.features.measure.unit;
         let of = |shown: &std::sync::Arc<super::Shown>| (shown.length, shown.area, unit);

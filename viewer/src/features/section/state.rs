@@ -186,8 +186,7 @@ impl Section {
 
     /// Takes what the plane cuts; what was read in another section is void.
     fn take(&mut self, shown: Option<Arc<Shown>>) {
-        let of = |shown: &Option<Arc<Shown>>| shown.as_ref().map(|shown| shown.section.clone());
-        if of(&self.shown) != of(&shown) {
+        if self.shown.as_ref().map(|before| &before.section) != shown.as_ref().map(|now| &now.section) {
             self.readings.clear();
             self.forget_aim();
         }

@@ -1,6 +1,7 @@
 //! What the panel, the drawings and a screen reader say of a section.
 
 use super::{Direction, Reading, Section};
+use crate::features::mesh::Mesh;
 use semascan_model::LengthUnit;
 
 /// Minus is a sign, not a hyphen.
@@ -31,14 +32,18 @@ pub fn plane_name(section: &Section, unit: LengthUnit) -> String {
 
 /// What was cut.
 ///
-/// * `is_made`: whether there is a mesh of the model as it is.
+/// * `mesh`: how the meshing stands.
 /// * `hides`: whether components are hidden.
-pub(super) fn summary(section: &Section, is_made: bool, hides: bool) -> String {
+pub(super) fn summary(section: &Section, mesh: &Mesh, hides: bool) -> String {
     if !section.is_on {
         return String::new();
     }
     let Some(shown) = &section.shown else {
-        return if is_made { "There is no mesh to be cut." } else { "The mesh is being made." }.into();
+        return match mesh.is_running() {
+            true => "The mesh is being made.",
+            false => "Outlines need the surface as a mesh.",
+        }
+        .into();
     };
     let mut text = match (shown.closed, shown.open, shown.section.outlines.len()) {
         (_, _, 0) => "The plane meets no surface.".to_owned(),
@@ -56,8 +61,8 @@ pub(super) fn summary(section: &Section, is_made: bool, hides: bool) -> String {
     if hides {
         text.push_str(" Hidden components are left out: where they were, outlines are open.");
     }
-    if !is_made {
-        text.push_str(" It is of an earlier model.");
+    if mesh.outdated {
+        text.push_str(" It is of an earlier model: update the surface.");
     }
     text
 }
