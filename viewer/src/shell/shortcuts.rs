@@ -225,6 +225,22 @@ mod tests {
     }
 
     #[test]
+    fn the_section_plane_has_keys_while_there_is_one() {
+        let does = |event: SectionEvent| Some(Action::State(feature(event).into()));
+        let mut state = AppState::default();
+        assert_eq!(pressed("d", Focus::Model, &state), None);
+        assert_eq!(pressed("s", Focus::Model, &state), does(SectionEvent::Show(false)), "without a model there is none");
+        state.reduce(&feature(SectionEvent::Show(true)));
+        assert_eq!(pressed("d", Focus::Control, &state), does(SectionEvent::Deepen(STEP)));
+        let shift = Modifiers { shift: true, ..Modifiers::default() };
+        assert_eq!(action("U", shift, Focus::Model, &state), does(SectionEvent::Deepen(-0.1 * STEP)));
+        assert_eq!(pressed("Escape", Focus::Model, &state), None);
+        state.reduce(&feature(SectionEvent::Read(true)));
+        assert_eq!(pressed("Escape", Focus::Model, &state), does(SectionEvent::Back));
+        assert_eq!(pressed("s", Focus::Model, &state), does(SectionEvent::Show(false)));
+    }
+
+    #[test]
     fn escape_without_a_selection_and_the_browsers_own_keys_are_left_alone() {
         let state = AppState::default();
         assert_eq!(pressed("Escape", Focus::Model, &state), None);
