@@ -229,7 +229,11 @@ mod tests {
         let does = |event: SectionEvent| Some(Action::State(feature(event).into()));
         let mut state = AppState::default();
         assert_eq!(pressed("d", Focus::Model, &state), None);
-        assert_eq!(pressed("s", Focus::Model, &state), does(SectionEvent::Show(false)), "without a model there is none");
+        assert_eq!(
+            pressed("s", Focus::Model, &state),
+            does(SectionEvent::Show(false)),
+            "without a model there is none"
+        );
         state.reduce(&feature(SectionEvent::Show(true)));
         assert_eq!(pressed("d", Focus::Control, &state), does(SectionEvent::Deepen(STEP)));
         let shift = Modifiers { shift: true, ..Modifiers::default() };
