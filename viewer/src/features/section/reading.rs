@@ -89,7 +89,7 @@ impl Reading {
 }
 
 /// What a ray is at in a section; `None` where it does not meet the plane from its open side or nothing is there.
-pub fn aim(shown: &Shown, cut: &Cut, ray: &Ray) -> Option<Aim> {
+pub(super) fn aim(shown: &Shown, cut: &Cut, ray: &Ray) -> Option<Aim> {
     if !cut.opens_toward(ray.eye.into()) {
         return None;
     }
