@@ -15,8 +15,10 @@
 //! | [`stl`] | meshes without more |
 //! | [`gltf`] | scenes: glTF 2.0, text or binary |
 //! | [`pcd`] | point clouds of the Point Cloud Library (read only) |
+//! | [`drawing`] | plane sections as SVG and DXF (write only) |
 
 mod component;
+pub mod drawing;
 mod error;
 mod file_frame;
 mod files;

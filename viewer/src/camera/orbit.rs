@@ -242,6 +242,12 @@ impl OrbitCamera {
         self.eye() + self.forward() * distance + right * aside.x - up * aside.y
     }
 
+    /// What is at `at` (CSS pixels from the viewport's top left corner): the way from the eye to there at a distance of one metre
+    /// along the direction of view, metres, table frame.
+    pub fn toward(&self, at: Vec2) -> Vec3 {
+        self.unproject(at, 1.0) - self.eye()
+    }
+
     /// Size of the viewport in CSS pixels.
     pub fn viewport(&self) -> Vec2 {
         self.viewport

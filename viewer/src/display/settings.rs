@@ -1,6 +1,6 @@
 //! How the person has set up the display.
 
-use super::{ColorMode, ColorScheme, HiddenFlags, Theme};
+use super::{ColorMode, ColorScheme, Cut, HiddenFlags, Theme};
 
 /// What the model is drawn as.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -13,7 +13,7 @@ pub enum Representation {
 }
 
 /// How the model is shown.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Display {
     /// What the colours mean.
     pub color_mode: ColorMode,
@@ -29,6 +29,8 @@ pub struct Display {
     pub outliers: bool,
     /// Whether points outside the measuring volume are drawn, counted and exported.
     pub background: bool,
+    /// What is cut away from the picture.
+    pub cut: Cut,
 }
 
 impl Default for Display {
@@ -41,6 +43,7 @@ impl Default for Display {
             system_dark: false,
             outliers: false,
             background: false,
+            cut: Cut::default(),
         }
     }
 }

@@ -1,11 +1,12 @@
 //! What a tool is to the page: a panel, something over the 3D view, and work beyond changes of the state.
 
 use super::{Feature, FeatureEvent};
+use crate::camera::OrbitCamera;
 use crate::mesh_worker::MeshWorker;
 use crate::scene::{HeldMesh, HeldModel, HeldPhotograph, ModelChange};
 use crate::ui::Ui;
 use leptos::prelude::{AnyView, IntoAny};
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 use std::rc::Rc;
 
 /// The part of a tool that needs a browser.
@@ -54,6 +55,8 @@ pub struct Host {
     pub mesh: Rc<RefCell<HeldMesh>>,
     /// The photograph as held.
     pub photograph: Rc<RefCell<HeldPhotograph>>,
+    /// Where the model is seen from.
+    pub camera: Rc<Cell<OrbitCamera>>,
     /// The worker that meshes and compares.
     pub mesh_worker: Rc<MeshWorker>,
     /// Asks for a frame.

@@ -7,9 +7,18 @@ struct Frame {
     viewport: vec4<f32>,
     // Clip depth = x + y / distance; z: near plane, w: far plane (metres).
     depth: vec4<f32>,
+    // What is cut away of the model, table frame, metres: beyond a plane (normal, offset), and outside of a box.
+    cut: vec4<f32>,
+    low: vec4<f32>,
+    high: vec4<f32>,
 }
 
 @group(0) @binding(0) var<uniform> frame: Frame;
+
+// Whether a place of the model (table frame) is cut away.
+fn is_cut_away(place: vec3<f32>) -> bool {
+    return dot(frame.cut.xyz, place) > frame.cut.w || any(place < frame.low.xyz) || any(place > frame.high.xyz);
+}
 
 // sRGB to linear light and back; the exact curve differs from this power by less than a level where it shows.
 fn linear_from_srgb(c: vec3<f32>) -> vec3<f32> {

@@ -139,6 +139,9 @@ fn vs_mesh(vertex: Vertex) -> Surface {
 
 @fragment
 fn fs_mesh(surface: Surface) -> @location(0) vec4<f32> {
+    if is_cut_away(surface.place) {
+        discard;
+    }
     var color = surface.color;
     if mesh.select.x == DEVIATION && surface.deviation.y > 0.5 {
         let top = mesh.scale.y;

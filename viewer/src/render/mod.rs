@@ -12,6 +12,7 @@
 //! | [`device_lost`], `error` | the loss of the device; why there is no picture |
 //! | `points`, `mesh`, `background`, `turntable`, `floor`, `lines` | the primitives (browser only) |
 //! | `photograph` | a photograph on the mesh (browser only) |
+//! | `cap` | what a section encloses (browser only) |
 //! | `pick` | what lies at a place of the picture: the primitives as numbers (browser only) |
 //! | `picture` | the frame's samples, shaded by their depth, on the canvas (browser only) |
 //! | `frame`, `pipeline`, `lookup` | what primitives share (browser only) |
@@ -57,6 +58,8 @@ pub mod thinning;
 #[cfg(target_arch = "wasm32")]
 mod background;
 #[cfg(target_arch = "wasm32")]
+mod cap;
+#[cfg(target_arch = "wasm32")]
 mod floor;
 #[cfg(target_arch = "wasm32")]
 mod frame;
@@ -89,7 +92,9 @@ mod self_test;
 #[cfg(target_arch = "wasm32")]
 mod turntable;
 
-pub use request::{BackendChoice, CameraFrustum, DrawRequest, FrameContent, ProjectedPhotograph, Turntable};
+pub use request::{
+    BackendChoice, CameraFrustum, DrawRequest, FrameContent, ProjectedPhotograph, SectionPicture, Turntable,
+};
 
 pub use error::RenderError;
 #[cfg(target_arch = "wasm32")]

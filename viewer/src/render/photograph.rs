@@ -141,7 +141,7 @@ impl Distances {
         Self { uniform, pipeline, target: view(&target), depth: view(&depth), of: None }
     }
 
-    /// Draws the whole mesh, what is hidden of it too: it hides from the camera all the same.
+    /// Draws the whole mesh, what is hidden or cut away of it too: it hid the rest from the camera all the same.
     fn draw(&self, gpu: &Gpu, frame: &FrameUniform, mesh: &Mesh) {
         let mut encoder = gpu.device.create_command_encoder(&CommandEncoderDescriptor { label: Some("photograph") });
         {

@@ -6,6 +6,7 @@
 //! never waits for the answer: the buffer is mapped when the device has filled it, and asked for with each animation frame.
 //! Four unsigned integers a pixel are the one integer format that WebGL2 is sure to read back.
 
+use super::cap::Cap;
 use super::frame::FrameUniform;
 use super::gpu::Gpu;
 use super::mesh::Mesh;
@@ -30,11 +31,20 @@ pub(super) type Window = Uniform<[f32; 4]>;
 
 const SIZE: Extent3d = Extent3d { width: SIDE as u32, height: SIDE as u32, depth_or_array_layers: 1 };
 
+/// What is drawn once more for a pick.
+#[derive(Clone, Copy)]
+pub(super) struct Pickable<'a> {
+    pub(super) points: &'a Points,
+    pub(super) mesh: &'a Mesh,
+    pub(super) cap: &'a Cap,
+}
+
 /// Draws numbers, and reads them back.
 pub(super) struct Pick {
     window: Window,
     points: RenderPipeline,
     mesh: RenderPipeline,
+    cap: RenderPipeline,
     numbers: Texture,
     numbers_view: TextureView,
     depth: TextureView,
@@ -52,12 +62,13 @@ pub(super) struct Reading {
 }
 
 impl Pick {
-    pub(super) fn new(gpu: &Gpu, frame: &FrameUniform, points: &Points, mesh: &Mesh) -> Self {
+    pub(super) fn new(gpu: &Gpu, frame: &FrameUniform, drawn: Pickable<'_>) -> Self {
         let window = Window::new(gpu, "pick");
         let numbers = target(gpu, PICK_FORMAT, TextureUsages::COPY_SRC);
         Self {
-            points: points.pick_pipeline(gpu, frame, &window),
-            mesh: mesh.pick_pipeline(gpu, frame, &window),
+            points: drawn.points.pick_pipeline(gpu, frame, &window),
+            mesh: drawn.mesh.pick_pipeline(gpu, frame, &window),
+            cap: drawn.cap.pick_pipeline(gpu, frame, &window),
             numbers_view: numbers.create_view(&TextureViewDescriptor::default()),
             depth: target(gpu, DEPTH_FORMAT, TextureUsages::empty()).create_view(&TextureViewDescriptor::default()),
             numbers,
@@ -73,8 +84,7 @@ impl Pick {
         &self,
         gpu: &Gpu,
         frame: &FrameUniform,
-        points: &Points,
-        mesh: &Mesh,
+        drawn: Pickable<'_>,
         of_mesh: bool,
         pixel: Vec2,
     ) -> Reading {
@@ -93,9 +103,10 @@ impl Pick {
             let mut pass = numbers_pass(&mut encoder, "pick", &self.numbers_view, &self.depth);
             pass.set_bind_group(0, &frame.group, &[]);
             match of_mesh {
-                true => mesh.draw_pick(&mut pass, &self.mesh, &self.window),
-                false => points.draw_pick(&mut pass, &self.points, &self.window),
+                true => drawn.mesh.draw_pick(&mut pass, &self.mesh, &self.window),
+                false => drawn.points.draw_pick(&mut pass, &self.points, &self.window),
             }
+            drawn.cap.draw_pick(&mut pass, &self.cap, &self.window);
         }
         let layout = TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(ROW_BYTES as u32), rows_per_image: None };
         encoder.copy_texture_to_buffer(

@@ -44,6 +44,8 @@ struct Splat {
     // Slope of the tangent plane and height of the bulge over the disc, distance of the centre; metres.
     @location(1) @interpolate(flat, either) plane: vec4<f32>,
     @location(2) @interpolate(flat, either) color: vec3<f32>,
+    // On the tangent plane, table frame.
+    @location(3) place: vec3<f32>,
 }
 
 fn unfold_normal(word: u32) -> vec3<f32> {
@@ -110,6 +112,7 @@ fn splat_corner(vertex: u32) -> Splat {
     splat.disc = vec2<f32>(0.0);
     splat.plane = vec4<f32>(0.0);
     splat.color = vec3<f32>(0.0);
+    splat.place = vec3<f32>(0.0);
 
     let slot = slot_of(vertex);
     let texel = vec2<u32>((slot * 2u) % PAGE_WIDTH, (slot * 2u) / PAGE_WIDTH);
@@ -123,7 +126,8 @@ fn splat_corner(vertex: u32) -> Splat {
     let center_table = vec3<f32>(bitcast<f32>(place.x), bitcast<f32>(place.y), bitcast<f32>(place.z));
     let center = (frame.view_from_table * vec4<f32>(center_table, 1.0)).xyz;
     let distance = -center.z;
-    if distance < frame.depth.z {
+    // A point that is cut away shows nothing of itself, and another one's splat ends where the cut is.
+    if distance < frame.depth.z || is_cut_away(center_table) {
         return splat;
     }
 
@@ -149,6 +153,8 @@ fn splat_corner(vertex: u32) -> Splat {
         slope *= min(1.0, STEEPEST / max(length(slope), 1e-3));
     }
     splat.plane = vec4<f32>(slope * radius, BULGE * radius, distance);
+    let on_tangent = vec4<f32>(corner * radius, dot(slope, corner) * radius, 0.0);
+    splat.place = center_table + (transpose(frame.view_from_table) * on_tangent).xyz;
     splat.color = srgb_from_linear(linear_from_srgb(base_color(record)) * shade);
     return splat;
 }
@@ -180,7 +186,7 @@ struct Pixel {
 
 @fragment
 fn fs_points(splat: Splat) -> Pixel {
-    if !covers(splat.disc, splat.plane) {
+    if !covers(splat.disc, splat.plane) || is_cut_away(splat.place) {
         discard;
     }
     let distance = surface_distance(splat.disc, splat.plane);

@@ -7,6 +7,7 @@ struct NumberedSplat {
     @location(0) disc: vec2<f32>,
     @location(1) @interpolate(flat, either) plane: vec4<f32>,
     @location(2) @interpolate(flat, either) number: u32,
+    @location(3) place: vec3<f32>,
 }
 
 @vertex
@@ -16,6 +17,7 @@ fn vs_points_pick(@builtin(vertex_index) vertex: u32, @builtin(instance_index) p
     numbered.position = in_window(splat.position, window);
     numbered.disc = splat.disc;
     numbered.plane = splat.plane;
+    numbered.place = splat.place;
     // pick_window.rs: slots of a page take 18 bits.
     numbered.number = ((page_index << 18u) | slot_of(vertex)) + 1u;
     return numbered;
@@ -28,7 +30,7 @@ struct NumberedPixel {
 
 @fragment
 fn fs_points_pick(splat: NumberedSplat) -> NumberedPixel {
-    if !covers(splat.disc, splat.plane) {
+    if !covers(splat.disc, splat.plane) || is_cut_away(splat.place) {
         discard;
     }
     let distance = surface_distance(splat.disc, splat.plane);

@@ -7,6 +7,7 @@
 
 use super::axes;
 use super::background::Background;
+use super::cap::Cap;
 use super::error::RenderError;
 use super::floor::{Floor, FloorPlace};
 use super::frame::{self, Frame, FrameUniform};
@@ -16,7 +17,7 @@ use super::gpu::{Backend, Gpu};
 use super::lines::{LineBuffer, Lines};
 use super::mesh::Mesh;
 use super::photograph::Photograph;
-use super::pick::{Pick, Reading};
+use super::pick::{Pick, Pickable, Reading};
 use super::pick_window::WindowHit;
 use super::picture::Picture;
 use super::points::Points;
@@ -42,9 +43,9 @@ const REACH: f32 = 20.0;
 /// What a frame showed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FrameStats {
-    /// Points shown: of visible classes, not hidden, after thinning; none where the mesh is.
+    /// Points shown: of visible classes, not hidden, after thinning, cut away or not; none where the mesh is.
     pub points: usize,
-    /// Triangles shown: of visible classes.
+    /// Triangles shown: of visible classes, cut away or not.
     pub triangles: usize,
     /// Frames drawn by this renderer, this one included.
     pub frames: u64,
@@ -80,12 +81,15 @@ pub struct Renderer {
     points: Points,
     mesh: Mesh,
     photograph: Photograph,
+    cap: Cap,
     turntable: Turntable,
     floor: Floor,
     lines: Lines,
     frusta: LineBuffer,
     marks: LineBuffer,
     marks_behind: LineBuffer,
+    /// The section's outlines, as far as nothing is before them.
+    outlines: LineBuffer,
     axes: LineBuffer,
     picture: Picture,
     /// Along an edge of a pixel of the last frame.
@@ -116,12 +120,14 @@ impl Renderer {
             points: Points::new(&gpu, &frame),
             mesh: Mesh::new(&gpu, &frame, &photograph),
             photograph,
+            cap: Cap::new(&gpu, &frame),
             turntable: Turntable::new(&gpu, &frame),
             floor: Floor::new(&gpu, &frame),
             lines: Lines::new(&gpu, &frame),
             frusta: LineBuffer::default(),
             marks: LineBuffer::default(),
             marks_behind: LineBuffer::default(),
+            outlines: LineBuffer::default(),
             axes: LineBuffer::default(),
             picture: Picture::new(&gpu, &frame),
             samples: 1,
@@ -216,9 +222,10 @@ impl Renderer {
         let Some(drawn) = self.drawn else { return };
         let picture = Vec2::new(self.gpu.config.width as f32, self.gpu.config.height as f32);
         let pixel = (at / drawn.camera.viewport() * picture).floor() + 0.5;
-        let (gpu, frame, points, mesh) = (&self.gpu, &self.frame, &self.points, &self.mesh);
-        let pick = self.pick.get_or_insert_with(|| Pick::new(gpu, frame, points, mesh));
-        let reading = pick.begin(gpu, frame, points, mesh, drawn.of_mesh, pixel);
+        let (gpu, frame) = (&self.gpu, &self.frame);
+        let pickable = Pickable { points: &self.points, mesh: &self.mesh, cap: &self.cap };
+        let pick = self.pick.get_or_insert_with(|| Pick::new(gpu, frame, pickable));
+        let reading = pick.begin(gpu, frame, pickable, drawn.of_mesh, pixel);
         self.asked = Some(Asked { reading, drawn, pixel, sequence: self.sequence, meshes: self.meshes });
     }
 
@@ -280,6 +287,7 @@ impl Renderer {
                 true => self.mesh.draw(&mut pass, &self.photograph),
                 false => self.points.draw(&mut pass),
             }
+            self.cap.draw(&mut pass);
             match request.content.turntable {
                 Some(_) => self.turntable.draw(&mut pass),
                 None => self.floor.draw(&mut pass),
@@ -289,6 +297,7 @@ impl Renderer {
             // Depth range of zero width: nothing is in front of these.
             let (width, height) = self.picture.size();
             pass.set_viewport(0.0, 0.0, width as f32, height as f32, 0.0, 0.0);
+            self.lines.draw(&mut pass, &self.outlines);
             self.lines.draw(&mut pass, &self.marks_behind);
             if let Some((side, margin)) = self.axes_square() {
                 pass.set_viewport(margin, height as f32 - side - margin, side, side, 0.0, 0.0);
@@ -343,12 +352,20 @@ impl Renderer {
             scene.include(segment.to);
         }
         self.frusta.write(gpu, &segments);
-        self.marks.write(gpu, &request.content.marks);
+        let section = request.content.section.as_ref();
+        self.cap.prepare(gpu, section, request.content.color_scheme);
+        let outlines = section.map(|section| section.lines.as_slice()).unwrap_or_default();
+        // From the open side nothing of the model is before them; from the other one they are marks like all others.
+        let is_open = request.content.cut.opens_toward(request.camera.eye().into());
+        let (before, among): (&[Segment], &[Segment]) = if is_open { (outlines, &[]) } else { (&[], outlines) };
+        self.outlines.write(gpu, before);
+        let marks = [among, &request.content.marks].concat();
+        self.marks.write(gpu, &marks);
         let faint = |segment: &Segment| {
             let [r, g, b, opacity] = segment.color;
             Segment { color: [r, g, b, (f32::from(opacity) * BEHIND) as u8], ..*segment }
         };
-        self.marks_behind.write(gpu, &request.content.marks.iter().map(faint).collect::<Vec<_>>());
+        self.marks_behind.write(gpu, &marks.iter().map(faint).collect::<Vec<_>>());
         let forward = request.camera.forward();
         let right = forward.cross(Vec3::Z).normalize_or(Vec3::X);
         self.axes.write(gpu, &axes::segments(right, right.cross(forward)));
@@ -357,7 +374,7 @@ impl Renderer {
             self.axes_frame.write(gpu, &Frame::axes(&request.camera, side, scale));
         }
         let size = Vec2::new(width as f32, height as f32);
-        self.frame.write(gpu, &Frame::scene(&request.camera, size, scale, scene));
+        self.frame.write(gpu, &Frame::scene(&request.camera, size, scale, scene, &request.content.cut));
         self.background.prepare(gpu, request.content.color_scheme);
         self.points.prepare(gpu, request);
         self.photograph.prepare(gpu, &self.frame, request, &self.mesh, self.meshes);

@@ -3,9 +3,10 @@
 use super::photograph_camera::PhotographCamera;
 use super::segment::Segment;
 use crate::camera::{Bounds, OrbitCamera};
-use crate::display::{ClassMask, ColorMode, ColorScheme, HiddenFlags, Palette, ShareScales};
+use crate::display::{ClassMask, ColorMode, ColorScheme, Cut, HiddenFlags, Palette, ShareScales};
 use glam::{Quat, Vec3};
 use semascan_protocol as wire;
+use std::sync::Arc;
 
 /// Which graphics interface to use.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -83,6 +84,15 @@ pub struct ProjectedPhotograph {
     pub strength: f32,
 }
 
+/// The section of the model: its outlines, and what they enclose.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct SectionPicture {
+    /// The outlines: before everything where the section is seen from its open side, else as [`FrameContent::marks`].
+    pub lines: Vec<Segment>,
+    /// What is enclosed: four corners in order around (metres, table frame), each with its distance across the hatching.
+    pub cap: Vec<[(Vec3, f32); 4]>,
+}
+
 /// What of the state shows in the picture; while it is equal, the picture is, too.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FrameContent {
@@ -112,6 +122,10 @@ pub struct FrameContent {
     pub tolerance: f32,
     /// The photograph on the mesh; its pixels are given to the renderer.
     pub photograph: Option<ProjectedPhotograph>,
+    /// What is cut away.
+    pub cut: Cut,
+    /// The section of the model by the cut's plane.
+    pub section: Option<Arc<SectionPicture>>,
 }
 
 impl FrameContent {
@@ -143,6 +157,8 @@ impl Default for FrameContent {
             marks: Vec::new(),
             tolerance: 5e-4,
             photograph: None,
+            cut: Cut::default(),
+            section: None,
         }
     }
 }

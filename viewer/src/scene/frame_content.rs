@@ -20,6 +20,7 @@ pub fn frame_content(state: &AppState) -> FrameContent {
         color_scheme: state.display.color_scheme(),
         turntable: state.inspection.turntable.as_ref().and_then(Turntable::from_wire),
         frusta: frusta(state),
+        cut: state.display.cut,
         ..FrameContent::default()
     };
     state.features.draw(&state.display, &mut content);

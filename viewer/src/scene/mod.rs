@@ -8,6 +8,7 @@
 //! | [`frame_content`] | from the state to what a frame shall show |
 //! | [`photograph`] | the pixels of a photograph |
 //! | [`pick`] | from what the graphics device saw to what the model knows of it |
+//! | [`section_export`] | the section as a drawing |
 //! | [`export`] | the visible part of model or mesh as the bytes of a file |
 
 pub mod export;
@@ -17,6 +18,7 @@ pub mod mesh;
 pub mod model;
 pub mod photograph;
 pub mod pick;
+pub mod section_export;
 
 pub use mesh::HeldMesh;
 pub use model::{HeldModel, ModelChange};

@@ -3,6 +3,7 @@
 
 use super::viewport::Viewport;
 use crate::scene::export::{ExportFile, MeshFormat, PointFormat, export_mesh, export_points};
+use crate::scene::section_export::{SectionFormat, export_section};
 use crate::state::notices::{Level, Topic};
 use crate::state::units;
 use js_sys::{Function, Promise, Reflect};
@@ -24,6 +25,12 @@ pub(super) fn save_mesh(viewport: &Viewport, format: MeshFormat) {
         None => Err("there is no mesh yet".to_owned()),
     };
     save(viewport, files, format.mime(), "triangles");
+}
+
+/// Saves the section.
+pub(super) fn save_section(viewport: &Viewport, format: SectionFormat) {
+    let file = viewport.ui.read(|state| export_section(state, format));
+    save(viewport, file.map(|file| vec![file]).ok_or("there is no section yet".to_owned()), format.mime(), "outlines");
 }
 
 /// Gives a text to the clipboard, and says so; where the browser does not let the page (it does over HTTPS and on this

@@ -6,6 +6,7 @@ use crate::features::evidence::EvidenceEvent;
 use crate::features::inspect::InspectEvent;
 use crate::features::measure::{Kind, MeasureEvent};
 use crate::features::review::{ReviewEvent, Ruling};
+use crate::features::section::SectionEvent;
 use crate::state::{AppState, Event};
 
 /// What has the keyboard's focus.
@@ -60,6 +61,10 @@ pub fn action(key: &str, modifiers: Modifiers, focus: Focus, state: &AppState) -
         "l" | "L" => feature(InspectEvent::Pin),
         "m" | "M" => feature(measuring(Kind::Distance, state)),
         "g" | "G" => feature(measuring(Kind::Angle, state)),
+        "s" | "S" => feature(SectionEvent::Show(!state.features.section.is_on && state.has_model())),
+        "v" | "V" | "d" | "D" | "u" | "U" | "w" | "W" if state.features.section.is_on => {
+            feature(sectioning(key, modifiers, state))
+        }
         "e" | "E" if !state.features.evidence.sights.is_empty() => {
             feature(EvidenceEvent::Open(!state.features.evidence.is_open))
         }
@@ -93,6 +98,20 @@ fn measuring(kind: Kind, state: &AppState) -> MeasureEvent {
     MeasureEvent::Choose((!is_chosen && state.has_model()).then_some(kind))
 }
 
+/// How far a key moves the section plane, metres; with Shift a tenth of it.
+const STEP: f64 = 1e-3;
+
+/// What a key asks of the section plane.
+fn sectioning(key: &str, modifiers: Modifiers, state: &AppState) -> SectionEvent {
+    let step = if modifiers.shift { 0.1 * STEP } else { STEP };
+    match key {
+        "v" | "V" => SectionEvent::Flip,
+        "w" | "W" => SectionEvent::Read(!state.features.section.is_reading),
+        "d" | "D" => SectionEvent::Deepen(step),
+        _ => SectionEvent::Deepen(-step),
+    }
+}
+
 /// Escape takes back one thing at a time, what is uppermost first.
 fn escape(state: &AppState) -> Option<Action> {
     let features = &state.features;
@@ -100,6 +119,8 @@ fn escape(state: &AppState) -> Option<Action> {
         feature(ReviewEvent::Discard)
     } else if features.measure.kind.is_some() {
         feature(MeasureEvent::Back)
+    } else if features.section.is_reading {
+        feature(SectionEvent::Back)
     } else if features.evidence.shown().is_some() {
         feature(EvidenceEvent::Open(false))
     } else if features.inspect.picked.is_some() || features.inspect.missed {
@@ -204,6 +225,26 @@ mod tests {
         assert_eq!(pressed("Delete", Focus::Model, &state), None);
         press(&mut state, "m", false);
         assert_eq!(state.features.measure.kind, None, "without a model there is nothing to measure");
+    }
+
+    #[test]
+    fn the_section_plane_has_keys_while_there_is_one() {
+        let does = |event: SectionEvent| Some(Action::State(feature(event).into()));
+        let mut state = AppState::default();
+        assert_eq!(pressed("d", Focus::Model, &state), None);
+        assert_eq!(
+            pressed("s", Focus::Model, &state),
+            does(SectionEvent::Show(false)),
+            "without a model there is none"
+        );
+        state.reduce(&feature(SectionEvent::Show(true)));
+        assert_eq!(pressed("d", Focus::Control, &state), does(SectionEvent::Deepen(STEP)));
+        let shift = Modifiers { shift: true, ..Modifiers::default() };
+        assert_eq!(action("U", shift, Focus::Model, &state), does(SectionEvent::Deepen(-0.1 * STEP)));
+        assert_eq!(pressed("Escape", Focus::Model, &state), None);
+        state.reduce(&feature(SectionEvent::Read(true)));
+        assert_eq!(pressed("Escape", Focus::Model, &state), does(SectionEvent::Back));
+        assert_eq!(pressed("s", Focus::Model, &state), does(SectionEvent::Show(false)));
     }
 
     #[test]

@@ -3,6 +3,7 @@
 use super::options::Options;
 use super::viewport::Viewport;
 use super::{canvas_data, listeners, panels, save};
+use crate::features::Features;
 use crate::link::{Inquiry, Link, LinkEvent, api};
 use crate::scene::frame_content::frame_content;
 use crate::state::notices::{Level, Topic};
@@ -123,7 +124,11 @@ fn follow_state(viewport: &Rc<Viewport>) {
         // Read, not only tracked: a memo that nobody reads never learns what it depends on.
         content.with(|_| drawn.redraw());
     });
-    let anchored = ui.part(|s| (s.features.inspect.clone(), s.features.measure.clone(), s.legend.visibility()));
+    let anchored = ui.part(|s| {
+        let Features { inspect, measure, section, .. } = &s.features;
+        let read = (section.readings.clone(), section.aim, section.first);
+        (inspect.clone(), measure.clone(), read, s.legend.visibility(), s.display.cut)
+    });
     let placed = viewport.clone();
     Effect::new(move |_| anchored.with(|_| placed.place_anchors()));
     let hidden = ui.part(|s| s.display.hidden_flags());
@@ -148,6 +153,7 @@ fn execute(viewport: &Viewport, inquiry: Option<&Inquiry>, command: Command) {
         Command::CopyLink => save::copy_link(viewport),
         Command::ExportPoints(format) => save::save_points(viewport, format),
         Command::ExportMesh(format) => save::save_mesh(viewport, format),
+        Command::ExportSection(format) => save::save_section(viewport, format),
         Command::Reload => {
             if let Some(window) = web_sys::window() {
                 // Fails only in a page that is being left anyway.

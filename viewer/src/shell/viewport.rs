@@ -10,6 +10,7 @@ use crate::camera::{CameraInput, OrbitCamera, PointerInput};
 use crate::features::inspect::InspectEvent;
 use crate::features::measure::MeasureEvent;
 use crate::features::review::ReviewEvent;
+use crate::features::section::{Ray, SectionEvent};
 use crate::features::view::{Controller, Host};
 use crate::features::{FeatureEvent, mounted};
 use crate::link::LinkEvent;
@@ -48,7 +49,7 @@ pub(super) struct Viewport {
     pub(super) mesh: Rc<RefCell<HeldMesh>>,
     photograph: Rc<RefCell<HeldPhotograph>>,
     controllers: OnceCell<Vec<Rc<dyn Controller>>>,
-    camera: Cell<OrbitCamera>,
+    camera: Rc<Cell<OrbitCamera>>,
     /// The camera keeps the whole model in view until the person moves it.
     follows: Cell<bool>,
     /// Where a link wants the camera, and what at, until there is an inspection.
@@ -72,6 +73,8 @@ pub(super) struct Viewport {
     picks: RefCell<PickQueue>,
     /// Where the mouse was last, and since which frame; `None` once it rests, or has left.
     mouse: Cell<Option<(Vec2, Option<f64>)>>,
+    /// Where the mouse is over a section that is being read, since the last frame; the inner `None` once it has left.
+    aimed: Cell<Option<Option<Vec2>>>,
     /// Whether it has to be found out anew which anchored elements are seen.
     probe_due: Cell<bool>,
     ticker: Ticker,
@@ -91,7 +94,7 @@ impl Viewport {
                 mesh: Rc::default(),
                 photograph: Rc::default(),
                 controllers: OnceCell::new(),
-                camera: Cell::default(),
+                camera: Rc::default(),
                 follows: Cell::new(true),
                 linked_camera: Cell::default(),
                 size: Cell::default(),
@@ -107,6 +110,7 @@ impl Viewport {
                 figures_at: Cell::new(f64::NEG_INFINITY),
                 picks: RefCell::default(),
                 mouse: Cell::default(),
+                aimed: Cell::default(),
                 probe_due: Cell::default(),
                 ticker: Ticker::new(window.clone(), on_frame),
             }
@@ -117,6 +121,7 @@ impl Viewport {
             model: viewport.model.clone(),
             mesh: viewport.mesh.clone(),
             photograph: viewport.photograph.clone(),
+            camera: viewport.camera.clone(),
             mesh_worker: Rc::new(MeshWorker::default()),
             redraw: Rc::new(move || redraw(())),
         };
@@ -189,6 +194,10 @@ impl Viewport {
                 self.mouse.set(None);
                 self.click(self.in_viewport(at));
             }
+            PointerInput::Hover(place) if self.ui.read(|s| s.features.section.reads()) => {
+                self.aimed.set(Some(place.map(|at| self.in_viewport(at))));
+                self.ticker.request();
+            }
             PointerInput::Hover(place) => {
                 self.mouse.set(place.map(|at| (self.in_viewport(at), None)));
                 self.picks.borrow_mut().leave();
@@ -244,9 +253,18 @@ impl Viewport {
     }
 
     fn click(&self, at: Vec2) {
+        if self.ui.read(|s| s.features.section.reads()) {
+            return self.ui.send_feature(SectionEvent::Clicked(self.ray(at)));
+        }
         let measures = self.ui.read(|s| s.features.measure.kind.is_some());
         self.picks.borrow_mut().click(at, measures);
         self.ticker.request();
+    }
+
+    /// The line of sight through a place of the camera's viewport.
+    fn ray(&self, at: Vec2) -> Ray {
+        let camera = self.camera.get();
+        Ray { eye: camera.eye(), toward: camera.toward(at), pixel: 1.0 / camera.pixels_per_metre(1.0) }
     }
 
     /// A place on the canvas as it lies on the page, in the camera's viewport.
@@ -308,6 +326,9 @@ impl Viewport {
             } else {
                 self.ticker.request();
             }
+        }
+        if let Some(place) = self.aimed.take() {
+            self.ui.send_feature(SectionEvent::Aimed(place.map(|at| self.ray(at))));
         }
         if let Some(seen) = self.graphics.picked() {
             self.answer(seen);

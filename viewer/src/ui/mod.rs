@@ -8,6 +8,7 @@ pub(crate) mod object_url;
 use crate::camera::CameraInput;
 use crate::features::FeatureEvent;
 use crate::scene::export::{MeshFormat, PointFormat};
+use crate::scene::section_export::SectionFormat;
 use crate::state::notices::{Level, Topic};
 use crate::state::{AppState, Event};
 use leptos::prelude::*;
@@ -21,6 +22,8 @@ pub enum Command {
     ExportPoints(PointFormat),
     /// Download what is visible of the mesh.
     ExportMesh(MeshFormat),
+    /// Download the section.
+    ExportSection(SectionFormat),
     /// Give a text to the clipboard; where the browser does not let the page, save it as a file of that name.
     Copy {
         /// The text.

@@ -36,7 +36,8 @@ pub(super) fn InspectOverlay(ui: Ui) -> impl IntoView {
 #[component]
 fn Labels(ui: Ui) -> impl IntoView {
     let labels = ui.part(|s| {
-        let shown = s.features.inspect.labels.iter().filter(|label| s.legend.visible(label.point.component));
+        let is_shown = |point: &PickedPoint| s.legend.visible(point.component) && s.display.cut.keeps(point.position);
+        let shown = s.features.inspect.labels.iter().filter(|label| is_shown(&label.point));
         shown.copied().collect::<Vec<_>>()
     });
     view! {

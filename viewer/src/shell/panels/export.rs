@@ -53,6 +53,7 @@ pub(super) fn ExportPanel(ui: Ui) -> impl IntoView {
             </button>
         }
     };
+    let is_cut = ui.part(|s| s.display.cut.is_on());
     let triangles = ui.part(|s| s.features.mesh.triangles);
     let mesh_button = move |format: MeshFormat, id: &'static str, name: &'static str, about: &'static str| {
         view! {
@@ -89,6 +90,7 @@ pub(super) fn ExportPanel(ui: Ui) -> impl IntoView {
             >
                 {what}
                 {move || if triangles.get() > 0 { mesh_left_out() } else { String::new() }}
+                {move || is_cut.get().then_some(" What plane and box cut away is exported all the same.")}
             </p>
         </section>
     }

@@ -9,7 +9,7 @@ use leptos::prelude::*;
 type Shortcut = (&'static [&'static str], &'static str);
 
 /// What the pointer and the keys do, in groups.
-const GROUPS: [(&str, &[Shortcut]); 6] = [
+const GROUPS: [(&str, &[Shortcut]); 7] = [
     (
         "Pointer",
         &[
@@ -41,6 +41,15 @@ const GROUPS: [(&str, &[Shortcut]); 6] = [
             (&["G"], "Measure an angle"),
             (&["Del"], "Remove the newest label or, while measuring, measurement; with Shift, all"),
             (&["Esc"], "Take a point back, end measuring, close"),
+        ],
+    ),
+    (
+        "Section",
+        &[
+            (&["S"], "Section plane on or off"),
+            (&["D", "U"], "Deeper or up by 1 mm; with Shift, 0.1 mm"),
+            (&["V"], "Cut the other side away"),
+            (&["W"], "Read thicknesses; Enter reads in the middle of the view"),
         ],
     ),
     (

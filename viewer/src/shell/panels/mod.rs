@@ -49,6 +49,14 @@
 //! | `[data-testid=measure-distance]`, `measure-angle`, `measure-unit-<mm, inch>` | toggle buttons; radios |
 //! | `[data-testid=measurement-<n>]`, `measure-label-<n>` | a measurement: `data-mm` or `data-degrees`, `data-uncertainty` (k = 2); its figure in the view |
 //! | `[data-testid=measure-copy]`, `measure-remove-all` | buttons |
+//! | `[data-testid=section]` | the panel; `data-state` = `off`, `waiting` (for a mesh), `cut`; `data-closed`, `data-open` (outlines) |
+//! | `[data-testid=section-plane]`, `section-box`, `section-reset` | switches, a button |
+//! | `[data-testid=section-<x, y, z>]`, `section-camera`, `section-surface` | radios, buttons: what the plane lies across |
+//! | `[data-testid=section-slider]`, `section-offset`, `section-flip` | its offset as a slider and as a number; its side |
+//! | `[data-testid=section-summary]`, `section-figures` | what was cut; `data-length-mm`, `data-area-mm2` |
+//! | `[data-testid=section-svg]`, `section-dxf` | buttons |
+//! | `[data-testid=section-read]`, `section-prompt`, `section-status`, `section-reading-<n>`, `section-label-<n>` | reading thicknesses; a reading: `data-mm`, `data-kind`; its figure in the view (0: at the pointer) |
+//! | `[data-testid=section-<x, y, z>-<from, to>]`, with `-slider` | the ends of the box |
 //! | `[data-testid=notice]` | a message; `data-level` = `info`, `warning`, `error` |
 //! | `[data-testid=banner]` | a lost connection, or a model that is not the agent's, over a model on screen |
 //! | `[data-testid=viewport-message]` | what stands in place of the model; `data-state` |
