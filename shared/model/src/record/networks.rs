@@ -143,7 +143,8 @@ pub struct WeightsFile {
 #[serde(rename_all = "lowercase")]
 pub enum Region {
     /// At the measuring volume and a margin around it; all else is taken to be none, with certainty. Where the volume is not
-    /// known, at what a first glance of one network takes for the part; all else is what that glance saw.
+    /// known, at what a first glance of one network takes for the part; all else is none as far as that glance says so, and
+    /// else unknown.
     #[default]
     Volume,
     /// At the whole picture.

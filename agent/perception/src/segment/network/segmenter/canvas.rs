@@ -67,7 +67,9 @@ impl Canvas {
         });
     }
 
-    /// Puts what a glance saw of the picture, which was shrunk by `factor`, everywhere.
+    /// Puts what a glance saw of the picture, which was shrunk by `factor`, everywhere. What it takes for a part is believed
+    /// only where the ensemble looks, too: a table and its shadows look like something to a single network. Elsewhere that
+    /// is no evidence of anything.
     pub(super) fn sketch(&mut self, glance: &Glance, factor: u32, numbers: &[u16]) {
         let classes = self.classes.max(1);
         self.rows().enumerate().for_each(|(row, Row { probabilities, sigma, model_sigma })| {
@@ -76,10 +78,14 @@ impl Canvas {
             let fields = probabilities.chunks_exact_mut(classes);
             for (column, (field, sigma)) in fields.zip(sigma).enumerate() {
                 let (probabilities, deviation) = glance.at(column as u32, row as u32, factor);
-                *sigma = byte(deviation);
                 field.fill(0);
                 for (&number, p) in numbers.iter().zip(probabilities) {
                     field[usize::from(number)] = byte(p);
+                }
+                let is_none = field.iter().all(|p| *p <= field[0]);
+                *sigma = if is_none { byte(deviation) } else { u8::MAX };
+                if !is_none {
+                    field.fill(0);
                 }
             }
         });

@@ -137,7 +137,14 @@ fn fine_pictures_are_shrunk_and_a_glance_finds_the_part() {
     let folder = model("semantic", &NAMES, &[classifier(3.0)], |m| m.input.footprint = Some([1.5e-3, 2.8e-3]));
     // Pixels of 0.8 mm half a metre away: half as fine as the network likes them.
     let in_part = |u: u32, v: u32| (240..320).contains(&u) && (160..220).contains(&v);
-    let picture = view(600, 400, |u, v| if in_part(u, v) { [255, 0, 0] } else { [0; 3] });
+    // A shadow, say, that looks like a part, but not as surely as one.
+    let shadow = [170, 0, 0];
+    let in_shadow = |u: u32, v: u32| (480..560).contains(&u) && (300..360).contains(&v);
+    let picture = view(600, 400, |u, v| match (in_part(u, v), in_shadow(u, v)) {
+        (true, _) => [255, 0, 0],
+        (_, true) => shadow,
+        _ => [0; 3],
+    });
     for mut segmenter in segmenters(&[&folder], None, &asked(&[Augmentation::Identity])) {
         let said = segmenter.segment(&picture).expect("runs");
         let window = said.network.as_ref().and_then(|n| n.window).expect("seen");
@@ -154,6 +161,11 @@ fn fine_pictures_are_shrunk_and_a_glance_finds_the_part() {
         // At most the pixels along the part's outline.
         assert!(wrong.count() < 300);
         assert_eq!(sigma[190 * 600 + 280], 0, "one network asked once");
+        // What a glance alone takes for a part is no evidence, and no certainty that nothing is there.
+        let [none, red, _] = closed_form(shadow, 3.0);
+        assert!(red > none && red < 0.95, "{red}");
+        let in_the_shadow = 330 * 600 + 520;
+        assert_eq!((said.components.best(in_the_shadow), sigma[in_the_shadow]), (0, u8::MAX));
         // Of what only the glance saw the sigma is that of its own probabilities.
         let [none, ..] = closed_form([0; 3], 3.0);
         let glanced = f32::from(sigma[10]) / 255.0;
