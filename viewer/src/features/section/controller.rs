@@ -102,12 +102,14 @@ impl Controller for SectionController {
         let this = self.this.clone();
         Effect::new(move |_| {
             // Read, not only tracked: a memo that nobody reads never learns what it depends on.
-            points.with(|_| this.upgrade().inspect(|this| this.measure()));
+            points.with(|_| ());
+            this.upgrade().inspect(|this| this.measure());
         });
         let wanted = ui.part(Wanted::of);
         let this = self.this.clone();
         Effect::new(move |_| {
-            wanted.with(|_| this.upgrade().inspect(|this| this.cut()));
+            wanted.with(|_| ());
+            this.upgrade().inspect(|this| this.cut());
         });
     }
 
