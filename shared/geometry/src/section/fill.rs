@@ -71,7 +71,7 @@ pub fn area(quads: &[Quad]) -> f64 {
         let doubled: f64 = (0..4).map(|i| cross(quad[i], quad[(i + 1) % 4], quad[0])).sum();
         0.5 * doubled.abs()
     };
-    quads.iter().map(of).sum()
+    quads.iter().map(of).fold(0.0, |sum, of| sum + of)
 }
 
 /// Edges that are not level, the lowest first.

@@ -101,13 +101,14 @@ impl Controller for SectionController {
         let points = ui.part(|s| s.legend.held_points());
         let this = self.this.clone();
         Effect::new(move |_| {
-            points.track();
+            // Read, not only tracked: a memo that nobody reads never learns what it depends on.
+            points.with(|_| ());
             this.upgrade().inspect(|this| this.measure());
         });
         let wanted = ui.part(Wanted::of);
         let this = self.this.clone();
         Effect::new(move |_| {
-            wanted.track();
+            wanted.with(|_| ());
             this.upgrade().inspect(|this| this.cut());
         });
     }
