@@ -23,7 +23,7 @@ onEveryBackend(
       await viewer.redrawn(() => page.getByTestId('finding-2').click());
       await viewer.redrawn(() => page.keyboard.press('ArrowLeft'));
       await viewer.redrawn(() => page.keyboard.press('+'));
-      await page.keyboard.press('u');
+      await page.keyboard.press('h');
       await page.getByText('Copied to the clipboard').waitFor();
       const address = await page.evaluate(() => navigator.clipboard.readText());
       const { inspection } = await viewer.state();

@@ -73,7 +73,7 @@ pub fn action(key: &str, modifiers: Modifiers, focus: Focus, state: &AppState) -
         "y" | "Y" | "r" | "R" | "x" | "X" | "i" | "I" => feature(ReviewEvent::Draft(ruling(key)?)),
         "." if state.features.evidence.shown().is_some() => feature(EvidenceEvent::Step(1)),
         "," if state.features.evidence.shown().is_some() => feature(EvidenceEvent::Step(-1)),
-        "u" | "U" => return Some(Action::CopyLink),
+        "h" | "H" => return Some(Action::CopyLink),
         "Enter" if focus == Focus::Model => return Some(Action::PickMiddle),
         "Delete" if focus == Focus::Model => return deletion(modifiers, state),
         "Escape" => return escape(state),

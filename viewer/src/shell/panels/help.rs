@@ -26,7 +26,7 @@ const GROUPS: [(&str, &[Shortcut]); 7] = [
             (&["←", "→", "↑", "↓"], "Orbit; with Shift, pan"),
             (&["+", "−"], "Zoom"),
             (&["F"], "Fit the model into view"),
-            (&["U"], "Copy a link to this view"),
+            (&["H"], "Copy a link to this view"),
             (&["1", "…", "7"], "Isometric, front, back, left, right, top, bottom"),
         ],
     ),

@@ -21,7 +21,7 @@ pub(super) fn Overlay(ui: Ui) -> impl IntoView {
             <div class="tools">
                 <button
                     class="tool is-raised" type="button" data-testid="copy-link" aria-label="Copy a link to this view"
-                    title="Copy a link to this view (U)" on:click=move |_| ui.ask(Command::CopyLink)
+                    title="Copy a link to this view (H)" on:click=move |_| ui.ask(Command::CopyLink)
                 >
                     <Icon path=LINK/>
                 </button>
