@@ -1,11 +1,13 @@
 //! Geometry that agent and viewer share, natively and for wasm32: oriented semantic points to a semantic mesh ([`mesh`]);
 //! nearest points, areas, distances and metrics ([`measure`]) and fitted geometric elements ([`fit`]), so that both print the same
-//! figures; where a place can be seen from ([`occupancy`]); and the small maths under all ([`vector`], [`grid`], [`vote`]).
+//! figures; where a place can be seen from ([`occupancy`])
+//! and how well ([`sight`]); and the small maths under all ([`vector`], [`grid`], [`vote`]).
 
 pub mod fit;
 pub mod grid;
 pub mod measure;
 pub mod mesh;
 pub mod occupancy;
+pub mod sight;
 pub mod vector;
 pub mod vote;
