@@ -88,7 +88,9 @@ impl Chart {
 
     /// Columns and rows of the rectangle that it takes in the atlas, padding included.
     pub(crate) fn size(&self, texel: f64) -> (u32, u32) {
-        let [width, height] = self.extent.map(|e| (e * self.scale(texel)).ceil() as u32 + 1 + 2 * PADDING);
+        // A whole number of texels stays one, whatever rounding adds to it.
+        let texels = |pixels: f64| (pixels * self.scale(texel) - 1e-3).ceil() as u32;
+        let [width, height] = self.extent.map(|extent| texels(extent) + 1 + 2 * PADDING);
         (width, height)
     }
 
