@@ -23,6 +23,7 @@ mod signals;
 mod stdout;
 mod synth;
 mod tables;
+mod texture;
 
 use std::process::{Command, Output};
 
