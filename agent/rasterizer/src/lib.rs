@@ -55,6 +55,11 @@ pub fn render(scene: &Scene<'_>, camera: &Camera, outlines: &[Outline<'_>]) -> R
     Rendering { image, depth: samples.depth }
 }
 
+/// How deep the surface lies at the centre of each pixel of `camera`. Triangles that reach behind it are left out.
+pub fn depths(scene: &Scene<'_>, camera: &Camera) -> DepthBuffer {
+    Samples::of(scene, camera).depth
+}
+
 /// The camera with the samples in place of pixels.
 fn finer(k: &Intrinsics) -> Intrinsics {
     k.scaled(f64::from(SUPERSAMPLING))

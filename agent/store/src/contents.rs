@@ -27,8 +27,8 @@ pub(crate) const MODEL_FILES: [&str; 5] = [CLOUD, MESH, REPORT, SCENE, TRUTH];
 /// Folder of the clouds of single views.
 pub(crate) const VIEWS: &str = "views";
 /// What `export` adds, beside `mesh-COMPONENT.stl`, and what `report` adds.
-const EXPORTS: [&str; 7] =
-    ["mesh.obj", "mesh.mtl", "mesh.glb", "findings.csv", "components.csv", "report.dfq", "report.qif"];
+const EXPORTS: [&str; 8] =
+    ["mesh.obj", "mesh.mtl", "mesh.png", "mesh.glb", "findings.csv", "components.csv", "report.dfq", "report.qif"];
 /// Bytes of a file in which it says what wrote it.
 const HEAD: u64 = 64 << 10;
 

@@ -1,5 +1,6 @@
 //! `semascan export DIR --format FORMAT`: the model of an inspection folder in other formats.
 
+use super::export_texture::{TextureArgs, Textured};
 use super::{Failure, numbers, serve};
 use anyhow::{Context, anyhow};
 use clap::{Args, ValueEnum};
@@ -13,6 +14,7 @@ use semascan_model::finding::Finding;
 use semascan_model::record::InspectionRecord;
 use semascan_model::{ModelFigures, PointFlags, SemanticCloud, SemanticMesh};
 use semascan_store::{ExportFolder, check_beside_record, check_folder};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 /// What to write.
@@ -100,6 +102,8 @@ pub(crate) struct ExportArgs {
     /// Colours of a GLB; what each vertex belongs to is in the file in either case
     #[arg(long, value_enum, default_value = "surface")]
     colors: Colors,
+    #[command(flatten)]
+    texture: TextureArgs,
     /// Include the background, which lies outside of the measuring volume
     #[arg(long)]
     background: bool,
@@ -116,6 +120,7 @@ impl ExportArgs {
             let reason = "--unit and --up are for obj and stl: PLY is in metres with z up, GLB in metres with y up";
             return Err(Failure::Call(anyhow!(reason)));
         }
+        self.check_texture()?;
         let file = if self.source.is_dir() { self.source.join("cloud.ply") } else { self.source.clone() };
         let folder = file.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
         let out = ExportFolder::begin(self.out.as_deref().unwrap_or(folder), &file)?;
@@ -123,6 +128,7 @@ impl ExportArgs {
         if self.source.is_dir() {
             check_folder(&self.source)?;
         }
+        let photographs = self.texture.photographs(&self.source)?;
         let model = read(&file)?;
         let mut formats = self.format.clone();
         formats.sort_unstable();
@@ -132,9 +138,24 @@ impl ExportArgs {
         }
         if formats.iter().any(|f| *f != Format::Cloud) {
             let Surface { mesh, figures } = self.surface(&model)?;
+            let textured = photographs.map(|photographs| self.texture.of(&mesh, &model, photographs)).transpose()?;
             for format in formats {
-                self.write_mesh(&out, format, &mesh, &figures, &model)?;
+                match &textured {
+                    None => self.write_mesh(&out, format, &mesh, &figures, &model)?,
+                    Some(textured) => self.write_textured(&out, format, textured, &figures, &model)?,
+                }
             }
+        }
+        Ok(())
+    }
+
+    /// Refuses a texture in formats that cannot have one, and under other colours.
+    fn check_texture(&self) -> Result<(), Failure> {
+        if self.texture.texture && !self.format.iter().all(|format| matches!(format, Format::Obj | Format::Glb)) {
+            return Err(Failure::Call(anyhow!("--texture is for glb and obj: no other format can have a picture")));
+        }
+        if self.texture.texture && self.colors == Colors::Classes {
+            return Err(Failure::Call(anyhow!("--texture shows the surface: it does not go with --colors classes")));
         }
         Ok(())
     }
@@ -301,24 +322,60 @@ impl ExportArgs {
                 }
             }
             Format::Glb => {
-                let generation = model.comment("generation").map(str::to_owned);
-                let part = model.comment("part").unwrap_or("part").to_owned();
-                let colors = match self.colors {
-                    Colors::Surface => SceneColors::Surface,
-                    Colors::Classes => SceneColors::Classes,
-                };
-                let findings = self.findings();
-                let options =
-                    GlbOptions { part, figures: figures.clone(), findings, generation, colors, shift: model.shift };
+                let options = self.scene(figures, model);
                 let path = out.write("mesh.glb", |file| gltf::write_mesh(file, mesh, taxonomy, &options))?;
                 log_written(&path, mesh.triangles.len(), "triangles");
             }
         }
         Ok(())
     }
-}
 
-impl ExportArgs {
+    fn write_textured(
+        &self,
+        out: &ExportFolder,
+        format: Format,
+        textured: &Textured,
+        figures: &ModelFigures,
+        model: &PlyModel,
+    ) -> Result<(), Failure> {
+        let (mesh, picture, taxonomy) = (&textured.made.mesh, textured.picture(), &model.taxonomy);
+        let path = match format {
+            Format::Obj => {
+                // What the geometry names is there before it is.
+                out.write("mesh.png", |file| Ok(file.write_all(&textured.png)?))?;
+                out.write("mesh.mtl", |file| {
+                    obj::write_textured_materials(file, mesh, &picture, taxonomy, "mesh.png")
+                })?;
+                out.write("mesh.obj", |file| {
+                    obj::write_textured_mesh_at(file, mesh, &picture, model.shift, taxonomy, "mesh.mtl", self.frame())
+                })?
+            }
+            Format::Glb => {
+                let options = self.scene(figures, model);
+                out.write("mesh.glb", |file| gltf::write_textured_mesh(file, mesh, &picture, taxonomy, &options))?
+            }
+            // These cannot have a picture, which was refused.
+            Format::Cloud | Format::Ply | Format::Stl => return Ok(()),
+        };
+        log_written(&path, mesh.triangles.len(), "triangles with a texture");
+        Ok(())
+    }
+
+    /// What a scene says beside its geometry.
+    fn scene(&self, figures: &ModelFigures, model: &PlyModel) -> GlbOptions {
+        GlbOptions {
+            part: model.comment("part").unwrap_or("part").to_owned(),
+            figures: figures.clone(),
+            findings: self.findings(),
+            generation: model.comment("generation").map(str::to_owned),
+            colors: match self.colors {
+                Colors::Surface => SceneColors::Surface,
+                Colors::Classes => SceneColors::Classes,
+            },
+            shift: model.shift,
+        }
+    }
+
     /// The findings of the inspection that is exported; none where a file alone is.
     fn findings(&self) -> Vec<Finding> {
         let text = regular_file::read_to_string(&self.source.join("inspection.json")).unwrap_or_default();

@@ -15,6 +15,7 @@ mod doctor;
 #[cfg(feature = "demo")]
 mod evaluate;
 mod export;
+mod export_texture;
 mod findings_report;
 mod init;
 mod inspect;
@@ -28,6 +29,7 @@ mod numbers;
 mod oidc;
 mod password;
 mod past;
+mod photographs;
 #[cfg(feature = "demo")]
 mod photometric;
 #[cfg(feature = "demo")]

@@ -222,7 +222,7 @@ fn kept_in(folder: &Path) -> Option<PathBuf> {
 }
 
 /// The capture of an inspection that is kept in a data folder.
-fn capture(folder: &Path, record: &InspectionRecord) -> Option<String> {
+pub(super) fn capture(folder: &Path, record: &InspectionRecord) -> Option<String> {
     let path = kept_in(folder)?.join("captures").join(format!("{}.mcap", record.id));
     path.is_file().then(|| path.to_str().map(str::to_owned))?
 }

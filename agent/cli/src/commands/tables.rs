@@ -1,5 +1,5 @@
-//! `semascan tables P0|P1|P2|findings|labels|measure|teach`: reruns a paper's tables on the virtual cell, judges findings,
-//! measurements or labels that were corrected on the model, or networks before and after they were trained on such labels. P0 is [Remanufacturing paper], P1
+//! `semascan tables P0|P1|P2|findings|labels|measure|teach|texture`: reruns a paper's tables on the virtual cell, judges findings,
+//! measurements, labels that were corrected on the model, networks before and after they were trained on such labels, or textures. P0 is [Remanufacturing paper], P1
 //! [Eye-in-hand 2020], P2 [Wang 2023].
 
 use super::dataset::{DatasetWriter, Format};
@@ -11,7 +11,7 @@ use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
 use nalgebra::Isometry3;
 use semascan_evaluation::TestDomain;
-use semascan_evaluation::tables::{NetworkSetting, findings, labels, measure, p0, p1, p2, teach};
+use semascan_evaluation::tables::{NetworkSetting, findings, labels, measure, p0, p1, p2, teach, texture};
 use semascan_formats::regular_file;
 use semascan_labelling::ViewMasks;
 use semascan_model::Taxonomy;
@@ -43,6 +43,8 @@ enum Paper {
     Measure,
     /// No paper's: a network before and after it was trained on such labels, in the shifted world and in its own
     Teach,
+    /// No paper's: textures of the photographs and colours of vertices, against pictures from elsewhere
+    Texture,
 }
 
 /// Arguments of `semascan tables`.
@@ -60,11 +62,11 @@ pub(crate) struct TablesArgs {
     /// Views of each [default: 5, in P1's Tables 3 to 5: 12; P1 itself took 16]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=360))]
     views: Option<u32>,
-    /// For findings, labels, measure and teach: seed of the first motor [default: 1001, for teach 3001]
+    /// For findings, labels, measure, teach and texture: seed of the first motor [default: 1001, for teach 3001]
     #[arg(long, value_name = "SEED")]
     first_seed: Option<u64>,
-    /// For findings, labels, measure and teach: columns and rows of the pictures [default: 960x720 for findings and measure, else
-    /// 640x480]
+    /// For findings, labels, measure, teach and texture: columns and rows of the pictures [default: 960x720 for findings, measure and
+    /// texture, else 640x480]
     #[arg(long, value_name = "WxH", value_parser = size)]
     size: Option<(u32, u32)>,
     /// For findings and labels: where labels come from, source or network [default: source, for labels network]
@@ -76,6 +78,9 @@ pub(crate) struct TablesArgs {
     /// For labels: write the masks as a data set into this folder, which agent/training reads
     #[arg(long, value_name = "DIR")]
     masks: Option<PathBuf>,
+    /// For texture: write pictures of what is compared into this folder
+    #[arg(long, value_name = "DIR")]
+    pictures: Option<PathBuf>,
     /// For teach: the network before [default: ud-net-edge]
     #[arg(long, value_name = "MODEL")]
     before: Option<PathBuf>,
@@ -147,6 +152,9 @@ impl TablesArgs {
         if self.paper != Paper::Teach && (self.before.is_some() || self.after.is_some()) {
             return Err(Failure::Call(anyhow!("--before and --after belong to teach")));
         }
+        if self.paper != Paper::Texture && self.pictures.is_some() {
+            return Err(Failure::Call(anyhow!("--pictures belongs to texture")));
+        }
         match self.paper {
             Paper::P0 => self.p0(quiet),
             Paper::P1 => self.p1(quiet),
@@ -155,6 +163,7 @@ impl TablesArgs {
             Paper::Labels => self.labels(quiet),
             Paper::Measure => self.measure(quiet),
             Paper::Teach => self.teach(quiet),
+            Paper::Texture => self.texture(quiet),
         }
     }
 
@@ -352,6 +361,30 @@ impl TablesArgs {
         config.views.motors = (first..first + motors).collect();
         let report = watched(quiet, |on_step| teach::run(&config, on_step))?;
         teach::print(&mut Stderr::default(), &report)?;
+        self.write(&report)
+    }
+
+    /// Textures against pictures from elsewhere.
+    fn texture(self, quiet: bool) -> Result<(), Failure> {
+        self.not_p1()?;
+        if !self.tables.is_empty() || self.models.is_some() || self.sigma.is_some() || self.labels.is_some() {
+            return Err(Failure::Call(anyhow!("--table, --models, --sigma and --labels do not belong to texture")));
+        }
+        if let Some(folder) = &self.pictures {
+            regular_file::check_folder(folder).with_context(|| format!("--pictures {}", folder.display()))?;
+        }
+        let mut config = texture::Config { pictures: self.pictures.clone(), ..Default::default() };
+        if self.quick {
+            (config.size, config.views) = ((320, 240), 6);
+            config.motors.truncate(1);
+        }
+        config.views = self.views.unwrap_or(config.views);
+        config.size = self.size.unwrap_or(config.size);
+        let first = self.first_seed.unwrap_or(1001);
+        let motors = self.seeds.unwrap_or(config.motors.len() as u64);
+        config.motors = (first..first + motors).collect();
+        let report = watched(quiet, |on_step| texture::run(&config, on_step))?;
+        texture::print(&mut Stderr::default(), &report)?;
         self.write(&report)
     }
 

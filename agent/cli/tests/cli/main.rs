@@ -23,6 +23,7 @@ mod signals;
 mod stdout;
 mod synth;
 mod tables;
+mod texture;
 
 use std::io::Read;
 use std::process::{Child, Command, Output, Stdio};

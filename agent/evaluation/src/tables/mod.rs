@@ -1,5 +1,5 @@
-//! The papers' tables, rerun on the virtual cell, and the tables of findings, of measurements, of corrected labels and of
-//! networks that were trained on them.
+//! The papers' tables, rerun on the virtual cell, and the tables of findings, of measurements, of corrected labels, of
+//! networks that were trained on them, and of textures.
 
 pub mod findings;
 mod frozen_threshold;
@@ -10,6 +10,7 @@ pub mod p1;
 pub mod p2;
 mod setting;
 pub mod teach;
+pub mod texture;
 
 pub use frozen_threshold::{FrozenThreshold, ValidationPoint, freeze};
 pub use setting::{DomainScores, NetworkSetting, Progress};

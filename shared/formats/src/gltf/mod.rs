@@ -8,4 +8,4 @@ mod read;
 mod write;
 
 pub(crate) use read::read;
-pub use write::{GlbOptions, SceneColors, write_mesh, write_points};
+pub use write::{GlbOptions, SceneColors, write_mesh, write_points, write_textured_mesh};

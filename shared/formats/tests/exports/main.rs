@@ -5,6 +5,7 @@ mod mesh;
 mod open3d;
 mod ply;
 mod semantics;
+mod texture;
 
 use proptest::prelude::*;
 use semascan_formats::ExportFilter;

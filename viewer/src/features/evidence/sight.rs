@@ -1,14 +1,11 @@
-//! Which photographs show a place on the surface, the best first: the one with the most pixels on a patch of it, which is the
-//! cosine of the incidence over the square of the distance, in pixels (the footprint of a pinhole camera's pixel). What other
-//! surface hides is left out.
+//! Which photographs show a place on the surface, the best first: the one with the most pixels on a patch of it, by the rule
+//! that textures are made by, too (`semascan_geometry::sight`). What other surface hides is left out.
 
 use crate::render::photograph_camera::PhotographCamera;
 use crate::state::views::ViewEntry;
 use glam::{Vec2, Vec3};
 use semascan_geometry::occupancy::Occupancy;
-
-/// Least cosine of the incidence: a surface seen more obliquely shows nothing.
-const LEAST_COSINE: f32 = 0.1;
+use semascan_geometry::sight::pixels_per_metre;
 
 /// How a photograph shows a place.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -43,14 +40,13 @@ pub fn sights<'a>(
         let to_camera = camera.eye() - place;
         let (way, toward) = (to_camera.length(), to_camera.normalize_or_zero());
         let cosine = toward.dot(normal);
-        if cosine.is_nan() || cosine < LEAST_COSINE {
-            return None;
-        }
+        let pixels_per_metre =
+            pixels_per_metre(camera.focal.to_array().map(f64::from), cosine.into(), distance.into())?;
         let double = |v: Vec3| v.as_dvec3().to_array();
         if surface.is_some_and(|s| s.is_hidden(double(place), double(normal), double(toward), way.into())) {
             return None;
         }
-        let pixels_per_millimetre = (camera.focal.x * camera.focal.y * cosine).sqrt() / distance * 1e-3;
+        let pixels_per_millimetre = (pixels_per_metre * 1e-3) as f32;
         Some(Sight { view: view.index, camera, pixel, distance, cosine, pixels_per_millimetre })
     });
     let mut list: Vec<Sight> = seen.collect();

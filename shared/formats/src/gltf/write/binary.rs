@@ -19,10 +19,11 @@ pub(super) struct Binary {
     positions: Column,
     normals: Column,
     colors: Column,
+    texture_places: Column,
     /// Those of a vertex together, each in four bytes: attributes lie on such boundaries.
     features: Column,
     indices: Column,
-    /// Columns of property tables.
+    /// Columns of property tables, and pictures.
     tables: Vec<(Index<View>, Vec<u8>)>,
 }
 
@@ -34,6 +35,7 @@ impl Binary {
             positions: Column::new("positions", 12, ComponentType::F32, Type::Vec3),
             normals: Column::new("normals", 12, ComponentType::F32, Type::Vec3),
             colors: Column { normalized: true, ..Column::new("colors", 8, ComponentType::U16, Type::Vec4) },
+            texture_places: Column::new("texture coordinates", 8, ComponentType::F32, Type::Vec2),
             features: Column::new("feature ids", 4 * feature_ids, ComponentType::U16, Type::Scalar),
             indices: Column { is_attribute: false, ..Column::new("indices", 4, ComponentType::U32, Type::Scalar) },
             tables: Vec::new(),
@@ -84,6 +86,20 @@ impl Binary {
         self.colors.accessor(root, start, points.len(), None)
     }
 
+    /// Adds the places of some points, at least one, in a picture.
+    pub(super) fn texture_places(&mut self, root: &mut Root, places: &[[f32; 2]]) -> Index<Accessor> {
+        let start = self.texture_places.bytes.len();
+        self.texture_places.bytes.extend(places.iter().flatten().flat_map(|c| c.to_le_bytes()));
+        self.texture_places.accessor(root, start, places.len(), None)
+    }
+
+    /// Adds an encoded picture.
+    pub(super) fn picture(&mut self, root: &mut Root, bytes: &[u8]) -> Index<View> {
+        let view = root.push(view("picture", None, None));
+        self.tables.push((view, bytes.to_vec()));
+        view
+    }
+
     /// Adds the feature ids of some points, at least one.
     pub(super) fn features(
         &mut self,
@@ -122,8 +138,9 @@ impl Binary {
     /// Joins the columns and enters the buffer in `root`.
     pub(super) fn finish(self, root: &mut Root) -> Vec<u8> {
         let mut buffer = Vec::new();
-        let columns = [self.positions, self.normals, self.colors, self.features, self.indices];
-        let columns = columns.into_iter().filter_map(|column| Some((column.view?, column.bytes)));
+        let vertices = [self.positions, self.normals, self.colors, self.texture_places];
+        let columns = vertices.into_iter().chain([self.features, self.indices]);
+        let columns = columns.filter_map(|column| Some((column.view?, column.bytes)));
         for (view, bytes) in columns.chain(self.tables) {
             // Columns of property tables begin on eight bytes.
             buffer.resize(buffer.len().next_multiple_of(8), 0);

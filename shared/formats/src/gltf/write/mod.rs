@@ -3,14 +3,17 @@
 //! Each vertex knows its component, defect and instance (`features`), whatever it looks like. There is one scene, because many
 //! programs show all that a file holds: in the surface's own colours as vertex colours, or in those of the classes; in either
 //! case the material has the name of the class. Materials are rough and not metallic, which looks right with lights and
-//! without; points are marked as unlit. The table frame is z up and glTF y up, hence a rotation in the scene's root node.
+//! without; points are marked as unlit. A mesh may have a picture in place of the colours, which are an attribute of their own
+//! then (`_VERTEX_COLOR`), because glTF multiplies a picture by vertex colours. The table frame is z up and glTF y up, hence a
+//! rotation in the scene's root node.
 
 mod binary;
 mod components;
 mod features;
 mod meshes;
+mod picture;
 
-pub use meshes::write_mesh;
+pub use meshes::{write_mesh, write_textured_mesh};
 
 use super::container;
 use crate::WriteError;
@@ -19,7 +22,7 @@ use binary::{Attributes, Binary, linear};
 use components::{Component, Extras, components, is_direction};
 use features::Features;
 use gltf_json::validation::Checked::Valid;
-use gltf_json::{Accessor, Index, Material, Mesh, Node, Root, Scene, extensions, material, mesh, scene};
+use gltf_json::{Accessor, Index, Material, Mesh, Node, Root, Scene, extensions, material, mesh, scene, texture};
 use semascan_model::finding::Finding;
 use semascan_model::{Color, ModelFigures, SemanticCloud, Taxonomy};
 use std::f32::consts::FRAC_1_SQRT_2;
@@ -94,17 +97,20 @@ struct Builder {
     root: Root,
     binary: Binary,
     features: Features,
+    /// What the asset says beside its generation and origin.
+    extras: serde_json::Map<String, serde_json::Value>,
 }
 
 impl Builder {
     fn new(features: Features) -> Self {
-        Self { root: Root::default(), binary: Binary::new(features.len()), features }
+        let binary = Binary::new(features.len());
+        Self { root: Root::default(), binary, features, extras: serde_json::Map::new() }
     }
 
     /// Writes the scene of these nodes.
     fn finish(mut self, out: impl Write, options: &GlbOptions, nodes: Vec<Index<Node>>) -> Result<(), WriteError> {
         let scene = self.scene(&options.part, nodes);
-        let Self { mut root, mut binary, features } = self;
+        let Self { mut root, mut binary, features, mut extras } = self;
         if root.materials.iter().any(|material| material.extensions.is_some()) {
             root.extensions_used.push("KHR_materials_unlit".into());
         }
@@ -113,7 +119,6 @@ impl Builder {
         }
         root.scene = Some(scene);
         root.asset.generator = Some(concat!("semascan ", env!("CARGO_PKG_VERSION")).into());
-        let mut extras = serde_json::Map::new();
         if let Some(generation) = &options.generation {
             extras.insert("generation".into(), generation.as_str().into());
         }
@@ -134,6 +139,17 @@ impl Builder {
             SceneColors::Surface => [255; 3],
             SceneColors::Classes => class,
         };
+        self.material_of(name, color, None, light)
+    }
+
+    /// The same in one colour, times the picture if there is one.
+    fn material_of(
+        &mut self,
+        name: &str,
+        color: Color,
+        picture: Option<Index<texture::Texture>>,
+        light: Light,
+    ) -> Index<Material> {
         let [r, g, b] = linear(color).map(|c| f32::from(c) / f32::from(u16::MAX));
         let unlit =
             extensions::material::Material { unlit: Some(extensions::material::Unlit {}), ..Default::default() };
@@ -144,6 +160,12 @@ impl Builder {
                 base_color_factor: material::PbrBaseColorFactor([r, g, b, 1.0]),
                 metallic_factor: material::StrengthFactor(0.0),
                 roughness_factor: material::StrengthFactor(0.9),
+                base_color_texture: picture.map(|index| texture::Info {
+                    index,
+                    tex_coord: 0,
+                    extensions: None,
+                    extras: None,
+                }),
                 ..Default::default()
             },
             extensions: (light == Light::Unlit).then_some(unlit),
