@@ -21,6 +21,8 @@ onEveryBackend(
       await page.context().grantPermissions(['clipboard-read', 'clipboard-write']);
       await viewer.colorMode('defect');
       await viewer.redrawn(() => page.getByTestId('finding-2').click());
+      // Arrows belong to the button otherwise.
+      await viewer.canvas.focus();
       await viewer.redrawn(() => page.keyboard.press('ArrowLeft'));
       await viewer.redrawn(() => page.keyboard.press('+'));
       await page.keyboard.press('h');
@@ -28,6 +30,8 @@ onEveryBackend(
       const address = await page.evaluate(() => navigator.clipboard.readText());
       const { inspection } = await viewer.state();
       assert.equal(new URL(address).searchParams.get('inspection'), inspection);
+      // Without the ring of the focus.
+      await page.evaluate(() => document.activeElement.blur());
       const picture = await viewer.picture();
 
       const follower = await Viewer.open(session.browser, address);

@@ -63,7 +63,7 @@ onEveryBackend(
       await plane().check();
       await cut();
       const middle = Number(await offset().inputValue());
-      assert.ok(middle > 5 && middle < 100, `the plane begins at ${middle} mm, in the middle`);
+      assert.ok(middle > 5 && middle < 300, `the plane begins at ${middle} mm, in the middle`);
       await viewer.choose('show-mesh');
       await viewer.until((s) => Number(s.triangles) > 1000, null, 'the mesh');
       const before = await viewer.picture();

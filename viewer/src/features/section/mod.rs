@@ -21,7 +21,7 @@ mod events;
 mod reading;
 mod shown;
 mod state;
-mod words;
+pub mod words;
 
 #[cfg(target_arch = "wasm32")]
 mod controller;

@@ -8,13 +8,13 @@ use semascan_model::LengthUnit;
 const MINUS: &str = "\u{2212}";
 
 /// A length in the unit that people read: hundredths of a millimetre, or as fine in inches.
-pub(super) fn length(metres: f64, unit: LengthUnit) -> String {
+pub fn length(metres: f64, unit: LengthUnit) -> String {
     let decimals = if unit == LengthUnit::Inches { 4 } else { 2 };
     format!("{:.decimals$}\u{a0}{}", metres / unit.in_metres(), unit.name()).replace('-', MINUS)
 }
 
 /// An area in it.
-pub(super) fn area(square_metres: f64, unit: LengthUnit) -> String {
+pub fn area(square_metres: f64, unit: LengthUnit) -> String {
     let value = square_metres / unit.in_metres().powi(2);
     let decimals = if unit == LengthUnit::Inches { 3 } else { 1 };
     format!("{value:.decimals$}\u{a0}{}²", unit.name())
@@ -34,7 +34,7 @@ pub fn plane_name(section: &Section, unit: LengthUnit) -> String {
 ///
 /// * `mesh`: how the meshing stands.
 /// * `hides`: whether components are hidden.
-pub(super) fn summary(section: &Section, mesh: &Mesh, hides: bool) -> String {
+pub fn summary(section: &Section, mesh: &Mesh, hides: bool) -> String {
     if !section.is_on {
         return String::new();
     }
@@ -68,7 +68,7 @@ pub(super) fn summary(section: &Section, mesh: &Mesh, hides: bool) -> String {
 }
 
 /// What to do while thicknesses are read.
-pub(super) fn prompt(section: &Section) -> &'static str {
+pub fn prompt(section: &Section) -> &'static str {
     match (section.reads(), section.first.is_some()) {
         (false, _) => "",
         (true, true) => "Click another place on an outline.",
@@ -78,7 +78,7 @@ pub(super) fn prompt(section: &Section) -> &'static str {
 }
 
 /// A reading with its expanded uncertainty (k = 2).
-pub(super) fn reading(reading: &Reading, unit: LengthUnit) -> String {
+pub fn reading(reading: &Reading, unit: LengthUnit) -> String {
     let estimate = reading.estimate();
     let decimals = if unit == LengthUnit::Inches { 3 } else { 2 };
     let [value, uncertainty] = [estimate.value, estimate.expanded()].map(|v| v / unit.in_metres());
@@ -86,7 +86,7 @@ pub(super) fn reading(reading: &Reading, unit: LengthUnit) -> String {
 }
 
 /// A length as a field for numbers has it: without unit, and no longer than needed.
-pub(super) fn number(metres: f64, unit: LengthUnit) -> String {
+pub fn number(metres: f64, unit: LengthUnit) -> String {
     let scale = if unit == LengthUnit::Inches { 1e5 } else { 1e3 };
     // Not minus nothing.
     let value = (metres / unit.in_metres() * scale).round() / scale + 0.0;
