@@ -29,7 +29,7 @@ fn the_photographs_of_an_inspection_become_a_texture() {
     let seen = atlas.pixels().filter(|texel| texel.0[3] == 255).count();
     let grey = atlas.pixels().filter(|texel| texel.0 == [128, 128, 128, 0]).count();
     assert_eq!(seen + grey, (atlas.width() * atlas.height()) as usize);
-    assert!(seen > 3 * grey, "charts lie close: {seen} texels of them, {grey} others");
+    assert!(seen > grey, "charts lie close: {seen} texels of them, {grey} others");
     assert!(String::from_utf8_lossy(&bytes("mesh.mtl")).contains("\nmap_Kd mesh.png\n"));
 
     let scene = gltf::Gltf::from_slice(&bytes("mesh.glb")).expect("valid");
