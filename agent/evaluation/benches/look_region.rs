@@ -2,6 +2,8 @@
 //! networks look, against the recorded ones. The views are those of `semascan synth --size 640x480 --window 640x480`, from
 //! motors that no network was trained on, with the installed networks asked as in an inspection.
 
+#![allow(clippy::print_stdout)] // A benchmark prints its figures.
+
 use semascan_evaluation::{RiskCoverage, Shelf, TestViews};
 use semascan_inspection::source::SourceInfo;
 use semascan_perception::segment::Segmenter;

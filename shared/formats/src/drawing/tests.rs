@@ -33,7 +33,8 @@ fn notes() -> Vec<String> {
 /// Elements of an XML text: name, attributes, text in it.
 fn elements(xml: &str) -> Vec<(String, BTreeMap<String, String>, String)> {
     let mut reader = Reader::from_str(xml);
-    let (mut found, mut open): (Vec<(String, BTreeMap<String, String>, String)>, Vec<usize>) = (Vec::new(), Vec::new());
+    let mut found: Vec<(String, BTreeMap<String, String>, String)> = Vec::new();
+    let mut open: Vec<usize> = Vec::new();
     let of = |start: &BytesStart<'_>| {
         let attributes = start.attributes().map(|attribute| {
             let attribute = attribute.expect("an attribute");
@@ -91,7 +92,7 @@ fn an_svg_is_true_to_scale_and_says_what_it_shows() {
 
     let filled = elements.iter().find(|(_, a, _)| a.get("id").is_some_and(|id| id == "enclosed")).expect("a fill");
     assert_eq!(filled.1["fill-rule"], "evenodd");
-    let rings: Vec<Vec<[f64; 2]>> = filled.1["d"].split_terminator('Z').map(|ring| places(ring)).collect();
+    let rings: Vec<Vec<[f64; 2]>> = filled.1["d"].split_terminator('Z').map(places).collect();
     assert_eq!(rings.iter().map(Vec::len).collect::<Vec<_>>(), [4, 4]);
     let side = (rings[0][1][0] - rings[0][0][0]).hypot(rings[0][1][1] - rings[0][0][1]);
     assert!((side - 80.0).abs() < 2e-3, "{side} mm");
