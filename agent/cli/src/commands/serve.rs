@@ -277,11 +277,8 @@ fn keep_all(
     match spec {
         Some(spec) if signals.exit_code().is_none() => match begin(&spec, data, criteria, None, live, signals) {
             Ok(running) => follow(running, live, signals),
-            Err(wrong @ Failure::Call(_)) => {
-                // If nobody takes it, the server ends by itself.
-                let _ = refuse.send(wrong);
-                Ok(())
-            }
+            // If nobody takes it, the server ends by itself, and this is the command's failure.
+            Err(wrong @ Failure::Call(_)) => refuse.send(wrong),
             Err(failure) => Err(failure),
         },
         _ => {
