@@ -10,8 +10,8 @@ use anyhow::{Context, anyhow};
 use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
 use nalgebra::Isometry3;
-use semascan_evaluation::TestDomain;
 use semascan_evaluation::tables::{NetworkSetting, findings, labels, measure, p0, p1, p2, teach, texture};
+use semascan_evaluation::{TestDomain, TestViews};
 use semascan_formats::regular_file;
 use semascan_labelling::ViewMasks;
 use semascan_model::Taxonomy;
@@ -271,16 +271,7 @@ impl TablesArgs {
             return Err(Failure::Call(anyhow!("--table, --models and --sigma belong to the papers")));
         }
         let mut config = findings::Config { labels: self.labels.unwrap_or_default(), ..Default::default() };
-        if self.quick {
-            (config.size, config.views) = ((320, 240), 4);
-            config.motors.truncate(1);
-        }
-        config.views = self.views.unwrap_or(config.views);
-        config.size = self.size.unwrap_or(config.size);
-        let first = self.first_seed.unwrap_or(1001);
-        if let Some(motors) = self.seeds {
-            config.motors = (first..first + motors).collect();
-        }
+        self.choose(4, &mut config.motors, &mut config.views, &mut config.size);
         let report = watched(quiet, |on_step| findings::run(&config, on_step))?;
         findings::print(&mut Stderr::default(), &report)?;
         self.write(&report)
@@ -293,15 +284,7 @@ impl TablesArgs {
             return Err(Failure::Call(anyhow!("--table, --models, --sigma and --labels do not belong to measure")));
         }
         let mut config = measure::Config::default();
-        if self.quick {
-            (config.size, config.views) = ((320, 240), 4);
-            config.motors.truncate(1);
-        }
-        config.views = self.views.unwrap_or(config.views);
-        config.size = self.size.unwrap_or(config.size);
-        let first = self.first_seed.unwrap_or(1001);
-        let motors = self.seeds.unwrap_or(config.motors.len() as u64);
-        config.motors = (first..first + motors).collect();
+        self.choose(4, &mut config.motors, &mut config.views, &mut config.size);
         let report = watched(quiet, |on_step| measure::run(&config, on_step))?;
         measure::print(&mut Stderr::default(), &report)?;
         self.write(&report)
@@ -314,17 +297,8 @@ impl TablesArgs {
             return Err(Failure::Call(anyhow!("--table, --models and --sigma belong to the papers")));
         }
         let mut config = labels::Config::default();
-        if self.quick {
-            (config.size, config.views) = ((320, 240), 4);
-            config.motors.truncate(1);
-        }
         config.labels = self.labels.unwrap_or(config.labels);
-        config.views = self.views.unwrap_or(config.views);
-        config.size = self.size.unwrap_or(config.size);
-        let first = self.first_seed.unwrap_or(1001);
-        if let Some(motors) = self.seeds {
-            config.motors = (first..first + motors).collect();
-        }
+        self.choose(4, &mut config.motors, &mut config.views, &mut config.size);
         if self.domain == Some(World::Shifted) {
             config.domain = TestDomain::Shifted;
         }
@@ -349,16 +323,12 @@ impl TablesArgs {
             return Err(Failure::Call(anyhow!("--after: name the folder of the network that was trained")));
         };
         let mut config = teach::Config::new(self.before.clone().unwrap_or_else(|| "ud-net-edge".into()), after);
+        let TestViews { motors, views, size, cell } = &mut config.views;
+        self.choose(2, motors, views, size);
         if self.quick {
-            (config.views.size, config.views.views, config.views.cell) = ((320, 240), 2, 2.0);
-            config.views.motors.truncate(1);
+            *cell = 2.0;
         }
-        config.views.views = self.views.unwrap_or(config.views.views);
-        config.views.size = self.size.unwrap_or(config.views.size);
         config.models.clone_from(&self.models);
-        let first = self.first_seed.unwrap_or(teach::FIRST_MOTOR);
-        let motors = self.seeds.unwrap_or(config.views.motors.len() as u64);
-        config.views.motors = (first..first + motors).collect();
         let report = watched(quiet, |on_step| teach::run(&config, on_step))?;
         teach::print(&mut Stderr::default(), &report)?;
         self.write(&report)
@@ -374,18 +344,24 @@ impl TablesArgs {
             regular_file::check_folder(folder).with_context(|| format!("--pictures {}", folder.display()))?;
         }
         let mut config = texture::Config { pictures: self.pictures.clone(), ..Default::default() };
-        if self.quick {
-            (config.size, config.views) = ((320, 240), 6);
-            config.motors.truncate(1);
-        }
-        config.views = self.views.unwrap_or(config.views);
-        config.size = self.size.unwrap_or(config.size);
-        let first = self.first_seed.unwrap_or(1001);
-        let motors = self.seeds.unwrap_or(config.motors.len() as u64);
-        config.motors = (first..first + motors).collect();
+        self.choose(6, &mut config.motors, &mut config.views, &mut config.size);
         let report = watched(quiet, |on_step| texture::run(&config, on_step))?;
         texture::print(&mut Stderr::default(), &report)?;
         self.write(&report)
+    }
+
+    /// Puts `--quick`, `--views`, `--size`, `--seeds` and `--first-seed` into what a table is made of; the seeds of its motors
+    /// follow one another.
+    fn choose(&self, quick_views: u32, motors: &mut Vec<u64>, views: &mut u32, size: &mut (u32, u32)) {
+        if self.quick {
+            (*size, *views) = ((320, 240), quick_views);
+            motors.truncate(1);
+        }
+        *views = self.views.unwrap_or(*views);
+        *size = self.size.unwrap_or(*size);
+        let first = self.first_seed.or_else(|| motors.first().copied()).unwrap_or_default();
+        let count = self.seeds.unwrap_or(motors.len() as u64);
+        *motors = (first..first + count).collect();
     }
 
     /// The report as JSON, where it was asked for.
