@@ -4,15 +4,17 @@
 
 #![allow(clippy::print_stdout)] // A benchmark prints its figures.
 
-use semascan_evaluation::{RiskCoverage, Shelf, TestViews};
-use semascan_inspection::source::SourceInfo;
+use semascan_evaluation::tables::teach;
+use semascan_evaluation::{RiskCoverage, Shelf, labelling, test_source};
 use semascan_perception::segment::Segmenter;
-use semascan_perception::segment::network::{NetworkConfig, Region, Task};
+use semascan_perception::segment::network::{NetworkConfig, Region};
 use semascan_simulation::{Randomisation, TrainingCell, TrainingOptions};
 use std::error::Error;
+use std::ops::Range;
 use std::time::{Duration, Instant};
 
-const MOTORS: std::ops::RangeInclusive<u64> = 1..=10;
+/// Neither networks nor their thresholds were made with any of these.
+const MOTORS: Range<u64> = teach::FIRST_MOTOR..teach::FIRST_MOTOR + 10;
 const VIEWS: u32 = 4;
 const SIZE: (u32, u32) = (640, 480);
 
@@ -27,22 +29,11 @@ struct Row<N> {
 
 fn main() -> Result<(), Box<dyn Error>> {
     let shelf = Shelf::open(None)?;
-    let taxonomy = TestViews::taxonomy();
-    let chosen = shelf.chosen(&taxonomy)?;
-    let folders: Vec<_> = chosen.iter().filter(|(_, m)| m.task != Task::Instance).map(|(f, _)| f.clone()).collect();
-    let source = SourceInfo {
-        uri: String::new(),
-        part: String::new(),
-        taxonomy: taxonomy.clone(),
-        view_count: None,
-        turntable: None,
-        volume: None,
-        no_labels: None,
-        settings: Vec::new(),
-    };
+    let source = test_source();
+    let folders = labelling(&shelf.chosen(&source.taxonomy)?);
     let row = |region| -> Result<_, Box<dyn Error>> {
         let network = shelf.segmenter(&folders, &source, &NetworkConfig { region, ..NetworkConfig::default() })?;
-        let components = RiskCoverage::new(taxonomy.component_count());
+        let components = RiskCoverage::new(source.taxonomy.component_count());
         Ok(Row { region, network, components, time: Duration::ZERO, pixels: 0 })
     };
     let mut rows = [row(Region::Volume)?, row(Region::Whole)?];

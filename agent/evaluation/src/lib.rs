@@ -31,7 +31,7 @@ pub use confusion::{Confusion, PixelScores};
 pub use defect_area::{DefectArea, defect_areas};
 pub use inspection::judge_inspection;
 pub use measured_geometry::{MeasuredGeometry, Scale, Target};
-pub use network_scores::{NetworkError, NetworkScores, Shelf, score_networks};
+pub use network_scores::{NetworkError, NetworkScores, Shelf, labelling, score_networks, test_source};
 pub use partition::{PartitionScore, compare_partitions};
 pub use photometric::{JudgedPoses, judge_poses};
 pub use pose_file::{PoseFile, PoseFileError};

@@ -125,7 +125,7 @@ impl Shelf {
 }
 
 /// The models of `chosen` that label pixels: objects are not told apart in the tables.
-pub(super) fn labelling(chosen: &[(PathBuf, Manifest)]) -> Vec<PathBuf> {
+pub fn labelling(chosen: &[(PathBuf, Manifest)]) -> Vec<PathBuf> {
     let instances_only = |m: &Manifest| {
         m.task == Task::Instance && chosen.iter().any(|(_, o)| matches!(o.task, Task::Semantic | Task::TwoStream))
     };
@@ -133,7 +133,7 @@ pub(super) fn labelling(chosen: &[(PathBuf, Manifest)]) -> Vec<PathBuf> {
 }
 
 /// A source of nothing but the classes of the test views, to make segmenters for.
-pub(super) fn test_source() -> SourceInfo {
+pub fn test_source() -> SourceInfo {
     SourceInfo {
         uri: String::new(),
         part: String::new(),
