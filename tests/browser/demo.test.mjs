@@ -2,7 +2,7 @@
 
 import assert from 'node:assert/strict';
 import { after, before, it } from 'node:test';
-import { VIEWPORT } from './support/chromium.mjs';
+import { VIEWPORT, newPage } from './support/chromium.mjs';
 import { Ply } from './support/ply.mjs';
 import { LIMIT, onEveryBackend } from './support/session.mjs';
 import { Viewer } from './support/viewer.mjs';
@@ -24,6 +24,26 @@ onEveryBackend(
       const state = await viewer.until((s) => Number(s.frames) > 0, null, 'the first frame');
       assert.equal(state.backend, backend);
       assert.match(state.hash, /^[0-9a-f]{16}$/);
+    });
+
+    it('hides what a device draws to be tested', LIMIT, async () => {
+      const page = await newPage(session.browser);
+      try {
+        await page.addInitScript(() => {
+          const seen = (window.selfTest = []);
+          const look = () => {
+            const canvas = document.getElementById('viewport');
+            if (canvas?.dataset.selfTest) seen.push(`${canvas.dataset.selfTest} ${getComputedStyle(canvas).opacity}`);
+          };
+          new MutationObserver(look).observe(document, { subtree: true, attributes: true, attributeFilter: ['data-self-test'] });
+        });
+        await page.goto(session.agent.url);
+        await page.waitForFunction(() => document.getElementById('viewport')?.dataset.selfTest === 'over', null, { timeout: 60_000 });
+        const seen = await page.evaluate(() => [...new Set(window.selfTest)]);
+        assert.deepEqual(seen.sort(), ['over 1', 'running 0']);
+      } finally {
+        await page.context().close();
+      }
     });
 
     it('shows the part in colour', LIMIT, async () => {

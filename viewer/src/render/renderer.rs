@@ -2,8 +2,8 @@
 //!
 //! Nothing runs by itself: a still model costs nothing. After each frame the canvas says what it shows in its data
 //! attributes: `data-backend` (`webgpu`, `webgl2`), `data-points` and `data-triangles` (shown), `data-frames` (drawn),
-//! `data-samples` (along an edge of a pixel), `data-still` (whether it is drawn as finely as can be) and `data-sequence`
-//! (changes of the model that the picture has taken in).
+//! `data-samples` (along an edge of a pixel), `data-still` (whether it is drawn as finely as can be), `data-self-test` (`running`,
+//! `over`: only then the page shows the canvas) and `data-sequence` (changes of the model that the picture has taken in).
 
 use super::axes;
 use super::background::Background;
@@ -104,6 +104,8 @@ pub struct Renderer {
     /// Meshes that were taken.
     meshes: u64,
     in_flight: FramesInFlight,
+    /// What the self-test draws is not for people.
+    is_tested: bool,
     scale: f32,
     frames: u64,
     sequence: u64,
@@ -138,6 +140,7 @@ impl Renderer {
             cleared: 0,
             meshes: 0,
             in_flight: FramesInFlight::default(),
+            is_tested: false,
             scale: 1.0,
             frames: 0,
             sequence: 0,
@@ -146,8 +149,9 @@ impl Renderer {
         }
     }
 
-    /// Forgets what was drawn for the self-test.
+    /// Forgets what was drawn for the self-test, which is over.
     pub(super) fn restart_counts(&mut self) {
+        self.is_tested = true;
         self.frames = 0;
         self.sequence = 0;
         self.cleared = 0;
@@ -413,6 +417,7 @@ impl Renderer {
             ("frames", stats.frames.to_string()),
             ("samples", self.samples.to_string()),
             ("still", is_still.to_string()),
+            ("selfTest", if self.is_tested { "over" } else { "running" }.to_owned()),
             ("sequence", self.sequence.to_string()),
         ];
         for (name, value) in entries {
