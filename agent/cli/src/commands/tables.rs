@@ -75,6 +75,9 @@ pub(crate) struct TablesArgs {
     /// For labels: the world that motors are seen in
     #[arg(long, value_enum, value_name = "WORLD")]
     domain: Option<World>,
+    /// For labels: voxel edge in millimetres [default: that of an inspection, twice the median pixel footprint]
+    #[arg(long, value_name = "MM", value_parser = numbers::length::<f64>, allow_negative_numbers = true)]
+    voxel: Option<f64>,
     /// For labels: write the masks as a data set into this folder, which agent/training reads
     #[arg(long, value_name = "DIR")]
     masks: Option<PathBuf>,
@@ -298,6 +301,7 @@ impl TablesArgs {
         }
         let mut config = labels::Config::default();
         config.labels = self.labels.unwrap_or(config.labels);
+        config.voxel_mm = self.voxel;
         self.choose(4, &mut config.motors, &mut config.views, &mut config.size);
         if self.domain == Some(World::Shifted) {
             config.domain = TestDomain::Shifted;
