@@ -41,6 +41,8 @@ onEveryBackend(
       await page.getByTestId('draft').waitFor({ state: 'detached' });
     };
 
+    const kind = (finding) => finding.kind.kind ?? finding.kind;
+
     /** Waits until nothing waits for the agent. */
     const arrived = () => page.waitForFunction(() => document.querySelector('[data-testid=review]')?.dataset.unsent === '0', null, { timeout: 20_000 });
 
@@ -142,6 +144,30 @@ onEveryBackend(
       const { items } = await ask('reviews?limit=500');
       assert.equal(items.length, before + 1);
       assert.equal(items.at(-1).review.reason, 'kept while the line was down');
+    });
+
+    it('calls a finding by another class, and one an error', LIMIT, async () => {
+      const { now } = await ask('findings');
+      const at = now.findIndex((finding) => kind(finding) === 'defect');
+      const all = page.getByTestId('findings-all');
+      if (at >= 5 && (await all.getAttribute('aria-expanded')) !== 'true') await all.click();
+      const row = page.getByTestId(`finding-${at + 1}`);
+      if ((await row.getAttribute('aria-pressed')) !== 'true') await row.click();
+      const choice = page.getByTestId('finding-class');
+      const is = await choice.inputValue();
+      const names = await choice.locator('option').evaluateAll((options) => options.map((o) => o.value));
+      const other = names.find((name) => name && name !== is);
+      await choice.selectOption(other);
+      await sign('seen on the part itself');
+      await arrived();
+      await page.waitForFunction(([id, name]) => document.querySelector(`[data-testid=${id}]`)?.innerText.includes(name), [`finding-${at + 1}`, other], { timeout: 20_000 });
+      await row.click();
+      await page.getByTestId('finding-class').selectOption('');
+      await sign('a shadow');
+      await arrived();
+      const { items } = await ask('reviews?limit=500');
+      assert.deepEqual(items.slice(-2).map(({ review }) => [review.action.type, review.action.defect ?? null]), [['reclassify', other], ['reclassify', null]]);
+      assert.equal((await ask('findings')).now.length, now.length - 1, 'what was found in error is none');
     });
 
     it('has no fault that a checker of accessibility finds', LIMIT, async () => {

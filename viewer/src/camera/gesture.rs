@@ -1,15 +1,15 @@
-//! From pointers going down, moving and going up to what is asked of the camera.
+//! From pointers going down, moving and going up to what is asked of the 3D view.
 //!
-//! | pointers | camera |
+//! | pointers | what |
 //! |---|---|
-//! | left button, one finger | orbit |
-//! | right or middle button, or left with Shift | pan |
+//! | left button, one finger | primary drag: orbits, or draws with a tool that does |
+//! | right or middle button, or left with Shift | secondary drag: pans, or orbits while the primary one draws |
 //! | two fingers | pan by their middle, zoom by their distance about it |
 //! | wheel | zoom about the pointer |
 //!
 //! A primary pointer that goes up near where it went down, alone all the while, was a click and moved nothing.
 
-use super::CameraInput;
+use super::{CameraInput, PointerInput};
 use glam::Vec2;
 
 /// What went down.
@@ -59,8 +59,8 @@ impl Gesture {
         }
     }
 
-    /// A pointer moved; what that asks of the camera, in order.
-    pub fn moved(&mut self, id: i32, at: Vec2) -> Vec<CameraInput> {
+    /// A pointer moved; what that asks for, in order.
+    pub fn moved(&mut self, id: i32, at: Vec2) -> Vec<PointerInput> {
         let Some(index) = self.pointers.iter().position(|p| p.id == id).filter(|_| at.is_finite()) else {
             return Vec::new();
         };
@@ -72,25 +72,26 @@ impl Gesture {
         let (middle, span) = self.middle_and_span();
         self.pointers[index].at = at;
         if self.pointers.len() == 1 {
-            let pixels = at - before;
-            return vec![match self.pointers[0].button {
-                Button::Primary => CameraInput::Orbit { pixels },
-                Button::Secondary => CameraInput::Pan { pixels },
-            }];
+            return vec![PointerInput::Drag { button: self.pointers[0].button, from: before, to: at }];
         }
         let (new_middle, new_span) = self.middle_and_span();
-        let mut inputs = vec![CameraInput::Pan { pixels: new_middle - middle }];
+        let mut inputs = vec![PointerInput::Camera(CameraInput::Pan { pixels: new_middle - middle })];
         if span > MIN_PINCH && new_span > MIN_PINCH {
-            inputs.push(CameraInput::Zoom { factor: span / new_span, at: Some(new_middle) });
+            let zoom = CameraInput::Zoom { factor: span / new_span, at: Some(new_middle) };
+            inputs.push(PointerInput::Camera(zoom));
         }
         inputs
     }
 
-    /// A pointer went up or was cancelled: where it had gone down, if that was a click of the primary button.
-    pub fn up(&mut self, id: i32) -> Option<Vec2> {
+    /// A pointer went up or was cancelled: a click where it had gone down, if it stayed there, else the end of a drag.
+    pub fn up(&mut self, id: i32) -> Option<PointerInput> {
         let index = self.pointers.iter().position(|p| p.id == id)?;
         let pointer = self.pointers.remove(index);
-        (pointer.is_click && pointer.button == Button::Primary).then_some(pointer.at)
+        match (pointer.is_click, pointer.button) {
+            (true, Button::Primary) => Some(PointerInput::Click(pointer.at)),
+            (true, Button::Secondary) => None,
+            (false, _) => Some(PointerInput::Lift),
+        }
     }
 
     /// Whether anything is down.
@@ -118,16 +119,20 @@ impl Gesture {
 mod tests {
     use super::*;
 
+    fn drag(button: Button, from: Vec2, to: Vec2) -> PointerInput {
+        PointerInput::Drag { button, from, to }
+    }
+
     #[test]
-    fn one_pointer_orbits_or_pans_by_its_button() {
+    fn one_pointer_drags_with_its_button() {
         let step = Vec2::new(3.0, -2.0);
         let mut gesture = Gesture::default();
         gesture.down(1, Button::Primary, Vec2::ZERO);
-        assert_eq!(gesture.moved(1, step), [CameraInput::Orbit { pixels: step }]);
-        gesture.up(1);
+        assert_eq!(gesture.moved(1, step), [drag(Button::Primary, Vec2::ZERO, step)]);
+        assert_eq!(gesture.up(1), Some(PointerInput::Lift));
         assert!(gesture.moved(1, step).is_empty() && !gesture.is_active());
         gesture.down(1, Button::Secondary, Vec2::ZERO);
-        assert_eq!(gesture.moved(1, step), [CameraInput::Pan { pixels: step }]);
+        assert_eq!(gesture.moved(1, step), [drag(Button::Secondary, Vec2::ZERO, step)]);
     }
 
     #[test]
@@ -135,19 +140,21 @@ mod tests {
         let (mut gesture, start) = (Gesture::default(), Vec2::new(50.0, 60.0));
         gesture.down(1, Button::Primary, start);
         assert!(gesture.moved(1, start + Vec2::new(2.0, -1.0)).is_empty(), "the camera stands still");
-        assert_eq!(gesture.up(1), Some(start));
+        assert_eq!(gesture.up(1), Some(PointerInput::Click(start)));
 
         gesture.down(1, Button::Primary, start);
         let far = Vec2::new(9.0, 0.0);
-        assert_eq!(gesture.moved(1, start + far), [CameraInput::Orbit { pixels: far }], "nothing of the drag is lost");
+        let whole = [drag(Button::Primary, start, start + far)];
+        assert_eq!(gesture.moved(1, start + far), whole, "nothing of the drag is lost");
         gesture.moved(1, start);
-        assert_eq!(gesture.up(1), None, "back where it began, and a drag all the same");
+        assert_eq!(gesture.up(1), Some(PointerInput::Lift), "back where it began, and a drag all the same");
 
         gesture.down(1, Button::Secondary, start);
         assert_eq!(gesture.up(1), None);
         gesture.down(1, Button::Primary, start);
         gesture.down(2, Button::Primary, start + far);
-        assert_eq!((gesture.up(2), gesture.up(1)), (None, None), "two fingers");
+        let lift = Some(PointerInput::Lift);
+        assert_eq!((gesture.up(2), gesture.up(1)), (lift, lift), "two fingers");
         assert_eq!(gesture.up(7), None);
     }
 
@@ -160,18 +167,21 @@ mod tests {
         let middle = Vec2::new(200.0, 100.0);
         assert_eq!(
             inputs,
-            [CameraInput::Pan { pixels: Vec2::new(50.0, 0.0) }, CameraInput::Zoom { factor: 0.5, at: Some(middle) }]
+            [
+                PointerInput::Camera(CameraInput::Pan { pixels: Vec2::new(50.0, 0.0) }),
+                PointerInput::Camera(CameraInput::Zoom { factor: 0.5, at: Some(middle) }),
+            ]
         );
     }
 
     #[test]
-    fn lifting_one_of_two_fingers_goes_on_orbiting_without_a_jump() {
+    fn lifting_one_of_two_fingers_goes_on_dragging_without_a_jump() {
         let mut gesture = Gesture::default();
         gesture.down(1, Button::Primary, Vec2::new(100.0, 100.0));
         gesture.down(2, Button::Primary, Vec2::new(200.0, 100.0));
         gesture.up(1);
-        let inputs = gesture.moved(2, Vec2::new(201.0, 100.0));
-        assert_eq!(inputs, [CameraInput::Orbit { pixels: Vec2::X }]);
+        let (from, to) = (Vec2::new(200.0, 100.0), Vec2::new(201.0, 100.0));
+        assert_eq!(gesture.moved(2, to), [drag(Button::Primary, from, to)]);
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! What may be asked of the camera: the one vocabulary of pointer, keyboard and panels; and what a pointer does besides.
 
+use super::Button;
 use glam::{Vec2, Vec3};
 
 /// A direction to look from.
@@ -59,6 +60,17 @@ pub enum CameraInput {
 pub enum PointerInput {
     /// It moves the camera.
     Camera(CameraInput),
+    /// It alone was dragged from one place to another with a button down.
+    Drag {
+        /// The button.
+        button: Button,
+        /// From here.
+        from: Vec2,
+        /// To here.
+        to: Vec2,
+    },
+    /// A drag is over.
+    Lift,
     /// It clicked there.
     Click(Vec2),
     /// A mouse is there with no button down; `None` once it has left.

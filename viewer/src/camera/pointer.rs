@@ -1,4 +1,4 @@
-//! DOM pointer and wheel events of the canvas, as inputs for the camera, clicks, and where a mouse rests.
+//! DOM pointer and wheel events of the canvas, as drags, inputs for the camera, clicks, and where a mouse rests.
 //!
 //! Pointer events cover mouse, touch and pen alike. The pointer is captured while it is down, so a drag may leave the
 //! canvas. The wheel listener is not passive: zooming must not scroll the page.
@@ -50,21 +50,24 @@ impl CameraPointer {
             }
             let inputs = state.borrow_mut().moved(event.pointer_id(), position(&event));
             for input in inputs {
-                (sink.borrow_mut())(PointerInput::Camera(input));
+                (sink.borrow_mut())(input);
             }
         })?;
         let (state, sink) = (gesture.clone(), on_input.clone());
         pointer.listen("pointerup", move |event| {
             let event: PointerEvent = event.unchecked_into();
-            let click = state.borrow_mut().up(event.pointer_id());
-            if let Some(at) = click {
-                (sink.borrow_mut())(PointerInput::Click(at));
+            let input = state.borrow_mut().up(event.pointer_id());
+            if let Some(input) = input {
+                (sink.borrow_mut())(input);
             }
         })?;
-        let state = gesture.clone();
+        let (state, sink) = (gesture.clone(), on_input.clone());
         pointer.listen("pointercancel", move |event| {
             let event: PointerEvent = event.unchecked_into();
-            state.borrow_mut().up(event.pointer_id());
+            // What the browser takes over was no click.
+            if state.borrow_mut().up(event.pointer_id()).is_some() {
+                (sink.borrow_mut())(PointerInput::Lift);
+            }
         })?;
         let sink = on_input.clone();
         pointer.listen("pointerleave", move |_| (sink.borrow_mut())(PointerInput::Hover(None)))?;

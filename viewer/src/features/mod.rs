@@ -10,7 +10,7 @@
 //! To add a tool, write its folder and enter it here, as a module and as a row of the table. The folder's `mod.rs` exports
 //! the type of the tool's state, which implements [`Feature`] and, for the browser, `FeatureView`; methods that the tool has
 //! no use for keep their defaults. A tool may know another one, in one direction: deviations are those of the mesh,
-//! photographs those of the inspected point, a section goes through it.
+//! photographs those of the inspected point, a section goes through it, corrections are sent as reviews.
 
 /// The table of tools, in the order of their panels. A row is the tool's module and the type of its state there; `$then`
 /// is a macro that gets all rows.
@@ -18,6 +18,7 @@ macro_rules! for_each_feature {
     ($then:ident) => {
         $then! {
             review: Review,
+            correct: Correct,
             measure: Measure,
             section: Section,
             inspect: Inspect,
@@ -28,6 +29,7 @@ macro_rules! for_each_feature {
     };
 }
 
+pub mod correct;
 pub mod deviation;
 pub mod evidence;
 pub mod inspect;

@@ -3,7 +3,7 @@
 use super::{Feature, FeatureEvent};
 use crate::camera::OrbitCamera;
 use crate::mesh_worker::MeshWorker;
-use crate::scene::{HeldMesh, HeldModel, HeldPhotograph, ModelChange};
+use crate::scene::{HeldMesh, HeldModel, HeldPaint, HeldPhotograph, ModelChange};
 use crate::ui::Ui;
 use leptos::prelude::{AnyView, IntoAny};
 use std::cell::{Cell, RefCell};
@@ -55,6 +55,8 @@ pub struct Host {
     pub mesh: Rc<RefCell<HeldMesh>>,
     /// The photograph as held.
     pub photograph: Rc<RefCell<HeldPhotograph>>,
+    /// What of the surface is painted.
+    pub paint: Rc<RefCell<HeldPaint>>,
     /// Where the model is seen from.
     pub camera: Rc<Cell<OrbitCamera>>,
     /// The worker that meshes and compares.

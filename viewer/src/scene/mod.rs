@@ -6,6 +6,7 @@
 //! | [`mesh`] | the mesh of the model, and its deviations |
 //! | [`figures`] | the model's figures, for the state |
 //! | [`frame_content`] | from the state to what a frame shall show |
+//! | [`paint`] | labels that people gave to patches of the surface |
 //! | [`photograph`] | the pixels of a photograph |
 //! | [`pick`] | from what the graphics device saw to what the model knows of it |
 //! | [`section_export`] | the section as a drawing |
@@ -16,10 +17,12 @@ pub mod figures;
 pub mod frame_content;
 pub mod mesh;
 pub mod model;
+pub mod paint;
 pub mod photograph;
 pub mod pick;
 pub mod section_export;
 
 pub use mesh::HeldMesh;
 pub use model::{HeldModel, ModelChange};
+pub use paint::HeldPaint;
 pub use photograph::HeldPhotograph;

@@ -110,6 +110,13 @@ pub struct ModelChunk {
     most_views: u16,
 }
 
+impl ModelChunk {
+    /// Box around its points.
+    pub fn bounds(&self) -> Bounds {
+        self.bounds
+    }
+}
+
 /// The model held by this viewer.
 ///
 /// When the agent makes the map of an inspection anew (a new epoch), the model of the epoch before stays until the chunks

@@ -11,7 +11,7 @@ use crate::state::Event;
 use crate::state::connection::GraphicsStatus;
 use crate::ui::Ui;
 use glam::Vec2;
-use semascan_model::SemanticMesh;
+use semascan_model::{SemanticCloud, SemanticMesh};
 use std::cell::{Cell, RefCell};
 use std::rc::Rc;
 use wasm_bindgen::prelude::*;
@@ -97,6 +97,13 @@ impl Graphics {
     pub(super) fn fill(&self, model: &HeldModel) {
         if let Some(renderer) = self.renderer.borrow_mut().as_mut() {
             fill(renderer, model);
+        }
+    }
+
+    /// Takes what a chunk of the model shows.
+    pub(super) fn show_chunk(&self, id: [i32; 3], cloud: &SemanticCloud) {
+        if let Some(renderer) = self.renderer.borrow_mut().as_mut() {
+            renderer.set_chunk(id, cloud);
         }
     }
 

@@ -11,6 +11,7 @@
 //! | `start` | the entry point, which joins it all (browser only) |
 //! | `viewport` | model, camera and renderer; a frame when one is due (browser only) |
 //! | `graphics` | getting a renderer, and another one after a loss (browser only) |
+//! | `painting` | labels that people painted, on chunks and mesh (browser only) |
 //! | `anchors` | elements that stay at a point of the model (browser only) |
 //! | `ticker` | animation frames on demand (browser only) |
 //! | `listeners` | keyboard, size, theme, clock (browser only) |
@@ -31,6 +32,8 @@ mod canvas_data;
 mod graphics;
 #[cfg(target_arch = "wasm32")]
 mod listeners;
+#[cfg(target_arch = "wasm32")]
+mod painting;
 #[cfg(target_arch = "wasm32")]
 mod panels;
 #[cfg(target_arch = "wasm32")]

@@ -1,19 +1,24 @@
 //! Which picks are asked for and in which order: one is under way at a time, and of those that wait the newest counts.
 //!
-//! Clicks come before what the mouse rests on, and that before probes, which find out whether something is seen. While
-//! points are collected every click counts; else a newer one takes the place of those before.
+//! Clicks come before strokes, these before what the mouse rests on, and that before probes, which find out whether something is
+//! seen. While points are collected every click counts; else a newer one takes the place of those before. Of a stroke that is
+//! drawn faster than it can be picked every other place is left out.
 
 use glam::Vec2;
 use std::collections::VecDeque;
 
 /// Most clicks that wait.
 const MOST_CLICKS: usize = 8;
+/// Most places of strokes that wait.
+const MOST_PLACES: usize = 48;
 
 /// What a pick is for.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Purpose {
     /// The person clicked, or pressed Enter at the crosshair.
     Click,
+    /// The stroke of this number goes through it.
+    Stroke(u32),
     /// The mouse rests there.
     Hover,
     /// Whether the anchored element of this name is seen.
@@ -33,6 +38,7 @@ pub struct Wanted {
 #[derive(Clone, Debug, Default)]
 pub struct PickQueue {
     clicks: VecDeque<Vec2>,
+    strokes: VecDeque<(u32, Vec2)>,
     hover: Option<Vec2>,
     probes: VecDeque<(String, Vec2)>,
     under_way: Option<Wanted>,
@@ -53,6 +59,16 @@ impl PickQueue {
         if self.clicks.len() < MOST_CLICKS {
             self.clicks.push_back(at);
         }
+        self.leave();
+    }
+
+    /// The stroke of this number goes through `at`.
+    pub fn draw(&mut self, stroke: u32, at: Vec2) {
+        if self.strokes.len() >= MOST_PLACES {
+            let places = std::mem::take(&mut self.strokes).into_iter();
+            self.strokes = places.enumerate().filter(|(i, _)| i % 2 == 0).map(|(_, place)| place).collect();
+        }
+        self.strokes.push_back((stroke, at));
         self.leave();
     }
 
@@ -83,6 +99,8 @@ impl PickQueue {
         }
         let wanted = if let Some(at) = self.clicks.pop_front() {
             Wanted { purpose: Purpose::Click, at }
+        } else if let Some((stroke, at)) = self.strokes.pop_front() {
+            Wanted { purpose: Purpose::Stroke(stroke), at }
         } else if let Some(at) = self.hover.take() {
             Wanted { purpose: Purpose::Hover, at }
         } else if is_still && let Some((name, at)) = self.probes.pop_front() {
@@ -105,6 +123,7 @@ impl PickQueue {
     pub fn again(&mut self, wanted: Wanted) {
         match wanted.purpose {
             Purpose::Click => self.clicks.push_front(wanted.at),
+            Purpose::Stroke(stroke) => self.strokes.push_front((stroke, wanted.at)),
             Purpose::Hover => self.hover = self.hover.or(Some(wanted.at)),
             Purpose::Probe(name) => self.probes.push_front((name, wanted.at)),
         }
@@ -116,9 +135,17 @@ impl PickQueue {
         self.superseded = false;
     }
 
+    /// Whether a stroke is being picked.
+    pub fn is_drawing(&self) -> bool {
+        let is_under_way = self.under_way.as_ref().is_some_and(|wanted| matches!(wanted.purpose, Purpose::Stroke(_)));
+        is_under_way || !self.strokes.is_empty()
+    }
+
     /// Whether something is under way or waits.
     pub fn is_busy(&self) -> bool {
-        self.under_way.is_some() || !self.clicks.is_empty() || self.hover.is_some() || !self.probes.is_empty()
+        let waits =
+            !self.clicks.is_empty() || !self.strokes.is_empty() || self.hover.is_some() || !self.probes.is_empty();
+        self.under_way.is_some() || waits
     }
 }
 
@@ -193,6 +220,22 @@ mod tests {
         queue.lost();
         assert_eq!(queue.answered(), None);
         assert_eq!(queue.next(true), Some(B));
+    }
+
+    #[test]
+    fn a_stroke_keeps_its_ends_and_its_order_however_fast_it_is_drawn() {
+        let mut queue = PickQueue::default();
+        let at = |i: usize| Vec2::new(i as f32, 0.0);
+        (0..1000).for_each(|i| queue.draw(7, at(i)));
+        queue.rest(A);
+        let places: Vec<Vec2> = std::iter::from_fn(|| {
+            let place = queue.next(true)?;
+            (queue.answered()?.purpose == Purpose::Stroke(7)).then_some(place)
+        })
+        .collect();
+        assert!((MOST_PLACES / 2..=MOST_PLACES).contains(&places.len()), "{}", places.len());
+        assert_eq!((places[0], places[places.len() - 1]), (at(0), at(999)));
+        assert!(places.is_sorted_by(|a, b| a.x < b.x));
     }
 
     #[test]

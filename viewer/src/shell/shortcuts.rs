@@ -2,12 +2,14 @@
 
 use crate::camera::{CameraInput, Modifiers, key_input};
 use crate::features::FeatureEvent;
+use crate::features::correct::{CorrectEvent, Tool};
 use crate::features::evidence::EvidenceEvent;
 use crate::features::inspect::InspectEvent;
 use crate::features::measure::{Kind, MeasureEvent};
 use crate::features::review::{ReviewEvent, Ruling};
 use crate::features::section::SectionEvent;
 use crate::state::{AppState, Event};
+use semascan_model::Role;
 
 /// What has the keyboard's focus.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -65,6 +67,11 @@ pub fn action(key: &str, modifiers: Modifiers, focus: Focus, state: &AppState) -
         "v" | "V" | "d" | "D" | "u" | "U" | "w" | "W" if state.features.section.is_on => {
             feature(sectioning(key, modifiers, state))
         }
+        "q" | "Q" => feature(correcting(if modifiers.shift { Tool::Outline } else { Tool::Brush }, state)?),
+        "z" | "Z" => feature(if modifiers.shift { CorrectEvent::Redo } else { CorrectEvent::Undo }),
+        "[" | "]" if state.features.correct.tool.is_some() => {
+            feature(CorrectEvent::Step(if key == "[" { -1 } else { 1 }))
+        }
         "e" | "E" if !state.features.evidence.sights.is_empty() => {
             feature(EvidenceEvent::Open(!state.features.evidence.is_open))
         }
@@ -98,6 +105,14 @@ fn measuring(kind: Kind, state: &AppState) -> MeasureEvent {
     MeasureEvent::Choose((!is_chosen && state.has_model()).then_some(kind))
 }
 
+/// Takes a tool of corrections in hand, or lays it down; `None` where nobody may correct.
+fn correcting(tool: Tool, state: &AppState) -> Option<CorrectEvent> {
+    let is_chosen = state.features.correct.tool == Some(tool);
+    let is_reviewer = state.account.as_ref().is_some_and(|account| account.role >= Role::Reviewer);
+    let may = is_reviewer && state.features.review.is_open();
+    (may || is_chosen).then_some(CorrectEvent::Choose((!is_chosen).then_some(tool)))
+}
+
 /// How far a key moves the section plane, metres; with Shift a tenth of it.
 const STEP: f64 = 1e-3;
 
@@ -119,6 +134,10 @@ fn escape(state: &AppState) -> Option<Action> {
         feature(ReviewEvent::Discard)
     } else if features.measure.kind.is_some() {
         feature(MeasureEvent::Back)
+    } else if features.correct.is_drawing() {
+        feature(CorrectEvent::Undo)
+    } else if features.correct.tool.is_some() {
+        feature(CorrectEvent::Choose(None))
     } else if features.section.is_reading {
         feature(SectionEvent::Back)
     } else if features.evidence.shown().is_some() {

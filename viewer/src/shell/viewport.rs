@@ -1,12 +1,14 @@
 //! The 3D view: model, mesh, camera and renderer; draws a frame when one is due, and no other.
 
 use super::graphics::{Graphics, Size};
+use super::painting::Painting;
 use super::permalink::Permalink;
 use super::pick_queue::{PickQueue, Purpose, Wanted};
 use super::point_budget::PointBudget;
 use super::ticker::Ticker;
 use super::{anchors, canvas_data};
-use crate::camera::{CameraInput, OrbitCamera, PointerInput};
+use crate::camera::{Button, CameraInput, OrbitCamera, PointerInput};
+use crate::features::correct::CorrectEvent;
 use crate::features::inspect::InspectEvent;
 use crate::features::measure::MeasureEvent;
 use crate::features::review::ReviewEvent;
@@ -37,6 +39,10 @@ const MOVING_MS: f64 = 180.0;
 const STILL_MS: f64 = 150.0;
 /// A mouse that has not moved for so long rests, milliseconds.
 const REST_MS: f64 = 160.0;
+/// Shortest steps in which strokes are drawn, CSS pixels.
+const STROKE_STEP: f32 = 6.0;
+/// Time between pictures while a stroke is drawn, milliseconds.
+const STROKE_PICTURE_MS: f64 = 200.0;
 /// By how much the drawn surface may be in front of a point on it, voxels: splats are larger than voxels, and tilted.
 const PROBE_TOLERANCE: f32 = 4.0;
 
@@ -64,13 +70,14 @@ pub(super) struct Viewport {
     draw_due: Cell<bool>,
     /// Time of the last frame, while that is one of a moving picture.
     coarse_since: Cell<Option<f64>>,
-    /// Revision of the mesh that the renderer has; `None` with a new renderer.
-    drawn_mesh: Cell<Option<u64>>,
-    /// The same of the photograph.
+    painting: Painting,
+    /// Revision of the photograph that the renderer has; `None` with a new renderer.
     drawn_photograph: Cell<Option<u64>>,
     figures_due: Cell<bool>,
     figures_at: Cell<f64>,
     picks: RefCell<PickQueue>,
+    /// Number of the stroke that is being drawn; `None` while none is.
+    stroke: Cell<Option<u32>>,
     /// Where the mouse was last, and since which frame; `None` once it rests, or has left.
     mouse: Cell<Option<(Vec2, Option<f64>)>>,
     /// Where the mouse is over a section that is being read, since the last frame; the inner `None` once it has left.
@@ -104,11 +111,12 @@ impl Viewport {
                 moved_at: Cell::new(f64::NEG_INFINITY),
                 draw_due: Cell::new(true),
                 coarse_since: Cell::default(),
-                drawn_mesh: Cell::default(),
+                painting: Painting::default(),
                 drawn_photograph: Cell::default(),
                 figures_due: Cell::new(false),
                 figures_at: Cell::new(f64::NEG_INFINITY),
                 picks: RefCell::default(),
+                stroke: Cell::default(),
                 mouse: Cell::default(),
                 aimed: Cell::default(),
                 probe_due: Cell::default(),
@@ -121,6 +129,7 @@ impl Viewport {
             model: viewport.model.clone(),
             mesh: viewport.mesh.clone(),
             photograph: viewport.photograph.clone(),
+            paint: viewport.painting.paint.clone(),
             camera: viewport.camera.clone(),
             mesh_worker: Rc::new(MeshWorker::default()),
             redraw: Rc::new(move || redraw(())),
@@ -139,6 +148,7 @@ impl Viewport {
         let change = self.model.borrow_mut().apply(&event);
         if change != ModelChange::None {
             self.graphics.follow(change, &self.model.borrow());
+            self.painting.follow(change);
             self.controllers().iter().for_each(|controller| controller.model_changed(change));
             self.figures_due.set(true);
             self.redraw();
@@ -190,6 +200,8 @@ impl Viewport {
     fn point(&self, input: PointerInput) {
         match input {
             PointerInput::Camera(input) => self.steer(input),
+            PointerInput::Drag { button, from, to } => self.drag(button, from, to),
+            PointerInput::Lift => self.lift(),
             PointerInput::Click(at) => {
                 self.mouse.set(None);
                 self.click(self.in_viewport(at));
@@ -204,6 +216,46 @@ impl Viewport {
                 self.forget_hover();
                 self.ticker.request();
             }
+        }
+    }
+
+    /// Follows a drag: it moves the camera, unless a tool draws with it.
+    fn drag(&self, button: Button, from: Vec2, to: Vec2) {
+        let draws = self.ui.read(|s| s.features.correct.tool.is_some());
+        let pixels = to - from;
+        match (button, draws) {
+            (Button::Primary, true) => self.draw_stroke(from, to),
+            (Button::Secondary, true) | (Button::Primary, false) => self.steer(CameraInput::Orbit { pixels }),
+            (Button::Secondary, false) => self.steer(CameraInput::Pan { pixels }),
+        }
+    }
+
+    /// Takes a piece of a stroke, in steps that leave no gap.
+    fn draw_stroke(&self, from: Vec2, to: Vec2) {
+        let stroke = self.stroke.get().unwrap_or_else(|| {
+            let number = self.ui.read(|s| s.features.correct.next_number());
+            self.ui.send_feature(CorrectEvent::Begun { number });
+            self.stroke.set(Some(number));
+            self.picks.borrow_mut().draw(number, self.in_viewport(from));
+            number
+        });
+        // A wide brush leaves no gap with long steps.
+        let camera = self.camera.get();
+        let radius = self.ui.read(|s| s.features.correct.brush_radius().unwrap_or_default());
+        let pixels = radius * camera.pixels_per_metre(camera.eye().distance(camera.target()));
+        let steps = (from.distance(to) / STROKE_STEP.max(pixels)).ceil().max(1.0) as u32;
+        let mut picks = self.picks.borrow_mut();
+        for step in 1..=steps {
+            picks.draw(stroke, self.in_viewport(from.lerp(to, step as f32 / steps as f32)));
+        }
+        self.mouse.set(None);
+        self.ticker.request();
+    }
+
+    /// The stroke is over.
+    fn lift(&self) {
+        if let Some(stroke) = self.stroke.take() {
+            self.ui.send_feature(CorrectEvent::Lifted(stroke));
         }
     }
 
@@ -256,8 +308,8 @@ impl Viewport {
         if self.ui.read(|s| s.features.section.reads()) {
             return self.ui.send_feature(SectionEvent::Clicked(self.ray(at)));
         }
-        let measures = self.ui.read(|s| s.features.measure.kind.is_some());
-        self.picks.borrow_mut().click(at, measures);
+        let collects = self.ui.read(|s| s.features.measure.kind.is_some() || s.features.correct.tool.is_some());
+        self.picks.borrow_mut().click(at, collects);
         self.ticker.request();
     }
 
@@ -305,7 +357,7 @@ impl Viewport {
     /// Puts the whole model into a renderer that has nothing yet.
     fn fill_renderer(&self) {
         self.graphics.fill(&self.model.borrow());
-        self.drawn_mesh.set(None);
+        self.painting.forget();
         self.drawn_photograph.set(None);
         self.picks.borrow_mut().lost();
         self.redraw();
@@ -332,6 +384,14 @@ impl Viewport {
         }
         if let Some(seen) = self.graphics.picked() {
             self.answer(seen);
+        }
+        // A stroke is picked as fast as the hand draws; its picture follows a few times a second.
+        let drawn_at = self.coarse_since.get().unwrap_or(f64::NEG_INFINITY);
+        let waits = self.picks.borrow().is_drawing() && now - drawn_at < STROKE_PICTURE_MS;
+        if waits && !self.graphics.is_busy() {
+            self.pick(now, false);
+            self.ticker.request();
+            return;
         }
         if self.draw_due.get() && self.graphics.is_busy() {
             self.ticker.request();
@@ -380,8 +440,10 @@ impl Viewport {
             }
             _ => {}
         }
-        let next =
-            if self.draw_due.get() || self.graphics.is_busy() { None } else { self.picks.borrow_mut().next(is_still) };
+        let mut picks = self.picks.borrow_mut();
+        let may_pick = !self.graphics.is_busy() && (!self.draw_due.get() || picks.is_drawing());
+        let next = if may_pick { picks.next(is_still) } else { None };
+        drop(picks);
         if let Some(at) = next {
             self.graphics.pick(at);
             if !self.graphics.is_picking() {
@@ -406,6 +468,10 @@ impl Viewport {
         };
         let point = found.map(|(point, _)| point);
         match wanted.purpose {
+            Purpose::Click if self.ui.read(|s| s.features.correct.tool.is_some()) => {
+                self.ui.send_feature(CorrectEvent::Dotted(point));
+            }
+            Purpose::Stroke(number) => self.ui.send_feature(CorrectEvent::Drawn { number, point }),
             Purpose::Click if self.ui.read(|s| s.features.measure.kind.is_some()) => {
                 self.ui.send_feature(MeasureEvent::Picked(point));
             }
@@ -430,12 +496,7 @@ impl Viewport {
         if size.width < 1.0 || size.height < 1.0 {
             return;
         }
-        {
-            let mesh = self.mesh.borrow();
-            if self.drawn_mesh.replace(Some(mesh.revision())) != Some(mesh.revision()) {
-                self.graphics.show_mesh(mesh.mesh().map(|m| (m.as_ref(), mesh.deviations())));
-            }
-        }
+        self.painting.bring(&self.graphics, &self.model.borrow(), &self.mesh.borrow());
         {
             let photograph = self.photograph.borrow();
             if self.drawn_photograph.replace(Some(photograph.revision())) != Some(photograph.revision()) {

@@ -64,19 +64,39 @@ impl Ruling {
 }
 
 /// A decision whose reason is still to be given.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Draft {
     /// What it is about: a finding, or the part.
     pub subject: Subject,
-    /// What is decided.
-    pub ruling: Ruling,
+    /// What is done.
+    pub action: ReviewAction,
 }
 
 impl Draft {
     /// About a finding, or about the part where none is chosen.
     pub fn about(finding: Option<FindingId>, ruling: Ruling) -> Self {
         let subject = finding.map_or(Subject::Part, |finding| Subject::Finding { finding });
-        Self { subject, ruling }
+        Self { subject, action: ruling.action() }
+    }
+
+    /// A finding is another defect, or none: it was found in error.
+    pub fn reclassify(finding: FindingId, defect: Option<String>) -> Self {
+        let action = ReviewAction::Reclassify { component: None, defect };
+        Self { subject: Subject::Finding { finding }, action }
+    }
+
+    /// What a person can say by one key, if it is that.
+    pub fn ruling(&self) -> Option<Ruling> {
+        Ruling::ALL.into_iter().find(|ruling| ruling.action() == self.action)
+    }
+
+    /// What is done, in words that the subject follows.
+    pub fn words(&self) -> String {
+        match (&self.action, self.ruling()) {
+            (_, Some(ruling)) => ruling.label().to_owned(),
+            (ReviewAction::Reclassify { defect: Some(defect), .. }, _) => format!("Call it {defect}:"),
+            _ => "Found in error:".to_owned(),
+        }
     }
 
     /// The review as it is sent. Where decisions about its subject contradict each other it settles them all.
@@ -88,10 +108,10 @@ impl Draft {
             subject: self.subject.clone(),
             seen: state.map_or(0, |state| state.version),
             model: case.model.clone(),
-            action: self.ruling.action(),
+            action: self.action.clone(),
             person: person.trim().to_owned(),
             reason: reason.trim().to_owned(),
-            resolves: if self.ruling == Ruling::Comment { Vec::new() } else { conflict },
+            resolves: if self.action == ReviewAction::Comment { Vec::new() } else { conflict },
         }
     }
 }
@@ -130,6 +150,17 @@ mod tests {
         let remark = Draft::about(Some(finding), Ruling::Comment).review(name(3), &case, "A", "b");
         assert!(remark.resolves.is_empty(), "a remark settles nothing");
         assert_eq!(Draft::about(None, Ruling::Accept).subject, Subject::Part);
+    }
+
+    #[test]
+    fn a_finding_may_be_another_defect_or_none() {
+        let finding = FindingId::from_bytes([7; 16]);
+        let draft = Draft::reclassify(finding, Some("wear".into()));
+        assert_eq!((draft.words().as_str(), draft.ruling()), ("Call it wear:", None));
+        assert_eq!(draft.subject, Subject::Finding { finding });
+        let error = Draft::reclassify(finding, None).review(name(1), &Case::default(), "A", "a shadow");
+        assert_eq!(error.action, ReviewAction::Reclassify { component: None, defect: None });
+        assert_eq!(Draft::about(None, Ruling::Rework).words(), "Rework");
     }
 
     #[test]

@@ -21,6 +21,8 @@ pub enum ReviewEvent {
     Step(i32),
     /// The person begins a decision about the chosen finding, or the part.
     Draft(Ruling),
+    /// The person says that the chosen finding is another defect, or none: it was found in error.
+    Reclassify(Option<String>),
     /// The person gives it up.
     Discard,
     /// The person says who they are.

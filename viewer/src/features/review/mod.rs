@@ -8,6 +8,7 @@
 //! | `events` | what happens to the tool | anywhere |
 //! | `state` | the case, the chosen finding, the draft, what is not sent yet | anywhere |
 //! | `words` | findings and decisions in words | anywhere |
+//! | `name` | names for reviews | in a browser |
 //! | `controller` | asks the agent, sends decisions and keeps them until they have arrived | in a browser |
 //! | `panel` | the list, the chosen finding, the form of a decision | in a browser |
 //!
@@ -23,9 +24,13 @@ pub mod words;
 #[cfg(target_arch = "wasm32")]
 mod controller;
 #[cfg(target_arch = "wasm32")]
+mod name;
+#[cfg(target_arch = "wasm32")]
 mod panel;
 
 pub use case::Case;
 pub use draft::{Draft, Ruling, Unsent};
 pub use events::ReviewEvent;
+#[cfg(target_arch = "wasm32")]
+pub use name::new_name;
 pub use state::{Review, Standing};

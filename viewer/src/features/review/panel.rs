@@ -1,15 +1,15 @@
 //! The panel of the findings: the list, the chosen finding with the criteria behind it, and the form of a decision.
 
 use super::controller::ReviewController;
-use super::{Review, ReviewEvent, Ruling, Standing, Unsent, words};
+use super::{Draft, Review, ReviewEvent, Ruling, Standing, Unsent, new_name, words};
 use crate::features::view::{Controller, FeatureView, Host};
 use crate::ui::Ui;
 use leptos::prelude::*;
 use semascan_model::Role;
-use semascan_model::review::{ReviewId, Subject};
+use semascan_model::finding::FindingKind;
+use semascan_model::review::Subject;
 use semascan_model::verdict::Decision;
 use std::rc::Rc;
-use uuid::Builder;
 
 /// Findings that the list shows until all are asked for: the panels below stay in sight.
 const FEW: usize = 5;
@@ -154,10 +154,52 @@ fn Chosen(ui: Ui) -> impl IntoView {
                 <dl class="card-figures">
                     {figures.into_iter().map(|(name, value)| view! { <div><dt>{name}</dt><dd>{value}</dd></div> }).collect_view()}
                 </dl>
+                <ClassChoice ui/>
                 <ul class="criteria">
                     {lines.into_iter().map(|(decision, reason)| view! { <li><Badge decision/> " " {reason}</li> }).collect_view()}
                 </ul>
             </div>
+        })}
+    }
+}
+
+/// What the chosen finding is, for whoever may say that it is something else.
+#[component]
+fn ClassChoice(ui: Ui) -> impl IntoView {
+    let offered = ui.part(|s| {
+        let may = s.account.as_ref().is_some_and(|account| account.role >= Role::Reviewer);
+        let (_, finding) = s.features.review.chosen().filter(|_| may)?;
+        let now = match &finding.kind {
+            FindingKind::Defect { defect } | FindingKind::Drawn { defect: Some(defect), .. } => defect.name.clone(),
+            FindingKind::Drawn { defect: None, .. } => String::new(),
+            FindingKind::Completeness { .. } | FindingKind::Deviation { .. } => return None,
+        };
+        let names = s.legend.defects.iter().filter(|class| class.id != 0).map(|class| class.name.clone());
+        Some((now, names.collect::<Vec<_>>()))
+    });
+    view! {
+        {move || offered.get().map(|(now, names)| {
+            let is_unnamed = now.is_empty();
+            let option = move |name: String| {
+                let (value, is_now) = (name.clone(), name == now);
+                view! { <option value=value selected=is_now>{name}</option> }
+            };
+            view! {
+                <label class="field-row">
+                    <span>"It is"</span>
+                    <select
+                        data-testid="finding-class"
+                        on:change=move |e| {
+                            let name = event_target_value(&e);
+                            ui.send_feature(ReviewEvent::Reclassify(Some(name).filter(|name| !name.is_empty())));
+                        }
+                    >
+                        {is_unnamed.then(|| view! { <option selected=true disabled=true>"something to look at"</option> })}
+                        {names.into_iter().map(option).collect_view()}
+                        <option value="">"nothing: found in error"</option>
+                    </select>
+                </label>
+            }
         })}
     }
 }
@@ -171,7 +213,7 @@ fn Rulings(ui: Ui) -> impl IntoView {
         Some((place, _)) => format!("Decide about finding {}", place + 1),
         None => "Decide about the part".to_owned(),
     });
-    let ruling = ui.part(|s| s.features.review.draft.as_ref().map(|draft| draft.ruling));
+    let ruling = ui.part(|s| s.features.review.draft.as_ref().and_then(Draft::ruling));
     view! {
         <Show when=move || is_open.get() && may.get()>
             <h3 class="ruling-title" data-testid="ruling-title">{move || about.get()}</h3>
@@ -215,7 +257,7 @@ fn DraftForm(ui: Ui) -> impl IntoView {
                 }
             });
             let is_whole = move || !person.get().trim().is_empty() && !reason.get().trim().is_empty();
-            let (label, about) = (draft.ruling.label(), about(ui, &draft.subject));
+            let (label, about) = (draft.words(), about(ui, &draft.subject));
             let decide = move |event: web_sys::SubmitEvent| {
                 event.prevent_default();
                 if !is_whole() {
@@ -270,16 +312,4 @@ fn about(ui: Ui, subject: &Subject) -> String {
         Subject::Component { component } => component.clone(),
         Subject::Part => "the part".to_owned(),
     }
-}
-
-/// A name that no other review has.
-fn new_name() -> ReviewId {
-    let mut bytes = [0; 16];
-    let filled = web_sys::window().and_then(|window| window.crypto().ok());
-    let is_random = filled.is_some_and(|crypto| crypto.get_random_values_with_u8_array(&mut bytes).is_ok());
-    if !is_random {
-        // A page without a source of randomness, which no browser of today is.
-        bytes = std::array::from_fn(|_| (js_sys::Math::random() * 256.0) as u8);
-    }
-    ReviewId(Builder::from_random_bytes(bytes).into_uuid())
 }

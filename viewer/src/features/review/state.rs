@@ -91,6 +91,9 @@ impl Feature for Review {
                     self.draft = Some(Draft::about(self.selected, *ruling));
                 }
             }
+            ReviewEvent::Reclassify(defect) => {
+                self.draft = self.selected.map(|finding| Draft::reclassify(finding, defect.clone()));
+            }
             ReviewEvent::Discard => self.draft = None,
             ReviewEvent::Person(name) => self.person.clone_from(name),
             ReviewEvent::Decided(unsent) => {

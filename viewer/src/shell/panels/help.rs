@@ -9,7 +9,7 @@ use leptos::prelude::*;
 type Shortcut = (&'static [&'static str], &'static str);
 
 /// What the pointer and the keys do, in groups.
-const GROUPS: [(&str, &[Shortcut]); 7] = [
+const GROUPS: [(&str, &[Shortcut]); 8] = [
     (
         "Pointer",
         &[
@@ -61,6 +61,15 @@ const GROUPS: [(&str, &[Shortcut]); 7] = [
             (&["R"], "Rework"),
             (&["X"], "Reject"),
             (&["I"], "Remark"),
+        ],
+    ),
+    (
+        "Corrections",
+        &[
+            (&["Q"], "Brush: drag over the surface (the right button orbits)"),
+            (&["Shift", "Q"], "New finding: drag around it, or click its corners"),
+            (&["[", "]"], "Narrower, wider"),
+            (&["Z"], "Undo; with Shift, redo"),
         ],
     ),
     (

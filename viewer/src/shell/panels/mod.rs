@@ -27,6 +27,7 @@
 //! | `[data-testid=show-points]`, `show-mesh` | radio: what the model is shown as; `show-mesh` makes the mesh where there is none |
 //! | `[data-testid=mesh]` | the mesh's panel; `data-state` = `none`, `running`, `ready`; `data-triangles`, `data-outdated` |
 //! | `[data-testid=mesh-progress]`, `mesh-cancel`, `mesh-update` | progress of the meshing; its cancel button; make an outdated mesh anew |
+//! | `[data-testid=correct]` | corrections; `data-marks` (not signed), `data-earlier` (in the log); in it `correct-brush`, `correct-outline`, `correct-class`, `correct-width`, `correct-undo`, `correct-redo`, `correct-sign` |
 //! | `[data-testid=reference-file]`, `reference`, `reference-forget` | file input; what is compared with; its button |
 //! | `[data-testid=reference-unit]`, `reference-unit-offer` | select: unit of the reference; button: take the unit that fits |
 //! | `[data-testid=reference-mismatch]`, `reference-warnings` | why deviations mean nothing; what the reader had to say |

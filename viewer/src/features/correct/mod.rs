@@ -1,0 +1,28 @@
+//! Corrections: what the networks called wrongly is painted with a brush, what nobody found is drawn around.
+//!
+//! | module | what | runs |
+//! |---|---|---|
+//! | `naming` | [`Naming`]: the class that a mark gives | anywhere |
+//! | `mark` | [`Mark`]: a stroke or an outline on the surface, and the review that it becomes | anywhere |
+//! | `events` | what happens to the tool | anywhere |
+//! | `state` | the tool in hand, marks that are not sent, and what people painted before | anywhere |
+//! | `controller` | paints the picture, asks the agent for earlier corrections | in a browser |
+//! | `panel` | tool, class, width, undo, signing | in a browser |
+//!
+//! A mark changes nothing of the model as it was measured: it becomes a review, which stands in the log beside it, labels every
+//! view in data sets, and is shown over the model wherever that is looked at.
+
+mod events;
+mod mark;
+mod naming;
+mod state;
+
+#[cfg(target_arch = "wasm32")]
+mod controller;
+#[cfg(target_arch = "wasm32")]
+mod panel;
+
+pub use events::CorrectEvent;
+pub use mark::{Mark, Tool};
+pub use naming::Naming;
+pub use state::{Correct, Corrections};

@@ -1,0 +1,256 @@
+//! The panel of the corrections: tool, class and width, what is drawn, and its signing.
+
+use super::controller::CorrectController;
+use super::{Correct, CorrectEvent, Naming, Tool};
+use crate::features::review::{ReviewEvent, Unsent, new_name};
+use crate::features::view::{Controller, FeatureView, Host};
+use crate::ui::Ui;
+use leptos::prelude::*;
+use semascan_model::review::{Review, Subject};
+use semascan_model::{ClassDef, Role};
+use std::rc::Rc;
+
+impl FeatureView for Correct {
+    fn panel(ui: Ui) -> AnyView {
+        view! { <CorrectPanel ui/> }.into_any()
+    }
+
+    fn controller(host: &Host) -> Option<Rc<dyn Controller>> {
+        Some(CorrectController::new(host))
+    }
+}
+
+#[component]
+fn CorrectPanel(ui: Ui) -> impl IntoView {
+    let may = ui.part(|s| {
+        let is_reviewer = s.account.as_ref().is_some_and(|account| account.role >= Role::Reviewer);
+        is_reviewer && s.features.review.is_open()
+    });
+    let tool = ui.part(|s| s.features.correct.tool);
+    let prompt = ui.part(|s| s.features.correct.prompt());
+    let marks = ui.part(|s| s.features.correct.drawn().count());
+    let can_redo = ui.part(|s| s.features.correct.can_redo());
+    let earlier = ui.part(|s| s.features.correct.earlier.actions.len());
+    let shows_earlier = ui.part(|s| s.features.correct.shows_earlier);
+    let can_close = ui.part(|s| {
+        let correct = &s.features.correct;
+        correct.marks.last().is_some_and(|m| m.is_open && m.tool == Tool::Outline && m.points.len() >= 3)
+    });
+    let choice = move |option: Tool| {
+        let is_chosen = move || tool.get() == Some(option);
+        view! {
+            <button
+                class="button" type="button" title=option.title() data-testid=format!("correct-{}", option.key())
+                aria-pressed=move || is_chosen().to_string()
+                on:click=move |_| ui.send_feature(CorrectEvent::Choose((!is_chosen()).then_some(option)))
+            >
+                {option.label()}
+            </button>
+        }
+    };
+    let act =
+        move |event: CorrectEvent, id: &'static str, title: &'static str, label: &'static str, is_on: Signal<bool>| {
+            view! {
+                <button
+                    class="text-button" type="button" data-testid=id title=title prop:disabled=move || !is_on.get()
+                    on:click=move |_| ui.send_feature(event.clone())
+                >
+                    {label}
+                </button>
+            }
+        };
+    let has_marks = Signal::derive(move || marks.get() != 0);
+    view! {
+        <Show when=move || may.get()>
+            <section
+                class="panel" aria-labelledby="correct-title" data-testid="correct"
+                data-marks=move || marks.get().to_string() data-earlier=move || earlier.get().to_string()
+            >
+                <header class="panel-head"><h2 id="correct-title">"Correct"</h2></header>
+                <div class="buttons">{Tool::ALL.into_iter().map(choice).collect_view()}</div>
+                <Show when=move || tool.get().is_some()>
+                    <ClassChoice ui/>
+                    <Show when=move || tool.get() == Some(Tool::Brush)><Width ui/></Show>
+                    <p class="empty" role="status" data-testid="correct-prompt">{move || prompt.get()}</p>
+                    <Show when=move || can_close.get()>
+                        <button
+                            class="button" type="button" data-testid="correct-close"
+                            on:click=move |_| ui.send_feature(CorrectEvent::Close)
+                        >
+                            "Close the outline"
+                        </button>
+                    </Show>
+                </Show>
+                <Show when=move || has_marks.get() || can_redo.get()>
+                    <div class="row-actions">
+                        {act(CorrectEvent::Undo, "correct-undo", "Take the last mark back (Z)", "Undo", has_marks)}
+                        {act(CorrectEvent::Redo, "correct-redo", "And forth again (Shift+Z)", "Redo", can_redo.into())}
+                        {act(CorrectEvent::Discard, "correct-discard", "Take all marks back", "Discard all", has_marks)}
+                    </div>
+                </Show>
+                <Show when=move || has_marks.get()><SignForm ui/></Show>
+                <Show when=move || earlier.get() != 0>
+                    <label class="switch-row">
+                        <span>{move || match earlier.get() {
+                            1 => "1 earlier correction".to_owned(),
+                            count => format!("{count} earlier corrections"),
+                        }}</span>
+                        <input
+                            class="switch" type="checkbox" role="switch" data-testid="correct-earlier"
+                            prop:checked=move || shows_earlier.get()
+                            on:change=move |e| ui.send_feature(CorrectEvent::ShowEarlier(event_target_checked(&e)))
+                        />
+                    </label>
+                </Show>
+            </section>
+        </Show>
+    }
+}
+
+/// What the tool in hand says of the surface.
+#[component]
+fn ClassChoice(ui: Ui) -> impl IntoView {
+    let tool = ui.part(|s| s.features.correct.tool);
+    let classes = ui.part(|s| {
+        let components: Vec<ClassDef> = s.legend.rows.iter().map(|row| row.class.clone()).collect();
+        (components, s.legend.defects.clone())
+    });
+    let chosen = ui.part(|s| s.features.correct.naming().key());
+    let options = move |of: &[ClassDef], make: fn(u16) -> Naming, none: &'static str| {
+        let option = |class: &ClassDef| {
+            let name = if class.id == 0 { none.to_owned() } else { class.name.clone() };
+            (make(class.id).key(), name)
+        };
+        let list: Vec<_> = of.iter().map(option).collect();
+        list.into_iter()
+            .map(|(key, name)| {
+                let value = key.clone();
+                view! { <option value=value prop:selected=move || chosen.get() == key>{name}</option> }
+            })
+            .collect_view()
+    };
+    view! {
+        <label class="field-row">
+            <span>{move || if tool.get() == Some(Tool::Outline) { "It is" } else { "The surface is" }}</span>
+            <select
+                data-testid="correct-class"
+                on:change=move |e| {
+                    if let Some(naming) = Naming::from_key(&event_target_value(&e)) {
+                        ui.send_feature(CorrectEvent::Name(naming));
+                    }
+                }
+            >
+                {move || {
+                    let (components, defects) = classes.get();
+                    match tool.get() {
+                        Some(Tool::Outline) => options(&defects, Naming::Defect, "something to look at").into_any(),
+                        _ => view! {
+                            <optgroup label="Defect">{options(&defects, Naming::Defect, "sound")}</optgroup>
+                            <optgroup label="Component">{options(&components, Naming::Component, "no component")}</optgroup>
+                        }
+                        .into_any(),
+                    }
+                }}
+            </select>
+        </label>
+    }
+}
+
+/// How wide the brush paints.
+#[component]
+fn Width(ui: Ui) -> impl IntoView {
+    let width = ui.part(|s| 2e3 * s.features.correct.radius);
+    let step = move |by: i32, id: &'static str, name: &'static str, sign: &'static str| {
+        view! {
+            <button
+                class="tool" type="button" data-testid=id aria-label=name title=name
+                on:click=move |_| ui.send_feature(CorrectEvent::Step(by))
+            >
+                {sign}
+            </button>
+        }
+    };
+    view! {
+        <div class="field-row">
+            <span>"Width"</span>
+            {step(-1, "correct-narrower", "Narrower ([)", "−")}
+            <output data-testid="correct-width">{move || format!("{} mm", width.get())}</output>
+            {step(1, "correct-wider", "Wider (])", "+")}
+        </div>
+    }
+}
+
+/// The name under the marks, and why, as far as that is said.
+#[component]
+fn SignForm(ui: Ui) -> impl IntoView {
+    let account = ui.read(|s| s.account.clone());
+    let is_known = account.as_ref().is_some_and(|account| account.login);
+    let name = match account {
+        Some(account) if account.login => account.name,
+        _ => ui.read(|s| s.features.review.person.clone()),
+    };
+    let (person, reason) = (RwSignal::new(name), RwSignal::new(String::new()));
+    let whole = ui.part(|s| s.features.correct.marks.iter().filter(|mark| mark.is_whole()).count());
+    let can_sign = move || whole.get() != 0 && !person.get().trim().is_empty();
+    let sign = move |event: web_sys::SubmitEvent| {
+        event.prevent_default();
+        if !can_sign() {
+            return;
+        }
+        if !is_known {
+            ui.send_feature(ReviewEvent::Person(person.get_untracked()));
+        }
+        for unsent in reviews(ui, &person.get_untracked(), &reason.get_untracked()) {
+            ui.send_feature(ReviewEvent::Decided(Box::new(unsent)));
+        }
+        ui.send_feature(CorrectEvent::Signed);
+    };
+    view! {
+        <form class="draft" data-testid="correct-form" on:submit=sign aria-label="Sign the corrections">
+            <label>
+                <span>"Because"</span>
+                <input
+                    type="text" data-testid="correct-reason" maxlength="2000" autocomplete="off" placeholder="not needed"
+                    on:input=move |event| reason.set(event_target_value(&event))
+                />
+            </label>
+            <label>
+                <span>"Your name"</span>
+                <input
+                    type="text" data-testid="correct-person" maxlength="200" autocomplete="name" prop:readonly=is_known
+                    prop:value=move || person.get() on:input=move |event| person.set(event_target_value(&event))
+                />
+            </label>
+            <button class="button" type="submit" data-testid="correct-sign" prop:disabled=move || !can_sign()>
+                {move || match whole.get() {
+                    1 => "Sign 1 mark".to_owned(),
+                    count => format!("Sign {count} marks"),
+                }}
+            </button>
+        </form>
+    }
+}
+
+/// The marks as reviews.
+fn reviews(ui: Ui, person: &str, reason: &str) -> Vec<Unsent> {
+    ui.read(|s| {
+        let (case, defects) = (&s.features.review.case, &s.legend.defects);
+        let components: Vec<ClassDef> = s.legend.rows.iter().map(|row| row.class.clone()).collect();
+        let seen = case.subject(&Subject::Part).map_or(0, |state| state.version);
+        let actions = s.features.correct.marks.iter().filter_map(|mark| mark.action(&components, defects));
+        let unsent = actions.map(|action| Unsent {
+            inspection: case.inspection.clone(),
+            review: Review {
+                id: new_name(),
+                subject: Subject::Part,
+                seen,
+                model: case.model.clone(),
+                action,
+                person: person.trim().to_owned(),
+                reason: reason.trim().to_owned(),
+                resolves: Vec::new(),
+            },
+        });
+        unsent.collect()
+    })
+}

@@ -1,0 +1,386 @@
+//! The tool in hand, the marks that are not sent yet, and what people corrected before.
+
+use super::{CorrectEvent, Mark, Naming, Tool};
+use crate::display::{ColorMode, ColorScheme, Display};
+use crate::features::Feature;
+use crate::features::inspect::PickedPoint;
+use crate::render::FrameContent;
+use crate::render::segment::Segment;
+use glam::{DVec3, Vec3};
+use semascan_model::review::ReviewAction;
+use std::collections::BTreeMap;
+
+/// Radii that the brush may have, metres.
+const RADII: [f32; 9] = [0.5e-3, 0.75e-3, 1e-3, 1.5e-3, 2e-3, 3e-3, 5e-3, 7.5e-3, 10e-3];
+/// Most marks that are not sent.
+const MOST: usize = 200;
+
+/// Corrections that are in the log of an inspection, in its order.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Corrections {
+    /// The inspection.
+    pub inspection: String,
+    /// Place in the log up to which it is known.
+    pub sequence: u64,
+    /// What was done to the surface.
+    pub actions: Vec<ReviewAction>,
+}
+
+/// The corrections.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Correct {
+    /// The tool in hand; `None` while the pointer is for looking.
+    pub tool: Option<Tool>,
+    /// What the brush says of the surface.
+    pub brush: Naming,
+    /// What an outline says of what is within it.
+    pub outline: Naming,
+    /// Radius of the brush, metres.
+    pub radius: f32,
+    /// Marks that are not sent, the oldest first.
+    pub marks: Vec<Mark>,
+    /// Marks that were taken back, the last one last.
+    undone: Vec<Mark>,
+    /// What people corrected before.
+    pub earlier: Corrections,
+    /// Whether that is shown.
+    pub shows_earlier: bool,
+    /// Marks made so far.
+    made: u32,
+    /// The last pick lay beside the model.
+    pub missed: bool,
+}
+
+impl Default for Correct {
+    fn default() -> Self {
+        Self {
+            tool: None,
+            brush: Naming::Defect(0),
+            outline: Naming::Defect(1),
+            radius: 3e-3,
+            marks: Vec::new(),
+            undone: Vec::new(),
+            earlier: Corrections::default(),
+            shows_earlier: true,
+            made: 0,
+            missed: false,
+        }
+    }
+}
+
+impl Feature for Correct {
+    type Event = CorrectEvent;
+
+    fn reduce(&mut self, event: &CorrectEvent, display: &mut Display) {
+        match event {
+            CorrectEvent::Choose(tool) => {
+                self.tool = *tool;
+                self.missed = false;
+                self.close();
+                self.show_classes(display);
+            }
+            CorrectEvent::Name(naming) => {
+                match self.tool {
+                    Some(Tool::Outline) => self.outline = *naming,
+                    _ => self.brush = *naming,
+                }
+                self.show_classes(display);
+            }
+            CorrectEvent::Radius(radius) => {
+                if radius.is_finite() {
+                    self.radius = radius.clamp(RADII[0], RADII[RADII.len() - 1]);
+                }
+            }
+            CorrectEvent::Step(step) => {
+                let here = RADII.iter().position(|r| *r >= self.radius * 0.999).unwrap_or(RADII.len() - 1);
+                self.radius = RADII[here.saturating_add_signed(*step as isize).min(RADII.len() - 1)];
+            }
+            CorrectEvent::Begun { number } => {
+                self.close();
+                if let Some(tool) = self.tool.filter(|_| *number > self.made) {
+                    self.begin_mark(*number, tool, true);
+                }
+            }
+            CorrectEvent::Drawn { number, point } => {
+                let mark = self.marks.iter_mut().find(|mark| mark.number == *number);
+                if let (Some(mark), Some(point)) = (mark, point) {
+                    self.missed = false;
+                    mark.extend(point);
+                }
+            }
+            CorrectEvent::Lifted(number) => {
+                self.marks.iter_mut().filter(|mark| mark.number == *number).for_each(|mark| mark.is_open = false);
+            }
+            CorrectEvent::Dotted(point) => self.dot(point.as_ref()),
+            CorrectEvent::Close => self.close(),
+            CorrectEvent::Undo => {
+                // A stroke beside the model is nothing to take back.
+                while self.marks.pop_if(|mark| mark.points.is_empty()).is_some() {}
+                self.undone.extend(self.marks.pop().map(|mark| Mark { is_open: false, ..mark }));
+            }
+            CorrectEvent::Redo => self.marks.extend(self.undone.pop()),
+            CorrectEvent::Discard => {
+                self.marks.clear();
+                self.undone.clear();
+            }
+            CorrectEvent::Signed => {
+                // What is not finished stays, to be finished or taken back.
+                self.marks.retain(|mark| !mark.is_whole() && !mark.points.is_empty());
+                self.undone.clear();
+            }
+            CorrectEvent::Known(corrections) => self.earlier = corrections.as_ref().clone(),
+            CorrectEvent::ShowEarlier(shows) => self.shows_earlier = *shows,
+        }
+    }
+
+    /// What the tools give stays.
+    fn begin(&mut self, _: &mut Display) {
+        let Self { brush, outline, radius, shows_earlier, made, .. } = *self;
+        *self = Self { brush, outline, radius, shows_earlier, made, ..Self::default() };
+    }
+
+    /// Outlines, and the strokes of the mark that is being drawn.
+    fn draw(&self, display: &Display, content: &mut FrameContent) {
+        let color = match display.color_scheme() {
+            ColorScheme::Dark => [0x6c, 0xf0, 0xff, 0xff],
+            ColorScheme::Light => [0x00, 0x50, 0x78, 0xff],
+        };
+        for mark in &self.marks {
+            let is_closed = mark.tool == Tool::Outline && !mark.is_open;
+            if mark.tool == Tool::Outline || mark.is_open {
+                outline(&mark.points, is_closed, color, content);
+            }
+        }
+        if self.shows_earlier {
+            for action in &self.earlier.actions {
+                if let ReviewAction::NewFinding { outline: curve, .. } = action {
+                    let points: Vec<Vec3> = curve.iter().map(|p| DVec3::from(*p).as_vec3()).collect();
+                    outline(&points, true, color, content);
+                }
+            }
+        }
+    }
+}
+
+impl Correct {
+    /// Number of the next mark.
+    pub fn next_number(&self) -> u32 {
+        self.made.saturating_add(1)
+    }
+
+    /// The class that the tool in hand gives.
+    pub fn naming(&self) -> Naming {
+        match self.tool {
+            Some(Tool::Outline) => self.outline,
+            _ => self.brush,
+        }
+    }
+
+    /// Radius of what the tool in hand paints, metres; `None` where it paints nothing.
+    pub fn brush_radius(&self) -> Option<f32> {
+        (self.tool == Some(Tool::Brush)).then_some(self.radius)
+    }
+
+    /// Whether marks were taken back that may come again.
+    pub fn can_redo(&self) -> bool {
+        !self.undone.is_empty()
+    }
+
+    /// Marks with anything in them.
+    pub fn drawn(&self) -> impl Iterator<Item = &Mark> {
+        self.marks.iter().filter(|mark| !mark.points.is_empty())
+    }
+
+    /// Whether a mark is being drawn.
+    pub fn is_drawing(&self) -> bool {
+        self.marks.last().is_some_and(|mark| mark.is_open)
+    }
+
+    /// What to do next, for the panel and a screen reader.
+    pub fn prompt(&self) -> &'static str {
+        let open = self.marks.last().filter(|mark| mark.is_open && mark.tool == Tool::Outline);
+        match (self.tool, open) {
+            (None, _) => "",
+            _ if self.missed => "Nothing lies there. Draw on the model.",
+            _ if self.marks.len() >= MOST => "So many marks are kept: sign these first.",
+            (Some(Tool::Brush), _) => "Drag over the surface, or click. The right button turns the view.",
+            (Some(Tool::Outline), None) => "Drag around it, or click its corners. The right button turns the view.",
+            (Some(Tool::Outline), Some(mark)) if mark.points.len() < 3 => "Click the next corner.",
+            (Some(Tool::Outline), Some(_)) => "Click the next corner, or close the outline.",
+        }
+    }
+
+    /// The colours are those of the classes that the tool gives.
+    fn show_classes(&self, display: &mut Display) {
+        match (self.tool, self.naming()) {
+            (None, _) => {}
+            (_, Naming::Component(_)) => display.set_color_mode(ColorMode::Component),
+            (_, Naming::Defect(_)) => display.set_color_mode(ColorMode::Defect),
+        }
+    }
+
+    /// Begins a mark; `None` where there are too many.
+    fn begin_mark(&mut self, number: u32, tool: Tool, is_open: bool) -> Option<&mut Mark> {
+        // Of the stroke before this one picks may still come.
+        let before = self.made;
+        self.marks.retain(|mark| !mark.points.is_empty() || mark.number == before);
+        if self.marks.len() >= MOST {
+            return None;
+        }
+        self.undone.clear();
+        self.made = number;
+        let (naming, radius) = (self.naming(), self.radius);
+        let (points, components) = (Vec::new(), BTreeMap::new());
+        self.marks.push(Mark { number, tool, naming, radius, points, components, is_open });
+        self.marks.last_mut()
+    }
+
+    fn dot(&mut self, point: Option<&PickedPoint>) {
+        let Some(tool) = self.tool else { return };
+        self.missed = point.is_none();
+        let Some(point) = point else { return };
+        let goes_on = tool == Tool::Outline && self.is_drawing();
+        let mark = match goes_on {
+            true => self.marks.last_mut(),
+            false => self.begin_mark(self.next_number(), tool, tool == Tool::Outline),
+        };
+        if let Some(mark) = mark {
+            mark.extend(point);
+        }
+    }
+
+    /// An outline that is being drawn is closed.
+    fn close(&mut self) {
+        if let Some(mark) = self.marks.last_mut() {
+            let is_clicked = mark.is_open && mark.tool == Tool::Outline;
+            mark.is_open = false;
+            if is_clicked && mark.points.len() < 3 {
+                self.marks.pop();
+            }
+        }
+    }
+}
+
+/// A line along `points`.
+fn outline(points: &[Vec3], is_closed: bool, color: [u8; 4], content: &mut FrameContent) {
+    let last = if is_closed { points.first() } else { None };
+    let next = points.iter().skip(1).chain(last);
+    content.marks.extend(points.iter().zip(next).map(|(from, to)| Segment { from: *from, to: *to, color, width: 2.5 }));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::mark::tests::pick;
+    use super::*;
+    use CorrectEvent::{
+        Begun, Choose, Close, Dotted, Drawn, Known, Lifted, Name, Redo, ShowEarlier, Signed, Step, Undo,
+    };
+
+    fn after(events: impl IntoIterator<Item = CorrectEvent>) -> (Correct, Display) {
+        let (mut correct, mut display) = (Correct::default(), Display::default());
+        events.into_iter().for_each(|event| correct.reduce(&event, &mut display));
+        (correct, display)
+    }
+
+    fn through(number: u32, x: f32) -> CorrectEvent {
+        Drawn { number, point: Some(pick(x, 0.0)) }
+    }
+
+    fn at(x: f32, y: f32) -> CorrectEvent {
+        Dotted(Some(pick(x, y)))
+    }
+
+    #[test]
+    fn a_stroke_is_drawn_and_lifted_and_its_last_picks_may_come_late() {
+        let begun = |number| Begun { number };
+        let stroke =
+            || [Choose(Some(Tool::Brush)), begun(1), through(1, 0.0), through(1, 5.0), Lifted(1), through(1, 9.0)];
+        let (correct, display) = after(stroke());
+        assert_eq!((correct.marks.len(), correct.is_drawing(), display.color_mode), (1, false, ColorMode::Defect));
+        let last = correct.marks[0].points.last().expect("it was drawn");
+        assert!((last.x - 9e-3).abs() < 1e-6, "{last}");
+        let (correct, _) = after(stroke().into_iter().chain([Undo, through(1, 12.0)]));
+        assert!(correct.marks.is_empty() && correct.can_redo(), "it does not come again by itself");
+        let (correct, _) = after(stroke().into_iter().chain([Undo, Redo]));
+        assert_eq!((correct.marks.len(), correct.can_redo()), (1, false));
+        let (correct, _) = after(stroke().into_iter().chain([Undo, begun(2), through(2, 0.0), Redo]));
+        assert_eq!(correct.marks.iter().map(|m| m.number).collect::<Vec<_>>(), [2], "what was drawn since counts");
+        assert!(after([begun(1), through(1, 0.0)]).0.marks.is_empty(), "without a tool nothing is drawn");
+    }
+
+    #[test]
+    fn strokes_faster_than_their_picks_stay_apart_and_beside_the_model_there_is_none() {
+        let begun = |number| Begun { number };
+        let two =
+            [Choose(Some(Tool::Brush)), begun(1), Lifted(1), begun(2), Lifted(2), through(1, 0.0), through(2, 9.0)];
+        let places = |correct: &Correct| correct.drawn().map(|m| (m.number, m.points.len())).collect::<Vec<_>>();
+        assert_eq!(places(&after(two.clone()).0), [(1, 1), (2, 1)]);
+        let missed = [begun(3), Drawn { number: 3, point: None }, Lifted(3)];
+        let (correct, _) = after(two.into_iter().chain(missed).chain([Undo]));
+        assert_eq!(places(&correct), [(1, 1)], "what is taken back was drawn");
+    }
+
+    #[test]
+    fn clicks_make_dots_and_corners() {
+        let (dots, _) = after([Choose(Some(Tool::Brush)), at(0.0, 0.0), at(9.0, 0.0), Dotted(None)]);
+        assert_eq!((dots.marks.len(), dots.missed, dots.is_drawing()), (2, true, false));
+        let corners = || [Choose(Some(Tool::Outline)), at(0.0, 0.0), at(9.0, 0.0), at(9.0, 9.0)];
+        let (open, _) = after(corners());
+        assert_eq!((open.marks.len(), open.marks[0].points.len(), open.is_drawing()), (1, 3, true));
+        assert!(open.prompt().contains("close"));
+        let (closed, _) = after(corners().into_iter().chain([Close]));
+        assert!(closed.marks[0].is_whole() && !closed.is_drawing());
+        let (left, _) = after(corners().into_iter().take(3).chain([Choose(None)]));
+        assert!(left.marks.is_empty(), "two corners are no outline");
+    }
+
+    #[test]
+    fn what_is_signed_goes_and_what_says_nothing_stays() {
+        let begun = Begun { number: 9 };
+        let events =
+            [Choose(Some(Tool::Brush)), at(0.0, 0.0), begun, Choose(Some(Tool::Outline)), at(0.0, 0.0), Signed];
+        let (correct, _) = after(events);
+        assert_eq!(correct.marks.iter().map(|m| m.tool).collect::<Vec<_>>(), [Tool::Outline]);
+    }
+
+    #[test]
+    fn the_brush_and_the_outline_have_classes_of_their_own_and_radii_have_bounds() {
+        let (correct, display) = after([
+            Choose(Some(Tool::Brush)),
+            Name(Naming::Component(2)),
+            Choose(Some(Tool::Outline)),
+            Name(Naming::Defect(3)),
+            Choose(Some(Tool::Brush)),
+        ]);
+        assert_eq!((correct.naming(), correct.outline), (Naming::Component(2), Naming::Defect(3)));
+        assert_eq!(display.color_mode, ColorMode::Component);
+        let radius = |steps: &[i32]| after(steps.iter().map(|s| Step(*s))).0.radius;
+        assert_eq!([radius(&[1]), radius(&[1, -1]), radius(&[-99]), radius(&[99])], [5e-3, 3e-3, 0.5e-3, 10e-3]);
+        let (wild, _) = after([CorrectEvent::Radius(f32::NAN), CorrectEvent::Radius(1.0)]);
+        assert!((wild.radius - 10e-3).abs() < 1e-9);
+    }
+
+    #[test]
+    fn outlines_are_drawn_earlier_ones_while_they_are_wanted() {
+        let curve = vec![[0.0; 3], [0.01, 0.0, 0.0], [0.01, 0.01, 0.0]];
+        let drawn = ReviewAction::NewFinding { outline: curve, component: "housing".into(), defect: None };
+        let known = Corrections { inspection: "a".into(), sequence: 3, actions: vec![drawn, ReviewAction::Accept] };
+        let segments = |events: Vec<CorrectEvent>| {
+            let (correct, display) = after(events);
+            let mut content = FrameContent::default();
+            correct.draw(&display, &mut content);
+            content.marks.len()
+        };
+        let known = || Known(Box::new(known.clone()));
+        assert_eq!((segments(vec![known()]), segments(vec![known(), ShowEarlier(false)])), (3, 0));
+        assert_eq!(segments(vec![Choose(Some(Tool::Outline)), at(0.0, 0.0), at(5.0, 0.0)]), 1);
+    }
+
+    #[test]
+    fn another_inspection_begins_without_marks() {
+        let (mut correct, mut display) = after([Choose(Some(Tool::Brush)), Step(1), at(0.0, 0.0)]);
+        correct.begin(&mut display);
+        assert!(correct.marks.is_empty() && correct.tool.is_none());
+        assert_eq!((correct.radius, correct.next_number()), (5e-3, 2));
+    }
+}
