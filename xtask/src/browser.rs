@@ -50,11 +50,11 @@ impl Browser {
         let folder = workspace.root.join("tests/browser");
         install_npm_packages(&folder)?;
         let tests = tests(&folder, filter)?;
-        // One file at a time: each one draws with a software rasterizer that takes every core. A test that never
-        // comes back is a failed test.
+        // Two files at a time: a software rasterizer draws on every core, but half of the time a page waits for frames,
+        // for its agent, or for a network. A test that never comes back is a failed test.
         let mut node = self.node(&folder, programs.agent);
         node.env("SEMASCAN_ENDLESS_STREAM", programs.endless_stream);
-        node.args(["--test", "--test-concurrency=1", "--test-reporter=spec"]);
+        node.args(["--test", "--test-concurrency=2", "--test-reporter=spec"]);
         node.args(["--test-timeout=600000", "--test-force-exit"]).args(tests);
         run_reading(&mut node, |line| {
             read_node(line, tally);

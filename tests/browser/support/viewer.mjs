@@ -9,7 +9,7 @@ import { Picture } from './pixels.mjs';
 const FINISH_LIMIT_MS = 150_000;
 
 /** Without a new frame for this long, the picture is at rest. */
-const REST_MS = 700;
+const REST_MS = 250;
 
 /** Everything but the canvas is made invisible for a picture: panels lie over it. */
 const CANVAS_ONLY = 'body *:not(#viewport):not(:has(#viewport)) { visibility: hidden !important; }';

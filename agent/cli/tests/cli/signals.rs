@@ -9,8 +9,8 @@ use std::path::Path;
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
-/// The drain, and what a loaded machine adds to it.
-const LONGEST_END: Duration = Duration::from_secs(7);
+/// The drain of 5 s, and what a loaded machine adds to it.
+const LONGEST_END: Duration = Duration::from_secs(30);
 
 fn outcome(folder: &Path) -> Option<Outcome> {
     let text = std::fs::read_to_string(folder.join("inspection.json")).ok()?;
@@ -55,7 +55,7 @@ fn a_signal_at_any_instant_ends_an_inspection_as_its_record_says() {
     let whole = semascan(&[&inspect[..], &[dir.path().join("whole").to_str().expect("UTF-8")]].concat());
     assert_eq!(whole.status.code(), Some(0), "{}", stderr(&whole));
     let time = begin.elapsed();
-    const INSTANTS: u32 = 16;
+    const INSTANTS: u32 = 10;
     let mut seen = [0; 3];
     for i in 0..INSTANTS {
         let out = dir.path().join(format!("out-{i}"));
@@ -107,26 +107,26 @@ fn a_signal_in_every_stage_ends_an_inspection_as_its_record_says() {
     let dir = tempfile::tempdir().expect("temporary folder");
     let source = "virtual:starter-motor?seed=3&views=12&size=160x120&cell=2.5";
     for (stage, (marker, stops)) in STAGES.into_iter().enumerate() {
-        for (name, expected) in [("-INT", 130), ("-TERM", 143)] {
-            let out = dir.path().join(format!("out{stage}{name}"));
-            let mut child = start(&["inspect", source, "-vv", "--out", out.to_str().expect("UTF-8")]);
-            let mut lines = BufReader::new(child.stderr.take().expect("a pipe")).lines().map_while(Result::ok);
-            assert!(lines.any(|line| line.contains(marker)), "{marker}: it never came to that");
-            signal(child.id(), name);
-            // Nobody may wait for who reads its words.
-            let words = std::thread::spawn(move || lines.collect::<Vec<_>>());
-            let code = code(ended(child));
-            let words = words.join().expect("its words").join("\n");
-            let stated = outcome(&out).unwrap_or_else(|| panic!("{marker}, {name}: no record: {words}"));
-            let agrees = match stated {
-                Outcome::Stopped => code == expected,
-                Outcome::Finished => code == 0 && !stops,
-                _ => false,
-            };
-            assert!(agrees, "{marker}, {name}: code {code}, record {stated:?}: {words}");
-            // The set is whole, whatever it holds.
-            semascan_store::read_inspection(&out).unwrap_or_else(|error| panic!("{marker}, {name}: {error}"));
-        }
+        // Either signal goes the same way.
+        let (name, expected) = [("-INT", 130), ("-TERM", 143)][stage % 2];
+        let out = dir.path().join(format!("out{stage}{name}"));
+        let mut child = start(&["inspect", source, "-vv", "--out", out.to_str().expect("UTF-8")]);
+        let mut lines = BufReader::new(child.stderr.take().expect("a pipe")).lines().map_while(Result::ok);
+        assert!(lines.any(|line| line.contains(marker)), "{marker}: it never came to that");
+        signal(child.id(), name);
+        // Nobody may wait for who reads its words.
+        let words = std::thread::spawn(move || lines.collect::<Vec<_>>());
+        let code = code(ended(child));
+        let words = words.join().expect("its words").join("\n");
+        let stated = outcome(&out).unwrap_or_else(|| panic!("{marker}, {name}: no record: {words}"));
+        let agrees = match stated {
+            Outcome::Stopped => code == expected,
+            Outcome::Finished => code == 0 && !stops,
+            _ => false,
+        };
+        assert!(agrees, "{marker}, {name}: code {code}, record {stated:?}: {words}");
+        // The set is whole, whatever it holds.
+        semascan_store::read_inspection(&out).unwrap_or_else(|error| panic!("{marker}, {name}: {error}"));
     }
 }
 
