@@ -143,6 +143,11 @@ impl Graphics {
         self.renderer.borrow().as_ref().is_some_and(Renderer::is_picking)
     }
 
+    /// The canvas, while there is a renderer.
+    pub(super) fn canvas(&self) -> Option<HtmlCanvasElement> {
+        self.renderer.borrow().as_ref().map(|renderer| renderer.canvas().clone())
+    }
+
     /// Size of the canvas on the page, CSS pixels: narrow pages show it lower than its place is.
     pub(super) fn canvas_size(&self) -> Option<Vec2> {
         let renderer = self.renderer.borrow();

@@ -47,6 +47,7 @@ pub(super) fn keyboard(window: &Window, viewport: &Rc<Viewport>) -> Result<(), J
                 Action::Camera(input) => viewport.steer(input),
                 Action::PickMiddle => viewport.pick_middle(),
                 Action::CopyLink => viewport.ui.ask(Command::CopyLink),
+                Action::SavePicture => viewport.ui.ask(Command::SavePicture),
             }
         }
     });

@@ -17,6 +17,7 @@
 //! | `listeners` | keyboard, size, theme, clock (browser only) |
 //! | `canvas_data` | what the canvas says in its data attributes (browser only) |
 //! | `save` | exports: files for the person (browser only) |
+//! | `snapshot` | the picture with what its colours mean, as a file (browser only) |
 
 pub mod options;
 pub mod permalink;
@@ -38,6 +39,8 @@ mod painting;
 mod panels;
 #[cfg(target_arch = "wasm32")]
 mod save;
+#[cfg(target_arch = "wasm32")]
+mod snapshot;
 #[cfg(target_arch = "wasm32")]
 mod start;
 #[cfg(target_arch = "wasm32")]

@@ -121,7 +121,7 @@ fn refused(error: JsValue) -> String {
 ///
 /// # Errors
 /// What the browser says when it cannot.
-fn download(document: &Document, file: &ExportFile, mime: &str) -> Result<(), JsValue> {
+pub(super) fn download(document: &Document, file: &ExportFile, mime: &str) -> Result<(), JsValue> {
     let parts = js_sys::Array::of1(&js_sys::Uint8Array::from(file.bytes.as_slice()).into());
     let options = BlobPropertyBag::new();
     options.set_type(mime);

@@ -33,6 +33,8 @@ pub enum Action {
     PickMiddle,
     /// A link to what is seen.
     CopyLink,
+    /// The picture as a file.
+    SavePicture,
 }
 
 /// What `key` (DOM `KeyboardEvent.key`) asks for in this state; `None` leaves it to the browser.
@@ -80,6 +82,7 @@ pub fn action(key: &str, modifiers: Modifiers, focus: Focus, state: &AppState) -
         "y" | "Y" | "r" | "R" | "x" | "X" | "i" | "I" => feature(ReviewEvent::Draft(ruling(key)?)),
         "." if state.features.evidence.shown().is_some() => feature(EvidenceEvent::Step(1)),
         "," if state.features.evidence.shown().is_some() => feature(EvidenceEvent::Step(-1)),
+        "h" | "H" if modifiers.shift => return Some(Action::SavePicture),
         "h" | "H" => return Some(Action::CopyLink),
         "Enter" if focus == Focus::Model => return Some(Action::PickMiddle),
         "Delete" if focus == Focus::Model => return deletion(modifiers, state),

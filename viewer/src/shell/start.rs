@@ -2,7 +2,7 @@
 
 use super::options::Options;
 use super::viewport::Viewport;
-use super::{canvas_data, listeners, panels, save};
+use super::{canvas_data, listeners, panels, save, snapshot};
 use crate::features::Features;
 use crate::link::{Inquiry, Link, LinkEvent, api};
 use crate::scene::frame_content::frame_content;
@@ -151,6 +151,7 @@ fn execute(viewport: &Viewport, inquiry: Option<&Inquiry>, command: Command) {
         Command::Camera(input) => viewport.steer(input),
         Command::Copy { text, file } => save::copy(viewport, text, file),
         Command::CopyLink => save::copy_link(viewport),
+        Command::SavePicture => snapshot::save_picture(viewport),
         Command::ExportPoints(format) => save::save_points(viewport, format),
         Command::ExportMesh(format) => save::save_mesh(viewport, format),
         Command::ExportSection(format) => save::save_section(viewport, format),

@@ -60,6 +60,8 @@ pub(super) struct Viewport {
     follows: Cell<bool>,
     /// Where a link wants the camera, and what at, until there is an inspection.
     linked_camera: Cell<Option<(Vec3, Vec3)>>,
+    /// What a link cuts away, until then.
+    linked_cut: RefCell<Option<SectionEvent>>,
     size: Cell<Size>,
     point_budget: Cell<PointBudget>,
     /// The person moved the camera since the last frame.
@@ -104,6 +106,7 @@ impl Viewport {
                 camera: Rc::default(),
                 follows: Cell::new(true),
                 linked_camera: Cell::default(),
+                linked_cut: RefCell::default(),
                 size: Cell::default(),
                 point_budget: Cell::default(),
                 steered: Cell::default(),
@@ -168,6 +171,11 @@ impl Viewport {
         // Chunks concern the model alone.
         if !event.is_bulk() {
             self.ui.send(Event::from(event));
+        }
+        if self.ui.read(|s| !s.inspection.id.is_empty())
+            && let Some(cut) = self.linked_cut.take()
+        {
+            self.ui.send_feature(cut);
         }
         if matches!(change, ModelChange::Cleared | ModelChange::Exchanged) {
             self.count();
@@ -267,6 +275,13 @@ impl Viewport {
                 false => self.steer(CameraInput::From { eye, target }),
             }
         }
+        if link.plane.is_some() || link.limits.is_some() {
+            let cut = SectionEvent::Follow { plane: link.plane, limits: link.limits };
+            match self.ui.read(|s| s.inspection.id.is_empty()) {
+                true => *self.linked_cut.borrow_mut() = Some(cut),
+                false => self.ui.send_feature(cut),
+            }
+        }
         if let Some(mode) = link.color_mode {
             self.ui.send(Event::ColorMode(mode));
         }
@@ -281,16 +296,28 @@ impl Viewport {
     pub(super) fn link(&self, page: &str) -> String {
         let camera = self.camera.get();
         self.ui.read(|s| {
-            let review = &s.features.review;
+            let (review, section) = (&s.features.review, &s.features.section);
             let link = Permalink {
                 camera: Some((camera.eye(), camera.target())),
                 color_mode: Some(s.display.color_mode),
                 finding: review.selected,
+                plane: section.plane(),
+                limits: section.limits,
             };
             // Only what the agent keeps can be asked for by name.
             let inspection = Some(review.case.inspection.as_str()).filter(|inspection| !inspection.is_empty());
             link.address(page, inspection)
         })
+    }
+
+    /// Draws the picture of now as finely as can be, at once.
+    pub(super) fn draw_finely(&self) {
+        self.draw(None, true);
+    }
+
+    /// The canvas, while something draws on it.
+    pub(super) fn canvas(&self) -> Option<HtmlCanvasElement> {
+        self.graphics.canvas()
     }
 
     /// Picks what lies in the middle of the view.

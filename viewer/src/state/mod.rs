@@ -9,6 +9,7 @@
 //! |---|---|
 //! | `event` | what can happen |
 //! | [`account`] | who the person is to the agent |
+//! | [`color_key`] | what the colours mean |
 //! | [`connection`] | where the link to the agent and the graphics device stand |
 //! | [`legend`] | component classes: visibility, figures |
 //! | [`notices`] | short messages to the person |
@@ -18,6 +19,7 @@
 //! | [`views`] | the captured views |
 
 pub mod account;
+pub mod color_key;
 pub mod connection;
 mod event;
 pub mod legend;

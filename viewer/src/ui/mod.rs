@@ -33,6 +33,8 @@ pub enum Command {
     },
     /// Give the clipboard a link to what is seen.
     CopyLink,
+    /// Download the picture, with what its colours mean.
+    SavePicture,
     /// Ask the agent for the views before this number.
     EarlierViews(u32),
     /// Load the page again.

@@ -9,12 +9,16 @@ use crate::features::view::{Controller, Host};
 use crate::state::AppState;
 use leptos::prelude::*;
 use semascan_geometry::section::Plane;
+use semascan_protocol::Phase;
+use std::cell::Cell;
 use std::rc::{Rc, Weak};
 use std::sync::Arc;
 
 /// See the module.
 pub(super) struct SectionController {
     host: Host,
+    /// A link led to a plane, and there was no whole model to mesh yet.
+    lacks_mesh: Cell<bool>,
     this: Weak<Self>,
 }
 
@@ -46,7 +50,7 @@ impl Wanted {
 
 impl SectionController {
     pub(super) fn new(host: &Host) -> Rc<Self> {
-        Rc::new_cyclic(|this| Self { host: host.clone(), this: this.clone() })
+        Rc::new_cyclic(|this| Self { host: host.clone(), lacks_mesh: Cell::default(), this: this.clone() })
     }
 
     /// Cuts the mesh as it is.
@@ -76,6 +80,13 @@ impl SectionController {
         }
     }
 
+    /// The plane of a link needs a mesh as soon as the model is whole.
+    fn mesh_for_link(&self) {
+        if self.host.ui.read(can_mesh_whole) && self.lacks_mesh.take() {
+            self.host.ui.send_feature(MeshEvent::Requested);
+        }
+    }
+
     /// Turns the plane toward the camera.
     fn face_camera(&self) {
         let camera = self.host.camera.get();
@@ -95,6 +106,12 @@ impl SectionController {
     }
 }
 
+/// Whether the model is whole and a mesh of it can be made.
+fn can_mesh_whole(state: &AppState) -> bool {
+    let is_over = matches!(state.progress.phase, Phase::Finished | Phase::Failed);
+    is_over && state.has_model() && state.features.mesh.is_wanted()
+}
+
 impl Controller for SectionController {
     fn begin(&self) {
         let ui = self.host.ui;
@@ -104,6 +121,12 @@ impl Controller for SectionController {
             // Read, not only tracked: a memo that nobody reads never learns what it depends on.
             points.with(|_| ());
             this.upgrade().inspect(|this| this.measure());
+        });
+        let is_whole = ui.part(can_mesh_whole);
+        let this = self.this.clone();
+        Effect::new(move |_| {
+            is_whole.get();
+            this.upgrade().inspect(|this| this.mesh_for_link());
         });
         let wanted = ui.part(Wanted::of);
         let this = self.this.clone();
@@ -117,6 +140,10 @@ impl Controller for SectionController {
         let ui = self.host.ui;
         match event {
             FeatureEvent::Section(SectionEvent::Show(true) | SectionEvent::Turn(_)) => self.open(),
+            FeatureEvent::Section(SectionEvent::Follow { plane, .. }) => {
+                self.lacks_mesh.set(plane.is_some());
+                self.mesh_for_link();
+            }
             FeatureEvent::Section(SectionEvent::FaceCamera) => self.face_camera(),
             // A click does one thing.
             FeatureEvent::Section(SectionEvent::Read(true)) if ui.read(|s| s.features.measure.kind.is_some()) => {

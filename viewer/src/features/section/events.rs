@@ -1,6 +1,7 @@
 //! What happens to the section plane and the box.
 
 use super::{Direction, Ray, Shown};
+use semascan_geometry::section::Plane;
 use std::sync::Arc;
 
 /// One thing that happens to them.
@@ -30,6 +31,13 @@ pub enum SectionEvent {
         end: usize,
         /// Metres, table frame.
         at: f64,
+    },
+    /// The person followed a link to a plane and a box.
+    Follow {
+        /// The plane, what lies beyond it is cut away; `None` without one.
+        plane: Option<Plane>,
+        /// The box: its lowest and highest corner, metres, table frame; `None` without one.
+        limits: Option<[[f64; 3]; 2]>,
     },
     /// The person wants the whole model back.
     Reset,

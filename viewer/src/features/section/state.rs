@@ -12,6 +12,8 @@ use std::sync::Arc;
 
 /// Most readings at once.
 const MOST: usize = 50;
+/// Least cosine between the normal of a plane and an axis that it lies across.
+const ALONG_AXIS: f64 = 0.999_999;
 /// The farthest from the origin that plane and box may lie, metres.
 const FARTHEST: f64 = 100.0;
 
@@ -80,6 +82,7 @@ impl Feature for Section {
             SectionEvent::ShowLimits(true) => self.limits = self.limits.or(self.extent),
             SectionEvent::ShowLimits(false) => self.limits = None,
             SectionEvent::Limit { axis, end, at } => self.limit(*axis, *end, *at),
+            SectionEvent::Follow { plane, limits } => self.follow(*plane, *limits),
             SectionEvent::Reset => *self = Self { extent: self.extent, ..Self::default() },
             SectionEvent::Extent(extent) => self.extent = *extent,
             SectionEvent::Cut(shown) => self.take(shown.clone()),
@@ -181,6 +184,30 @@ impl Section {
         } else {
             high[axis] = at;
             low[axis] = low[axis].min(at);
+        }
+    }
+
+    /// Takes plane and box as they are; along an axis of the frame the plane is one that can be moved along it.
+    fn follow(&mut self, plane: Option<Plane>, limits: Option<[[f64; 3]; 2]>) {
+        self.limits = limits.map(|corners| corners.map(|corner| corner.map(|c| c.clamp(-FARTHEST, FARTHEST))));
+        self.is_on = plane.is_some();
+        self.is_reading &= self.is_on;
+        let Some(plane) = plane else { return };
+        self.is_placed = true;
+        let along = |axis: &Direction| (0..3).map(|k| axis.normal()[k] * plane.normal()[k]).sum::<f64>();
+        let axis = Direction::AXES.into_iter().find(|axis| along(axis).abs() > ALONG_AXIS);
+        match axis {
+            Some(axis) => {
+                self.is_flipped = along(&axis) < 0.0;
+                self.direction = axis;
+                self.move_to(plane.offset() * along(&axis).signum());
+            }
+            None => {
+                let through = plane.normal().map(|c| c * plane.offset());
+                self.is_flipped = false;
+                self.direction = Direction::Surface { normal: plane.normal(), through };
+                self.offset = 0.0;
+            }
         }
     }
 

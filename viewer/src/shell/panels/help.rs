@@ -27,6 +27,7 @@ const GROUPS: [(&str, &[Shortcut]); 8] = [
             (&["+", "−"], "Zoom"),
             (&["F"], "Fit the model into view"),
             (&["H"], "Copy a link to this view"),
+            (&["Shift", "H"], "Save the picture, with what its colours mean"),
             (&["1", "…", "7"], "Isometric, front, back, left, right, top, bottom"),
         ],
     ),

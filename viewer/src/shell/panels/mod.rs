@@ -22,7 +22,7 @@
 //! | `[data-testid=color-mode-<mode>]` | radio: `appearance`, `component`, `confidence`, `views`, `defect`, `sigma` |
 //! | `[data-testid=color-scale]` | the scale of the colour ramp, or the defect classes; in it `scale-unknown`, the colour of what is not known |
 //! | `[data-testid=show-outliers]`, `show-background` | switches |
-//! | `[data-testid=theme-toggle]`, `fit`, `copy-link`, `help-open` | buttons |
+//! | `[data-testid=theme-toggle]`, `fit`, `copy-link`, `save-picture`, `help-open` | buttons |
 //! | `[data-testid=help]` | the dialog of shortcuts |
 //! | `[data-testid=show-points]`, `show-mesh` | radio: what the model is shown as; `show-mesh` makes the mesh where there is none |
 //! | `[data-testid=mesh]` | the mesh's panel; `data-state` = `none`, `running`, `ready`; `data-triangles`, `data-outdated` |

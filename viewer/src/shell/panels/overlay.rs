@@ -3,13 +3,15 @@
 
 use crate::camera::CameraInput;
 use crate::display::color_ramp::{UNKNOWN, css_gradient};
-use crate::display::{ColorMode, ScalarScale, css_color};
+use crate::display::{ColorMode, css_color};
 use crate::features::mounted;
+use crate::state::color_key::ColorKey;
 use crate::state::connection::{Connection, GraphicsStatus};
 use crate::state::{AppState, Event, units};
-use crate::ui::icons::{FIT, Icon, LINK, MODEL, UNLINKED, WARNING};
+use crate::ui::icons::{DOWNLOAD, FIT, Icon, LINK, MODEL, UNLINKED, WARNING};
 use crate::ui::{Command, Ui};
 use leptos::prelude::*;
+use semascan_model::ClassDef;
 use semascan_protocol::Phase;
 
 /// Everything over the canvas.
@@ -24,6 +26,12 @@ pub(super) fn Overlay(ui: Ui) -> impl IntoView {
                     title="Copy a link to this view (H)" on:click=move |_| ui.ask(Command::CopyLink)
                 >
                     <Icon path=LINK/>
+                </button>
+                <button
+                    class="tool is-raised" type="button" data-testid="save-picture" aria-label="Save this picture"
+                    title="Save this picture, with what its colours mean (Shift+H)" on:click=move |_| ui.ask(Command::SavePicture)
+                >
+                    <Icon path=DOWNLOAD/>
                 </button>
                 <button
                     class="tool is-raised" type="button" data-testid="fit" aria-label="Fit the model into view"
@@ -67,14 +75,14 @@ fn ColorModes(ui: Ui) -> impl IntoView {
     }
 }
 
-/// The scale of the ramp, or the defect classes. The scale of deviations is their tool's.
+/// The scale of the ramp, or the defect classes. The scale of deviations is their tool's; components are in the legend.
 #[component]
 fn ColorScale(ui: Ui) -> impl IntoView {
-    let mode = ui.part(|s| s.display.color_mode);
-    let top = ui.part(AppState::views_scale);
-    let scales = ui.part(|s| s.scales);
+    let key = ui.part(|s| {
+        let is_elsewhere = matches!(s.display.color_mode, ColorMode::Component | ColorMode::Deviation);
+        Some(ColorKey::of(s)).filter(|_| !is_elsewhere)
+    });
     let has_model = ui.part(AppState::has_model);
-    let defects = ui.part(|s| s.legend.defects.clone());
     // What is not known has a colour that is on no ramp, and the legend says which and why.
     let unknown = |(what, why): (&'static str, &'static str)| {
         view! {
@@ -84,78 +92,43 @@ fn ColorScale(ui: Ui) -> impl IntoView {
             </p>
         }
     };
-    let ramp = move |title: &'static str, ticks: [String; 3], unknown_text: Option<(&'static str, &'static str)>| {
+    let class = |class: ClassDef| {
         view! {
+            <li>
+                <span class="scale-dot" style:background-color=css_color(class.color)></span>
+                {class.name}
+            </li>
+        }
+    };
+    move || match key.get() {
+        None | Some(ColorKey::Appearance) => ().into_any(),
+        Some(ColorKey::Nothing { .. }) if !has_model.get() => ().into_any(),
+        Some(ColorKey::Nothing { title, unknown: why }) => view! {
+            <figure class="scale is-raised" data-testid="color-scale">
+                <figcaption>{title}</figcaption>
+                {unknown(why)}
+            </figure>
+        }
+        .into_any(),
+        Some(ColorKey::Ramp { title, ticks, unknown: why }) => view! {
             <figure class="scale is-raised" data-testid="color-scale">
                 <figcaption>{title}</figcaption>
                 <div class="scale-ramp" aria-hidden="true" style:background-image=css_gradient()></div>
                 <div class="scale-ticks">{ticks.into_iter().map(|t| view! { <span>{t}</span> }).collect_view()}</div>
-                {unknown_text.map(unknown)}
-            </figure>
-        }
-        .into_any()
-    };
-    // On the scale of the data: what lies beyond its ends has their colours.
-    let share = move |title: &'static str,
-                      scale: Option<ScalarScale>,
-                      tick: fn(f32) -> String,
-                      none: (&'static str, &'static str)| match scale {
-        Some(scale) => {
-            let [low, middle, high] = [scale.low, scale.middle(), scale.high].map(tick);
-            // Beyond the ends there is no other colour.
-            let low = if scale.reaches_below { format!("≤ {low}") } else { low };
-            let high = if scale.reaches_above { format!("≥ {high}") } else { high };
-            let ticks = [low, middle, high];
-            ramp(title, ticks, Some(("not known", "(no evidence for a component)")))
-        }
-        None if has_model.get() => view! {
-            <figure class="scale is-raised" data-testid="color-scale">
-                <figcaption>{title}</figcaption>
-                {unknown(none)}
+                {why.map(unknown)}
             </figure>
         }
         .into_any(),
-        None => ().into_any(),
-    };
-    let classes = move || {
-        let rows = defects.get().into_iter().skip(1).map(|class| {
+        Some(ColorKey::Classes { title, classes }) => {
+            let none = classes.is_empty().then(|| view! { <li>"This source names no defects."</li> });
             view! {
-                <li>
-                    <span class="scale-dot" style:background-color=css_color(class.color)></span>
-                    {class.name}
-                </li>
+                <figure class="scale is-raised" data-testid="color-scale">
+                    <figcaption>{title}</figcaption>
+                    <ul class="scale-classes">{classes.into_iter().map(class).collect_view()} {none}</ul>
+                </figure>
             }
-        });
-        let rows = rows.collect::<Vec<_>>();
-        let none = rows.is_empty().then(|| view! { <li>"This source names no defects."</li> });
-        view! {
-            <figure class="scale is-raised" data-testid="color-scale">
-                <figcaption>"Defect"</figcaption>
-                <ul class="scale-classes">{rows} {none}</ul>
-            </figure>
+            .into_any()
         }
-    };
-    move || match mode.get() {
-        ColorMode::Confidence => {
-            let tick = |share: f32| format!("{:.0} %", share * 100.0);
-            share("Confidence", scales.get().confidence, tick, ("not known:", "no point has evidence for a component"))
-        }
-        ColorMode::Sigma => {
-            let tick = |share: f32| format!("{share:.3}").trim_end_matches('0').trim_end_matches('.').to_owned();
-            share(
-                "Uncertainty (sigma)",
-                scales.get().sigma,
-                tick,
-                ("not known:", "nobody estimated it for these labels"),
-            )
-        }
-        ColorMode::Views => {
-            let top = top.get();
-            let middle = if top.is_multiple_of(2) { (top / 2).to_string() } else { String::new() };
-            ramp("Views that saw the point", ["0".into(), middle, top.to_string()], None)
-        }
-        ColorMode::Defect => classes().into_any(),
-        ColorMode::Appearance | ColorMode::Component | ColorMode::Deviation => ().into_any(),
     }
 }
 

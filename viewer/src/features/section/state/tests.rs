@@ -1,7 +1,8 @@
 use super::super::Style;
 use super::*;
 use SectionEvent::{
-    Aimed, Back, Clicked, Deepen, Extent, Flip, Limit, Offset, Read, Remove, Reset, Show, ShowLimits, Toward, Turn,
+    Aimed, Back, Clicked, Deepen, Extent, Flip, Follow, Limit, Offset, Read, Remove, Reset, Show, ShowLimits, Toward,
+    Turn,
 };
 use semascan_model::{SemanticMesh, SemanticPoint};
 
@@ -174,4 +175,27 @@ fn the_box_ends_outlines_and_areas() {
     let shown = v.section.shown.clone().expect("a section");
     assert!((shown.length - 0.28).abs() < 1e-6 && (shown.area - 0.5 * (0.08 * 0.08 - 0.06 * 0.06)).abs() < 1e-9);
     assert_eq!((shown.closed, shown.open), (0, 0));
+}
+
+#[test]
+fn a_link_leads_to_the_same_plane_and_box() {
+    for events in [
+        vec![Extent(Some(EXTENT)), Show(true), Deepen(0.01)],
+        vec![Extent(Some(EXTENT)), Turn(Direction::X), Offset(0.012), Flip, ShowLimits(true)],
+        vec![Turn(Direction::Camera { normal: [0.6, 0.0, 0.8], through: [0.01, 0.02, 0.03] }), Deepen(0.004)],
+        vec![ShowLimits(true)],
+    ] {
+        let sent = Viewer::after(events).section;
+        let followed = Viewer::after([Follow { plane: sent.plane(), limits: sent.limits }]);
+        assert_eq!((followed.section.is_on, followed.section.limits), (sent.is_on, sent.limits));
+        for (there, here) in sent.plane().iter().zip(&followed.section.plane()) {
+            let same =
+                [[0.0; 3], [0.1, 0.2, 0.3]].iter().all(|at| (there.height(*at) - here.height(*at)).abs() < 1e-12);
+            assert!(same, "{there:?} and {here:?}");
+        }
+        assert_eq!(followed.display.cut.is_on(), sent.is_active());
+    }
+    let along = Viewer::after([Turn(Direction::Y), Flip]).section;
+    let followed = Viewer::after([Follow { plane: along.plane(), limits: None }]).section;
+    assert_eq!((followed.direction, followed.is_flipped), (Direction::Y, true), "it can be moved along its axis");
 }
