@@ -97,6 +97,8 @@ onEveryBackend(
       assert.match(await page.getByTestId('measurement-1').innerText(), /inch/);
       await page.reload();
       await viewer.finished();
+      // Before there is a picture a click is at nothing.
+      await viewer.picture();
       assert.equal(await page.getByTestId('measure-unit-inch').isChecked(), true);
       await viewer.choose('measure-unit-mm');
     });
