@@ -97,7 +97,8 @@ fn draw_key(context: &CanvasRenderingContext2d, key: &ColorKey, mode: ColorMode,
             for step in 0..steps {
                 let share = (step as f32 + 0.5) / steps as f32;
                 context.set_fill_style_str(&css_color(ColorKey::ramp(mode, share)));
-                context.fill_rect(x + f64::from(step), y - height / 2.0, 1.0, height);
+                // To the end, the next over it: edges between pixels would let the paper through.
+                context.fill_rect(x + f64::from(step), y - height / 2.0, length - f64::from(step), height);
             }
             x += length + TEXT;
             write(&mut x, high)?;
