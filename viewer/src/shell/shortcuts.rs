@@ -9,7 +9,6 @@ use crate::features::measure::{Kind, MeasureEvent};
 use crate::features::review::{ReviewEvent, Ruling};
 use crate::features::section::SectionEvent;
 use crate::state::{AppState, Event};
-use semascan_model::Role;
 
 /// What has the keyboard's focus.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -111,8 +110,7 @@ fn measuring(kind: Kind, state: &AppState) -> MeasureEvent {
 /// Takes a tool of corrections in hand, or lays it down; `None` where nobody may correct.
 fn correcting(tool: Tool, state: &AppState) -> Option<CorrectEvent> {
     let is_chosen = state.features.correct.tool == Some(tool);
-    let is_reviewer = state.account.as_ref().is_some_and(|account| account.role >= Role::Reviewer);
-    let may = is_reviewer && state.features.review.is_open();
+    let may = state.may_review() && state.features.review.is_open();
     (may || is_chosen).then_some(CorrectEvent::Choose((!is_chosen).then_some(tool)))
 }
 

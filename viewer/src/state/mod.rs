@@ -41,7 +41,7 @@ use connection::{Connection, GraphicsStatus};
 use legend::{ClassFigures, Legend};
 use notices::{Level, Notices, Topic};
 use progress::{RunProgress, Standing};
-use semascan_model::ModelFigures;
+use semascan_model::{ModelFigures, Role};
 use semascan_protocol::server_message::Body;
 use semascan_protocol::{Domain, Figures, Inspection, Phase, ReviewChange, StageState, review_subject};
 use timings::Timings;
@@ -251,6 +251,11 @@ impl AppState {
         let known =
             if expected > 0 { expected } else { self.progress.views_done.clamp(10, 65_530).next_multiple_of(10) };
         known.clamp(2, u32::from(u16::MAX))
+    }
+
+    /// Whether the agent lets the person decide about findings and correct labels.
+    pub fn may_review(&self) -> bool {
+        self.account.as_ref().is_some_and(|account| account.role >= Role::Reviewer)
     }
 
     /// A new inspection, or the same one from an empty map; how the person set up the display stays.

@@ -6,8 +6,8 @@ use crate::features::review::{ReviewEvent, Unsent, new_name};
 use crate::features::view::{Controller, FeatureView, Host};
 use crate::ui::Ui;
 use leptos::prelude::*;
+use semascan_model::ClassDef;
 use semascan_model::review::{Review, Subject};
-use semascan_model::{ClassDef, Role};
 use std::rc::Rc;
 
 impl FeatureView for Correct {
@@ -22,10 +22,7 @@ impl FeatureView for Correct {
 
 #[component]
 fn CorrectPanel(ui: Ui) -> impl IntoView {
-    let may = ui.part(|s| {
-        let is_reviewer = s.account.as_ref().is_some_and(|account| account.role >= Role::Reviewer);
-        is_reviewer && s.features.review.is_open()
-    });
+    let may = ui.part(|s| s.may_review() && s.features.review.is_open());
     let tool = ui.part(|s| s.features.correct.tool);
     let prompt = ui.part(|s| s.features.correct.prompt());
     let marks = ui.part(|s| s.features.correct.drawn().count());

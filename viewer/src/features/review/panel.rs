@@ -3,9 +3,9 @@
 use super::controller::ReviewController;
 use super::{Draft, Review, ReviewEvent, Ruling, Standing, Unsent, new_name, words};
 use crate::features::view::{Controller, FeatureView, Host};
+use crate::state::AppState;
 use crate::ui::Ui;
 use leptos::prelude::*;
-use semascan_model::Role;
 use semascan_model::finding::FindingKind;
 use semascan_model::review::Subject;
 use semascan_model::verdict::Decision;
@@ -167,8 +167,7 @@ fn Chosen(ui: Ui) -> impl IntoView {
 #[component]
 fn ClassChoice(ui: Ui) -> impl IntoView {
     let offered = ui.part(|s| {
-        let may = s.account.as_ref().is_some_and(|account| account.role >= Role::Reviewer);
-        let (_, finding) = s.features.review.chosen().filter(|_| may)?;
+        let (_, finding) = s.features.review.chosen().filter(|_| s.may_review())?;
         let now = match &finding.kind {
             FindingKind::Defect { defect } | FindingKind::Drawn { defect: Some(defect), .. } => defect.name.clone(),
             FindingKind::Drawn { defect: None, .. } => String::new(),
@@ -207,7 +206,7 @@ fn ClassChoice(ui: Ui) -> impl IntoView {
 /// The decisions by one key each.
 #[component]
 fn Rulings(ui: Ui) -> impl IntoView {
-    let may = ui.part(|s| s.account.as_ref().is_some_and(|account| account.role >= Role::Reviewer));
+    let may = ui.part(AppState::may_review);
     let is_open = ui.part(|s| s.features.review.is_open());
     let about = ui.part(|s| match s.features.review.chosen() {
         Some((place, _)) => format!("Decide about finding {}", place + 1),
