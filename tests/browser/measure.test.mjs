@@ -132,6 +132,52 @@ onEveryBackend(
       assert.deepEqual(found.violations.map((v) => `${v.id}: ${v.help}: ${v.nodes.map((n) => n.target).join('; ')}`), []);
     });
 
+    it('keeps measurements with the inspection, for everybody, until they are withdrawn', LIMIT, async () => {
+      const ask = (path) =>
+        page.evaluate(async (path) => {
+          const id = document.getElementById('viewport').dataset.inspection;
+          return (await fetch(`/api/v1/inspections/${id}/${path}`)).json();
+        }, path);
+      const arrived = () =>
+        page.waitForFunction(() => document.querySelector('[data-testid=review]')?.dataset.unsent === '0', null, { timeout: 30_000 });
+      const listed = await page.locator('[data-testid^=measurement-]').count();
+      await page.getByTestId('measure-keep-reason').fill('first piece');
+      const person = page.getByTestId('measure-keep-person');
+      if ((await person.inputValue()) === '') await person.fill('C. Metrologist');
+      await page.getByTestId('measure-keep-sign').click();
+      await arrived();
+      await page.getByTestId(`kept-${listed}`).waitFor({ timeout: 30_000 });
+      const { items } = await ask('measurements');
+      assert.equal(items.length, listed);
+      assert.ok(items.every((kept) => kept.note === 'first piece' && kept.measurement.features.length > 0));
+      const area = items.find((kept) => kept.measurement.kind === 'area').measurement;
+      assert.ok(area.figure.value > 1e-6 && area.figure.expanded > 0 && area.lines.length > 3, JSON.stringify(area.figure));
+      assert.equal(await page.locator('[data-testid^=measurement-][data-kept=true]').count(), listed);
+      // Somebody else sees figures and lines.
+      const other = await Viewer.open(session.browser, session.agent.url);
+      try {
+        await other.finished();
+        const entry = other.page.getByTestId('kept-1');
+        await entry.waitFor({ timeout: 30_000 });
+        assert.match(await entry.innerText(), /±[\s\S]*first piece/);
+        const label = other.page.locator('[data-testid^=kept-label-]');
+        assert.equal(await label.count(), listed);
+        const shown = await other.picture();
+        await other.redrawn(() => other.page.getByTestId('measure-kept').uncheck());
+        assert.ok((await other.picture()).difference(shown) > 0.0003, 'their lines are hidden');
+        assert.equal(await label.count(), 0);
+        other.assertNoErrors();
+      } finally {
+        await other.close();
+      }
+      await page.getByRole('button', { name: 'Withdraw kept measurement 1' }).click();
+      await page.getByTestId('measure-withdraw-reason').fill('beside the edge');
+      await page.keyboard.press('Enter');
+      await arrived();
+      await page.getByTestId(`kept-${listed}`).waitFor({ state: 'detached', timeout: 30_000 });
+      assert.equal((await ask('measurements')).items.length, listed - 1);
+    });
+
     it('logs no error', LIMIT, () => viewer.assertNoErrors());
   },
   { agent: {} },

@@ -31,14 +31,14 @@ onEveryBackend(
 
     /** Types into what has the focus, and signs by Enter. */
     const sign = async (reason, name) => {
-      await page.getByTestId('draft').waitFor();
+      await page.getByTestId('draft-form').waitFor();
       await page.keyboard.type(reason);
       if (name && (await page.getByTestId('draft-person').inputValue()) === '') {
         await page.keyboard.press('Tab');
         await page.keyboard.type(name);
       }
       await page.keyboard.press('Enter');
-      await page.getByTestId('draft').waitFor({ state: 'detached' });
+      await page.getByTestId('draft-form').waitFor({ state: 'detached' });
     };
 
     const kind = (finding) => finding.kind.kind ?? finding.kind;
@@ -173,7 +173,7 @@ onEveryBackend(
     it('has no fault that a checker of accessibility finds', LIMIT, async () => {
       await page.getByTestId('finding-1').click();
       await page.getByTestId('ruling-accept').click();
-      await page.getByTestId('draft').waitFor();
+      await page.getByTestId('draft-form').waitFor();
       await page.evaluate(await readFile(AXE, 'utf8'));
       const { violations } = await page.evaluate(() => globalThis.axe.run({ include: [['[data-testid=review]']] }, { runOnly: ['wcag2a', 'wcag2aa'] }));
       assert.deepEqual(violations.map((v) => `${v.id}: ${v.nodes.map((n) => n.target).join(' ')}`), []);

@@ -284,7 +284,9 @@ fn labelled(
         | ReviewAction::Accept
         | ReviewAction::Reject
         | ReviewAction::Rework
-        | ReviewAction::Comment => return Ok(None),
+        | ReviewAction::Comment
+        | ReviewAction::Measure { .. }
+        | ReviewAction::Withdraw { .. } => return Ok(None),
     };
     if labelled.vertices.is_empty() && labelled.stroke.is_none() {
         return Err("no surface of the model lies in its patch".into());

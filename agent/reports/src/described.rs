@@ -1,7 +1,8 @@
 //! Findings, lines of verdicts, registrations and outcomes in words and in their units.
 
-use crate::figure::{Unit, alone, with_uncertainty};
+use crate::figure::{Unit, alone, in_unit, with_uncertainty};
 use semascan_model::finding::{Finding, FindingKind};
+use semascan_model::measurement::{Dimension, FeatureKind, MeasurementRecord};
 use semascan_model::record::{LabelSource, Outcome, RegistrationRecord};
 use semascan_model::review::ReviewAction;
 use semascan_model::verdict::{Conformity, Decision, JudgedFigure, VerdictLine};
@@ -50,7 +51,40 @@ pub(crate) fn action(action: &ReviewAction) -> String {
         ReviewAction::NewFinding { component, defect, .. } => {
             format!("drew {} on {component}", defect.as_deref().unwrap_or("a remark"))
         }
+        ReviewAction::Measure { measurement } => match measured_figure(measurement) {
+            Some(figure) => format!("measured: {}, {figure}", measurement.kind.label().to_lowercase()),
+            None => format!("measured: {}", measurement.kind.label().to_lowercase()),
+        },
+        ReviewAction::Withdraw { .. } => "withdrew a measurement".into(),
     }
+}
+
+/// The figure of a measurement with its uncertainty and unit; `None` where it has none.
+pub(crate) fn measured_figure(measurement: &MeasurementRecord) -> Option<String> {
+    let figure = measurement.figure?;
+    let radius = if measurement.kind.is_radius() { "R " } else { "" };
+    Some(match measurement.kind.dimension() {
+        Dimension::Length => format!("{radius}{} mm", with_uncertainty(figure, Unit::Millimetre)),
+        Dimension::Area => format!("{} mm²", with_uncertainty(figure, Unit::SquareMillimetre)),
+        // A degree sign stands behind a number or a bracket without a space.
+        Dimension::Angle => format!("({})°", in_unit(figure, 1_f64.to_degrees())),
+    })
+}
+
+/// What a measurement was taken from: `cylinder of 812 points (residual 0.05 mm)`, `2 points`.
+pub(crate) fn measured_on(measurement: &MeasurementRecord) -> String {
+    let points = measurement.features.iter().filter(|feature| feature.kind == FeatureKind::Point).count();
+    let elements = measurement.features.iter().filter_map(|feature| {
+        let fit = feature.fit?;
+        let residual = alone(fit.rms, Unit::Millimetre);
+        Some(format!("{} of {} points (residual {residual} mm)", feature.kind.name(), fit.used))
+    });
+    let points = match points {
+        0 => None,
+        1 => Some("1 point".to_owned()),
+        count => Some(format!("{count} points")),
+    };
+    points.into_iter().chain(elements).collect::<Vec<_>>().join(", ")
 }
 
 /// How a figure stands to its limit.

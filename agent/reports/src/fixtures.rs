@@ -5,10 +5,14 @@ use semascan_model::finding::{
     AreaBudget, ComponentFigures, Depth, Finding, FindingId, FindingKind, FindingView, FindingsRecord, Footprint,
     LabelUncertainty, LeftOut, NamedClass, PixelBox, Quantity, RegionFigures, Spread,
 };
+use semascan_model::measurement::{
+    FeatureKind, FitRecord, KeptMeasurement, MeasuredFeature, MeasurementKind, MeasurementRecord,
+};
 use semascan_model::record::{
     ClassSummary, Convention, FilesRecord, InspectionRecord, LabelSource, Outcome, PoseRecord, QuaternionRecord,
     RegionRecord, RegistrationRecord, RunRecord, SCHEMA_VERSION, Setting, SoftwareRecord, Stage, StageTime, ViewRecord,
 };
+use semascan_model::review::ReviewId;
 use semascan_model::verdict::{Conformity, CriteriaRecord, Decision, JudgedFigure, Verdict, VerdictLine};
 use semascan_model::{InspectionId, SemanticMesh, SemanticPoint, Taxonomy};
 
@@ -245,4 +249,66 @@ pub(crate) fn record() -> InspectionRecord {
         }),
         truth: None,
     }
+}
+
+fn kept(number: u128, note: &str, measurement: MeasurementRecord) -> KeptMeasurement {
+    KeptMeasurement {
+        review: ReviewId(uuid::Uuid::from_u128(number)),
+        person: "A. Reviewer".into(),
+        at: Timestamp::UNIX_EPOCH,
+        note: note.into(),
+        is_of_earlier_model: number != 1,
+        measurement,
+    }
+}
+
+/// A distance of 50 mm between two points.
+pub(crate) fn distance() -> KeptMeasurement {
+    let point = |position: [f64; 3]| MeasuredFeature {
+        kind: FeatureKind::Point,
+        picked: position,
+        position,
+        direction: None,
+        radius: None,
+        fit: None,
+    };
+    let along = [0.03, -0.04, 0.0].map(|way| Quantity { value: way, expanded: Some(1.1e-3) });
+    kept(
+        1,
+        "over the rim",
+        MeasurementRecord {
+            kind: MeasurementKind::Distance,
+            figure: Some(Quantity { value: 0.05, expanded: Some(1.1e-3) }),
+            along_axes: Some(along),
+            features: vec![point([0.0; 3]), point([0.03, -0.04, 0.0])],
+            voxel: 1.4e-3,
+            place: [0.015, -0.02, 0.0],
+            lines: vec![[[0.0; 3], [0.03, -0.04, 0.0]]],
+        },
+    )
+}
+
+/// A cylinder of radius 12 mm.
+pub(crate) fn cylinder() -> KeptMeasurement {
+    let feature = MeasuredFeature {
+        kind: FeatureKind::Cylinder,
+        picked: [0.012, 0.0, 0.0],
+        position: [0.0; 3],
+        direction: Some([0.0, 0.0, 1.0]),
+        radius: Some(0.012),
+        fit: Some(FitRecord { rms: 5e-5, largest: 3e-4, used: 812, left_out: 14 }),
+    };
+    kept(
+        2,
+        "=bore",
+        MeasurementRecord {
+            kind: MeasurementKind::Cylinder,
+            figure: Some(Quantity { value: 0.012, expanded: Some(2e-5) }),
+            along_axes: None,
+            features: vec![feature],
+            voxel: 1.4e-3,
+            place: [0.012, 0.0, 0.0],
+            lines: Vec::new(),
+        },
+    )
 }

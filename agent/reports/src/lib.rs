@@ -10,7 +10,7 @@
 //! | `pdf/` | the same as a PDF file, with the feature `pdf` |
 //! | `carried.rs` | photographs that an earlier report of the same model holds |
 //! | `characteristics.rs` | what quality systems call characteristics: name, unit, value, limit |
-//! | `tables.rs` | tables of findings and components (RFC 4180) |
+//! | `tables.rs` | tables of findings, components and measurements (RFC 4180) |
 //! | `dfq.rs` | Q-DAS ASCII transfer format |
 //! | `qif.rs` | QIF 3.0 results |
 //!
@@ -41,7 +41,7 @@ pub use pdf::pdf;
 pub use photograph::{Photograph, ProjectedOutline, ViewPicture, photograph};
 pub use pictures::{FIXED_VIEWS, FindingPicture, ModelPicture, Pictures};
 pub use qif::qif;
-pub use tables::{components_csv, findings_csv};
+pub use tables::{components_csv, findings_csv, measurements_csv};
 
 use semascan_model::Taxonomy;
 use semascan_model::finding::{Finding, FindingId, FindingView};

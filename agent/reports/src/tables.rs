@@ -1,4 +1,4 @@
-//! Tables for spreadsheets: findings and components, one a line (RFC 4180: commas, quotes where needed, CRLF, UTF-8, a head).
+//! Tables for spreadsheets: findings, components and measurements, one a line (RFC 4180: commas, quotes where needed, CRLF, UTF-8, a head).
 //!
 //! Lengths in millimetres, areas in square millimetres, with their expanded uncertainty (k = 2) in a column of its own. A field
 //! that is empty is not known. Text that a spreadsheet would take for a formula has an apostrophe before it.
@@ -6,7 +6,9 @@
 use crate::described::outcome_name;
 use crate::{ReportError, findings};
 use csv::{Terminator, Writer, WriterBuilder};
+use semascan_model::LengthUnit;
 use semascan_model::finding::{Finding, FindingKind, Quantity, RegionFigures};
+use semascan_model::measurement::{FitRecord, KeptMeasurement};
 use semascan_model::record::{ClassSummary, InspectionRecord};
 use semascan_model::verdict::Decision;
 
@@ -112,6 +114,70 @@ pub fn components_csv(record: &InspectionRecord) -> Result<Vec<u8>, ReportError>
     write(columns, record.components.iter())
 }
 
+/// `measurements.csv`: what people measured and keep. Angles in degrees.
+///
+/// # Errors
+/// [`ReportError`] if it cannot be written.
+pub fn measurements_csv(record: &InspectionRecord, kept: &[KeptMeasurement]) -> Result<Vec<u8>, ReportError> {
+    type Row<'a> = (usize, &'a KeptMeasurement);
+    let factor = |row: &Row<'_>| 1.0 / row.1.measurement.kind.dimension().one(LengthUnit::Millimetres);
+    let axis = |row: &Row<'_>, k: usize| value(row.1.measurement.along_axes.map(|axes| axes[k]), LENGTH);
+    // The form of a measurement of several features is in the rows of the elements that it was taken from.
+    let form = |row: &Row<'_>| match row.1.measurement.features.as_slice() {
+        [one] => Some(*one),
+        _ => None,
+    };
+    let fit = |row: &Row<'_>, of: &dyn Fn(FitRecord) -> String| {
+        form(row).and_then(|feature| feature.fit).map(of).unwrap_or_default()
+    };
+    let direction =
+        |row: &Row<'_>, k: usize| form(row).and_then(|one| one.direction).map(|d| number(d[k])).unwrap_or_default();
+    let position = |row: &Row<'_>, feature: usize, k: usize| {
+        let features = &row.1.measurement.features;
+        features.get(feature).map(|one| number(one.position[k] * LENGTH)).unwrap_or_default()
+    };
+    let columns: &[Column<'_, Row<'_>>] = &[
+        ("inspection", &|_| record.id.to_string()),
+        ("part", &|_| text(&record.part)),
+        ("number", &|row| (row.0 + 1).to_string()),
+        ("review", &|row| row.1.review.to_string()),
+        ("kind", &|row| row.1.measurement.kind.key().to_owned()),
+        ("value", &|row| value(row.1.measurement.figure, factor(row))),
+        ("expanded", &|row| expanded(row.1.measurement.figure, factor(row))),
+        ("unit", &|row| {
+            let unit = row.1.measurement.kind.dimension().name(LengthUnit::Millimetres);
+            row.1.measurement.figure.map(|_| unit).unwrap_or_default()
+        }),
+        ("along_x_mm", &|row| axis(row, 0)),
+        ("along_y_mm", &|row| axis(row, 1)),
+        ("along_z_mm", &|row| axis(row, 2)),
+        ("taken_from", &|row| {
+            row.1.measurement.features.iter().map(|one| one.kind.name()).collect::<Vec<_>>().join(" ")
+        }),
+        ("x1_mm", &|row| position(row, 0, 0)),
+        ("y1_mm", &|row| position(row, 0, 1)),
+        ("z1_mm", &|row| position(row, 0, 2)),
+        ("x2_mm", &|row| position(row, 1, 0)),
+        ("y2_mm", &|row| position(row, 1, 1)),
+        ("z2_mm", &|row| position(row, 1, 2)),
+        ("x3_mm", &|row| position(row, 2, 0)),
+        ("y3_mm", &|row| position(row, 2, 1)),
+        ("z3_mm", &|row| position(row, 2, 2)),
+        ("direction_x", &|row| direction(row, 0)),
+        ("direction_y", &|row| direction(row, 1)),
+        ("direction_z", &|row| direction(row, 2)),
+        ("residual_rms_mm", &|row| fit(row, &|fit| number(fit.rms * LENGTH))),
+        ("residual_largest_mm", &|row| fit(row, &|fit| number(fit.largest * LENGTH))),
+        ("points_used", &|row| fit(row, &|fit| fit.used.to_string())),
+        ("points_left_out", &|row| fit(row, &|fit| fit.left_out.to_string())),
+        ("of_earlier_model", &|row| if row.1.is_of_earlier_model { "yes" } else { "no" }.to_owned()),
+        ("person", &|row| text(&row.1.person)),
+        ("at", &|row| row.1.at.to_string()),
+        ("note", &|row| text(&row.1.note)),
+    ];
+    write(columns, kept.iter().enumerate())
+}
+
 fn write<Row>(columns: &[Column<'_, Row>], rows: impl Iterator<Item = Row>) -> Result<Vec<u8>, ReportError> {
     let mut writer: Writer<Vec<u8>> = WriterBuilder::new().terminator(Terminator::CRLF).from_writer(Vec::new());
     writer.write_record(columns.iter().map(|(name, _)| *name))?;
@@ -170,7 +236,7 @@ fn text(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fixtures::record;
+    use crate::fixtures::{cylinder, distance, record};
 
     /// The table read back, by the names of its head.
     fn read(bytes: &[u8]) -> Vec<std::collections::BTreeMap<String, String>> {
@@ -203,6 +269,19 @@ mod tests {
         assert_eq!(
             (rows[0]["kind"].as_str(), rows[0]["area_mm2"].as_str(), rows[0]["seen_share"].as_str()),
             ("completeness", "", "0")
+        );
+    }
+
+    #[test]
+    fn measurements_are_in_millimetres_and_degrees() {
+        let rows = read(&measurements_csv(&record(), &[distance(), cylinder()]).expect("a table"));
+        let field = |row: usize, names: [&str; 4]| names.map(|name| rows[row][name].clone());
+        assert_eq!(field(0, ["kind", "value", "expanded", "unit"]), ["distance", "50", "1.1", "mm"]);
+        assert_eq!(field(0, ["along_y_mm", "x2_mm", "residual_rms_mm", "x3_mm"]), ["-40", "30", "", ""]);
+        assert_eq!(field(1, ["kind", "value", "points_used", "direction_z"]), ["cylinder", "12", "812", "1"]);
+        assert_eq!(
+            field(1, ["note", "of_earlier_model", "along_x_mm", "person"]),
+            ["'=bore", "yes", "", "A. Reviewer"]
         );
     }
 

@@ -1,5 +1,5 @@
 //! The data model: classes, semantic points, the semantic mesh, the record of an inspection, findings, criteria,
-//! verdicts, reviews, roles, and what was done with accounts.
+//! verdicts, reviews, measurements, roles, and what was done with accounts.
 
 pub mod account_log;
 pub mod choice;
@@ -10,6 +10,7 @@ mod figures;
 pub mod finding;
 mod id;
 mod length_unit;
+pub mod measurement;
 mod mesh;
 pub mod record;
 pub mod review;

@@ -6,6 +6,7 @@
 
 use crate::InspectionId;
 use crate::finding::{Finding, FindingId, RegionFigures};
+use crate::measurement::{KeptMeasurement, MeasurementRecord};
 use crate::record::SoftwareRecord;
 use crate::verdict::{CriteriaRecord, Decision, Verdict};
 use jiff::Timestamp;
@@ -128,6 +129,16 @@ pub enum ReviewAction {
         #[serde(default, skip_serializing_if = "Option::is_none")]
         defect: Option<String>,
     },
+    /// A measurement is kept.
+    Measure {
+        /// The measurement.
+        measurement: Box<MeasurementRecord>,
+    },
+    /// A measurement that was kept is not used any more.
+    Withdraw {
+        /// The review that it came with.
+        review: ReviewId,
+    },
 }
 
 impl ReviewAction {
@@ -141,6 +152,8 @@ impl ReviewAction {
             Self::Reclassify { .. } => "reclassify",
             Self::Relabel { .. } => "relabel",
             Self::NewFinding { .. } => "new_finding",
+            Self::Measure { .. } => "measure",
+            Self::Withdraw { .. } => "withdraw",
         }
     }
 
@@ -150,7 +163,12 @@ impl ReviewAction {
             Self::Accept => Some(Decision::Accept),
             Self::Reject => Some(Decision::Reject),
             Self::Rework => Some(Decision::Rework),
-            Self::Comment | Self::Reclassify { .. } | Self::Relabel { .. } | Self::NewFinding { .. } => None,
+            Self::Comment
+            | Self::Reclassify { .. }
+            | Self::Relabel { .. }
+            | Self::NewFinding { .. }
+            | Self::Measure { .. }
+            | Self::Withdraw { .. } => None,
         }
     }
 }
@@ -174,7 +192,7 @@ pub struct Review {
     /// Who. A server that knows its users takes their own name alone.
     #[cfg_attr(feature = "schema", schemars(length(min = 1, max = 200)))]
     pub person: String,
-    /// Why. Decisions, remarks and changes of a class need a reason.
+    /// Why. Decisions, remarks, changes of a class and what is withdrawn need a reason.
     #[serde(default)]
     #[cfg_attr(feature = "schema", schemars(length(max = 10_000)))]
     pub reason: String,
@@ -308,6 +326,9 @@ pub struct ReviewedState {
     /// Outlines of the findings that people drew.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub drawn: Vec<DrawnOutline>,
+    /// Measurements that people keep, in the order in which they were taken in.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub measurements: Vec<KeptMeasurement>,
     /// Measured findings that people called an error.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     #[cfg_attr(feature = "schema", schemars(with = "Vec<String>"))]

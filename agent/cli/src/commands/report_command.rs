@@ -3,8 +3,9 @@
 use super::{Failure, report_html};
 use anyhow::anyhow;
 use clap::{Args, ValueEnum};
+use semascan_model::measurement::KeptMeasurement;
 use semascan_model::record::InspectionRecord;
-use semascan_reports::{ReportError, components_csv, dfq, findings_csv, qif};
+use semascan_reports::{ReportError, components_csv, dfq, findings_csv, measurements_csv, qif};
 use semascan_store::{check_place, read_record, write_file};
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -17,7 +18,7 @@ enum Format {
     /// The same for archives (PDF/A-2b): report.pdf
     #[cfg(feature = "pdf")]
     Pdf,
-    /// Tables for spreadsheets: findings.csv and components.csv
+    /// Tables for spreadsheets: findings.csv, components.csv and, of kept inspections, measurements.csv
     Csv,
     /// The Q-DAS ASCII transfer format, for statistical process control: report.dfq
     Dfq,
@@ -58,13 +59,16 @@ impl ReportArgs {
                 let made = report_html::pdf_of_folder(&self.folder, record, jiff::Timestamp::now())?;
                 write(&path, &made)
             }
-            Format::Csv => self.write_tables(&report_html::record_with_drawn(&self.folder, record)?),
+            Format::Csv => {
+                let (record, kept) = report_html::with_reviews(&self.folder, record)?;
+                self.write_tables(&record, kept.as_deref())
+            }
             Format::Dfq => {
-                let record = report_html::record_with_drawn(&self.folder, record)?;
+                let (record, _) = report_html::with_reviews(&self.folder, record)?;
                 write(&self.path("report.dfq"), &made(dfq(&record))?)
             }
             Format::Qif => {
-                let record = report_html::record_with_drawn(&self.folder, record)?;
+                let (record, _) = report_html::with_reviews(&self.folder, record)?;
                 write(&self.path("report.qif"), &made(qif(&record))?)
             }
         }
@@ -83,13 +87,20 @@ impl ReportArgs {
         self.out.clone().unwrap_or_else(|| self.folder.join(name))
     }
 
-    fn write_tables(&self, record: &InspectionRecord) -> Result<(), Failure> {
+    fn write_tables(&self, record: &InspectionRecord, kept: Option<&[KeptMeasurement]>) -> Result<(), Failure> {
         let folder = self.out.as_deref().unwrap_or(&self.folder);
         if !folder.is_dir() {
-            return Err(Failure::Call(anyhow!("{}: is no folder; csv writes two files into one", folder.display())));
+            return Err(Failure::Call(anyhow!(
+                "{}: is no folder; csv writes several files into one",
+                folder.display()
+            )));
         }
-        // Both are made before one is written.
-        let tables = [("findings.csv", made(findings_csv(record))?), ("components.csv", made(components_csv(record))?)];
+        // All are made before one is written.
+        let mut tables =
+            vec![("findings.csv", made(findings_csv(record))?), ("components.csv", made(components_csv(record))?)];
+        if let Some(kept) = kept {
+            tables.push(("measurements.csv", made(measurements_csv(record, kept))?));
+        }
         for (name, bytes) in tables {
             write(&folder.join(name), &bytes)?;
         }

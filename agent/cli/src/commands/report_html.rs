@@ -8,6 +8,7 @@ use semascan_formats::{ply, regular_file};
 use semascan_inspection::event::SharedModel;
 use semascan_inspection::ports::{Archive, PortError, ReviewLog};
 use semascan_inspection::review::{reviewed_state, with_drawn};
+use semascan_model::measurement::KeptMeasurement;
 use semascan_model::record::InspectionRecord;
 use semascan_model::{SemanticMesh, Taxonomy};
 use semascan_perception::fuse::KeptPicture;
@@ -171,14 +172,18 @@ fn reviewed_in(folder: &Path, record: &InspectionRecord) -> Result<Option<Review
     Ok(Some(reviewed(&DataFolder::open_beside(&data)?, record)?))
 }
 
-/// The record of the inspection in `folder` with the findings that people drew, where a data folder keeps it.
+/// The record of the inspection in `folder` with the findings that people drew and the measurements that they keep; these are
+/// `None` where no data folder keeps it.
 ///
 /// # Errors
 /// [`Failure`] naming the database.
-pub(super) fn record_with_drawn(folder: &Path, record: InspectionRecord) -> Result<InspectionRecord, Failure> {
+pub(super) fn with_reviews(
+    folder: &Path,
+    record: InspectionRecord,
+) -> Result<(InspectionRecord, Option<Vec<KeptMeasurement>>), Failure> {
     Ok(match reviewed_in(folder, &record)? {
-        Some(reviewed) => with_drawn(&record, &reviewed.state),
-        None => record,
+        Some(reviewed) => (with_drawn(&record, &reviewed.state), Some(reviewed.state.measurements)),
+        None => (record, None),
     })
 }
 

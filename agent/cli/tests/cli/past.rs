@@ -491,7 +491,7 @@ fn ended(agent: &Serving) -> String {
 }
 
 #[test]
-fn what_a_person_draws_has_the_figures_of_what_was_found() {
+fn what_a_person_draws_or_measures_is_kept_with_its_figures() {
     let root = tempfile::tempdir().expect("temporary folder");
     let data = root.path().join("cell");
     let id = inspected(&data);
@@ -540,11 +540,30 @@ fn what_a_person_draws_has_the_figures_of_what_was_found() {
     let found = agent.get(&format!("/api/v1/inspections/{id}/findings")).json();
     let outline = found["drawn"].as_array().expect("a list").last().expect("two").clone();
     assert!(outline["note"].as_str().is_some_and(|note| note.contains("no surface of the model")), "{outline}");
-    // Reports and tables have it, with a picture.
+    // What somebody measured is kept, told to everybody, and withdrawn with a reason.
+    let point = |x: f64| json!({"kind": "point", "picked": [x, 0.0, 0.1], "position": [x, 0.0, 0.1]});
+    let measurement = json!({
+        "kind": "distance", "figure": {"value": 0.02, "expanded": 0.001}, "features": [point(0.0), point(0.02)],
+        "voxel": 0.0014, "place": [0.01, 0.0, 0.1], "lines": [[[0.0, 0.0, 0.1], [0.02, 0.0, 0.1]]]
+    });
+    for number in [3, 4] {
+        let action = json!({"type": "measure", "measurement": measurement});
+        let taken = agent.review(id, &review(number, json!({"kind": "part"}), 0, action));
+        assert_eq!(taken.status, 201, "{}", String::from_utf8_lossy(&taken.body));
+    }
+    let kept = || agent.get(&format!("/api/v1/inspections/{id}/measurements")).json()["items"].clone();
+    assert_eq!(kept().as_array().map(Vec::len), Some(2));
+    let withdraw = json!({"type": "withdraw", "review": kept()[0]["review"]});
+    assert_eq!(agent.review(id, &review(5, json!({"kind": "part"}), 0, withdraw)).status, 201);
+    let left = kept();
+    assert_eq!((left.as_array().map(Vec::len), &left[0]["measurement"]["figure"]["value"]), (Some(1), &json!(0.02)));
+    assert_eq!(left[0]["is_of_earlier_model"], false);
+    // Reports and tables have all of it, findings with a picture.
     let page = agent.get(&format!("/api/v1/inspections/{id}/report"));
     let page = String::from_utf8_lossy(&page.body).into_owned();
     assert_eq!(page.matches("<article class=\"finding\"").count(), list.len() + 2);
     assert!(page.contains("(drawn by a person)") && page.contains("within the curve that was drawn"));
+    assert!(page.contains("20.0 ± 1.0 mm") && page.contains("withdrew a measurement: no. 3"), "{page}");
     drop(agent);
     let set = data.join("inspections").join(id.to_string());
     let tables = root.path().join("tables");
@@ -554,6 +573,8 @@ fn what_a_person_draws_has_the_figures_of_what_was_found() {
     assert_eq!(written.status.code(), Some(0), "{}", stderr(&written));
     let rows = fs::read_to_string(tables.join("findings.csv")).expect("reads");
     assert_eq!(rows.lines().count(), 1 + list.len() + 2, "{rows}");
+    let rows = fs::read_to_string(tables.join("measurements.csv")).expect("reads");
+    assert!(rows.lines().count() == 2 && rows.contains(",distance,20,1,mm,"), "{rows}");
     let dfq = semascan(&["report", set, "--format", "dfq", "--out", &format!("{into}/report.dfq")]);
     assert_eq!(dfq.status.code(), Some(0), "{}", stderr(&dfq));
     assert_eq!(semascan(&["verify", data.to_str().expect("UTF-8")]).status.code(), Some(0));

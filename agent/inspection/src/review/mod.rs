@@ -7,11 +7,13 @@
 //! | `standing.rs` | which decisions stand, and which contradict each other |
 //! | `state.rs` | findings and verdict with everything that people decided |
 //! | `measured.rs` | figures of the findings that people draw |
+//! | `measurements.rs` | measurements that people keep |
 //! | `held.rs` | what is held of inspections between two requests |
 //! | `mod.rs` | [`ReviewDesk`], which takes reviews in |
 
 mod held;
 mod measured;
+mod measurements;
 mod rules;
 mod standing;
 mod state;

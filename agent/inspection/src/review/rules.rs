@@ -1,5 +1,6 @@
 //! Which reviews can be taken in: everything that is wrong with one is refused by the name of its field.
 
+use super::measurements;
 use super::standing::Standings;
 use semascan_model::choice::possible_instead;
 use semascan_model::finding::{Finding, FindingKind};
@@ -15,7 +16,7 @@ const MOST_POINTS: usize = 20_000;
 /// Reviews that one may settle, and that may contradict each other about one subject.
 pub(super) const MOST_RESOLVED: usize = 100;
 /// Farthest coordinate of a point in the table frame, metres.
-const FARTHEST: f64 = 1e3;
+pub(super) const FARTHEST: f64 = 1e3;
 /// Least area of an outline, as a share of its squared length: below that it is a line.
 const LEAST_SHAPE: f64 = 1e-4;
 
@@ -29,7 +30,7 @@ pub struct FieldError {
     pub reason: String,
 }
 
-fn fail<T>(field: impl Into<String>, reason: impl Into<String>) -> Result<T, FieldError> {
+pub(super) fn fail<T>(field: impl Into<String>, reason: impl Into<String>) -> Result<T, FieldError> {
     Err(FieldError { field: field.into(), reason: reason.into() })
 }
 
@@ -88,6 +89,8 @@ pub(super) fn check(
             check_class("action.defect", defect.as_deref(), &record.defects, false)?;
             check_outline("action.outline", outline)?;
         }
+        ReviewAction::Measure { measurement } => measurements::check(review, measurement, standings)?,
+        ReviewAction::Withdraw { review } => measurements::check_withdrawn(*review, standings)?,
     }
     check_resolved(review, standings)
 }
@@ -106,8 +109,9 @@ fn check_words(review: &Review) -> Result<(), FieldError> {
     if reason.chars().any(|c| c.is_control() && !matches!(c, '\n' | '\t')) {
         return fail("reason", "holds control characters");
     }
-    let needs_reason = !matches!(action, ReviewAction::Relabel { .. } | ReviewAction::NewFinding { .. });
-    if needs_reason && reason.trim().is_empty() {
+    let says_enough =
+        matches!(action, ReviewAction::Relabel { .. } | ReviewAction::NewFinding { .. } | ReviewAction::Measure { .. });
+    if !says_enough && reason.trim().is_empty() {
         return fail("reason", format!("none is given, and {} needs one", action.name()));
     }
     Ok(())
@@ -190,7 +194,7 @@ fn check_count(field: &str, count: usize, least: usize) -> Result<(), FieldError
     fail(field, format!("has {count} entries, and {least} to {MOST_POINTS} are taken"))
 }
 
-fn check_points(field: &str, points: &[[f64; 3]]) -> Result<(), FieldError> {
+pub(super) fn check_points(field: &str, points: &[[f64; 3]]) -> Result<(), FieldError> {
     match points.iter().position(|p| p.iter().any(|c| !(c.is_finite() && c.abs() <= FARTHEST))) {
         Some(place) => fail(format!("{field}[{place}]"), format!("is no point within {FARTHEST} m")),
         None => Ok(()),

@@ -57,6 +57,8 @@ pub(super) struct Standings {
     pub(super) subjects: BTreeMap<Subject, Standing>,
     /// Entries that draw a finding, in order.
     pub(super) drawn: Vec<Arc<ReviewEntry>>,
+    /// Entries that keep a measurement which nobody has withdrawn, in order.
+    pub(super) measured: Vec<Arc<ReviewEntry>>,
     /// Place of the last entry; 0 where there is none.
     pub(super) last: u64,
 }
@@ -71,8 +73,11 @@ impl Standings {
     /// Takes in the entry that follows.
     pub(super) fn extend(&mut self, entry: &Arc<ReviewEntry>) {
         self.last = entry.sequence;
-        if matches!(entry.review.action, ReviewAction::NewFinding { .. }) {
-            self.drawn.push(Arc::clone(entry));
+        match &entry.review.action {
+            ReviewAction::NewFinding { .. } => self.drawn.push(Arc::clone(entry)),
+            ReviewAction::Measure { .. } => self.measured.push(Arc::clone(entry)),
+            ReviewAction::Withdraw { review } => self.measured.retain(|kept| kept.review.id != *review),
+            _ => {}
         }
         let standing = self.subjects.entry(entry.review.subject.clone()).or_default();
         let list = match entry.review.action {

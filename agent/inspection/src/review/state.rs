@@ -1,6 +1,7 @@
 //! What an inspection comes to with everything that people decided: the state that follows from the log alone, so that it is
 //! the same whenever it is computed.
 
+use super::measurements;
 use super::rules::flat_figures;
 use super::standing::Standings;
 use crate::criteria::CheckedCriteria;
@@ -45,6 +46,8 @@ pub(super) struct Judged {
     /// The verdict on the findings as they are now.
     verdict: Option<Verdict>,
     is_outdated: bool,
+    /// Generation of the model.
+    generation: Option<String>,
 }
 
 impl Judged {
@@ -52,12 +55,13 @@ impl Judged {
         let amended = amended(record, standings);
         let changed = amended.findings.as_ref().filter(|_| amended.is_changed);
         let (verdict, is_outdated) = verdict_of(record, changed, criteria);
-        Self { amended, verdict, is_outdated }
+        let generation = record.files.as_ref().map(|files| files.generation.clone());
+        Self { amended, verdict, is_outdated, generation }
     }
 
     /// The state with the decisions of people.
     pub(super) fn state(&self, standings: &Standings) -> ReviewedState {
-        let Self { amended, verdict, is_outdated } = self.clone();
+        let Self { amended, verdict, is_outdated, generation } = self.clone();
         let Amended { findings, drawn, found_in_error, is_changed: _ } = amended;
         let verdict = verdict.map(|verdict| with_people(verdict, standings));
         let part = standings.of_subject(&Subject::Part);
@@ -84,6 +88,7 @@ impl Judged {
             subjects,
             findings,
             drawn,
+            measurements: measurements::kept(standings, generation.as_deref()),
             found_in_error,
             verdict,
             is_verdict_outdated: is_outdated,

@@ -2,7 +2,8 @@ use super::*;
 use crate::ports::LoggedReview;
 use crate::verdict::judge;
 use crate::verdict::tests::{CRACK, GEAR, HEAD, WEAR, defect, record, rule};
-use semascan_model::finding::{FindingId, FindingKind};
+use semascan_model::finding::{FindingId, FindingKind, Quantity};
+use semascan_model::measurement::{FeatureKind, MeasuredFeature, MeasurementKind, MeasurementRecord};
 use semascan_model::record::{ClassSummary, FilesRecord};
 use semascan_model::review::{ReviewAction, ReviewId, Subject, SurfacePatch};
 use semascan_model::verdict::Decision;
@@ -433,4 +434,85 @@ fn what_contradicts_each_other_stays_so_few_that_one_review_settles_it() {
     let resolves = (1..=rules::MOST_RESOLVED as u128).map(|number| ReviewId(Uuid::from_u128(number))).collect();
     let settled = desk.take(Review { resolves, ..more }).expect("settles all of them").state;
     assert_eq!((settled.conflicts, settled.decision), (0, Some(Decision::Reject)));
+}
+
+/// A distance of 50 mm.
+fn measured() -> MeasurementRecord {
+    let point = |position: [f64; 3]| MeasuredFeature {
+        kind: FeatureKind::Point,
+        picked: position,
+        position,
+        direction: None,
+        radius: None,
+        fit: None,
+    };
+    MeasurementRecord {
+        kind: MeasurementKind::Distance,
+        figure: Some(Quantity { value: 0.05, expanded: Some(1e-3) }),
+        along_axes: None,
+        features: vec![point([0.0; 3]), point([0.05, 0.0, 0.0])],
+        voxel: 1.4e-3,
+        place: [0.025, 0.0, 0.0],
+        lines: vec![[[0.0; 3], [0.05, 0.0, 0.0]]],
+    }
+}
+
+fn keep(number: u128, measurement: MeasurementRecord) -> Review {
+    let action = ReviewAction::Measure { measurement: Box::new(measurement) };
+    Review { reason: String::new(), ..review(number, Subject::Part, 0, action) }
+}
+
+#[test]
+fn measurements_stand_until_one_is_withdrawn_and_decide_nothing() {
+    let mut desk = desk();
+    let before = desk.desk.state(&desk.record, Some(&desk.criteria)).expect("reads");
+    desk.take(keep(1, measured())).expect("taken");
+    let state = desk.take(keep(2, measured())).expect("taken").state;
+    assert_eq!((state.decision, state.conflicts, &state.findings), (before.decision, 0, &before.findings));
+    let names =
+        |state: &ReviewedState| state.measurements.iter().map(|kept| kept.review.0.as_u128()).collect::<Vec<_>>();
+    assert_eq!((names(&state), state.measurements[0].is_of_earlier_model), (vec![1, 2], false));
+    assert_eq!(state.measurements[0].measurement, measured());
+    let withdraw = |n: u128| ReviewAction::Withdraw { review: ReviewId(Uuid::from_u128(n)) };
+    assert_eq!(desk.refused(review(3, Subject::Part, 2, withdraw(9))), "action.review");
+    let unsaid = Review { reason: String::new(), ..review(3, Subject::Part, 2, withdraw(1)) };
+    assert_eq!(desk.refused(unsaid), "reason");
+    let state = desk.take(review(3, Subject::Part, 2, withdraw(1))).expect("taken").state;
+    assert_eq!(names(&state), [2]);
+    assert_eq!(desk.refused(review(4, Subject::Part, 3, withdraw(1))), "action.review");
+    // They are of the model that was measured.
+    desk.record.files = Some(FilesRecord { generation: "g2".into(), names: Vec::new() });
+    let state = desk.desk.state(&desk.record, Some(&desk.criteria)).expect("reads");
+    assert!(state.measurements[0].is_of_earlier_model);
+    assert_eq!(state, reviewed_state(&desk.record, &desk.entries(), Some(&desk.criteria)));
+}
+
+#[test]
+fn a_measurement_that_cannot_be_is_refused_by_its_field() {
+    let desk = desk();
+    let refused = |change: &dyn Fn(&mut MeasurementRecord)| {
+        let mut measurement = measured();
+        change(&mut measurement);
+        desk.refused(keep(1, measurement))
+    };
+    assert_eq!(refused(&|m| m.figure = None), "action.measurement.figure");
+    assert_eq!(refused(&|m| m.kind = MeasurementKind::Plane), "action.measurement.figure");
+    assert_eq!(refused(&|m| m.figure = Some(Quantity::without_uncertainty(f64::NAN))), "action.measurement.figure");
+    assert_eq!(
+        refused(&|m| m.figure = Some(Quantity { value: 1.0, expanded: Some(-1.0) })),
+        "action.measurement.figure"
+    );
+    assert_eq!(refused(&|m| m.features.clear()), "action.measurement.features");
+    assert_eq!(refused(&|m| m.features[1].position[2] = 1e9), "action.measurement.features[1].position[0]");
+    assert_eq!(
+        refused(&|m| m.features[0].direction = Some([2.0, 0.0, 0.0])),
+        "action.measurement.features[0].direction"
+    );
+    assert_eq!(refused(&|m| m.features[0].radius = Some(0.0)), "action.measurement.features[0].radius");
+    assert_eq!(refused(&|m| m.features[1].kind = FeatureKind::Plane), "action.measurement.features[1].fit");
+    assert_eq!(refused(&|m| m.voxel = f64::INFINITY), "action.measurement.voxel");
+    assert_eq!(refused(&|m| m.lines[0][1][0] = f64::NAN), "action.measurement.lines[1]");
+    assert_eq!(refused(&|m| m.lines = vec![[[0.0; 3]; 2]; 20_001]), "action.measurement.lines");
+    let action = ReviewAction::Measure { measurement: Box::new(measured()) };
+    assert_eq!(desk.refused(review(1, gear(), 0, action)), "subject");
 }

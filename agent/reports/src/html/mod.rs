@@ -9,6 +9,7 @@
 //! | `verdict.rs` | every criterion with its reason |
 //! | `model.rs` | pictures of the model, tables of components and defects |
 //! | `findings.rs` | every finding with its pictures and figures |
+//! | `measurements.rs` | what people measured |
 //! | `uncertainty.rs` | where uncertainties come from |
 //! | `reviews.rs` | what people decided, and whether the log of that is whole |
 //! | `views.rs` | poses, times, agreement with the pictures |
@@ -20,6 +21,7 @@
 
 mod findings;
 mod left_out;
+mod measurements;
 mod model;
 mod provenance;
 mod reviews;
@@ -65,6 +67,7 @@ pub fn html(report: &Report<'_>) -> String {
                     (reviews::reviews(report))
                     (model::model(report))
                     (findings::findings(report))
+                    (measurements::measurements(report))
                     (uncertainty::uncertainty(record))
                     (views::views(record))
                     (left_out::left_out(report))

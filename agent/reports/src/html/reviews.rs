@@ -4,7 +4,7 @@ use super::summary::{class, time};
 use crate::{Audit, Report, Reviewed, described, findings};
 use maud::{Markup, html};
 use semascan_model::finding::FindingId;
-use semascan_model::review::{ReviewEntry, ReviewId, Subject};
+use semascan_model::review::{ReviewAction, ReviewEntry, ReviewId, Subject};
 
 pub(super) fn reviews(report: &Report<'_>) -> Markup {
     let Some(reviewed) = report.reviewed else { return html! {} };
@@ -68,7 +68,7 @@ fn said(entry: &ReviewEntry) -> Markup {
     }
 }
 
-/// The entries that one contradicts or settles.
+/// The entries that one contradicts, settles or withdraws.
 fn references(reviewed: &Reviewed, entry: &ReviewEntry) -> Markup {
     let numbers = |ids: &[ReviewId]| {
         let of = |id: &ReviewId| reviewed.entries.iter().find(|entry| entry.review.id == *id);
@@ -76,6 +76,7 @@ fn references(reviewed: &Reviewed, entry: &ReviewEntry) -> Markup {
     };
     html! {
         @if !entry.conflicts_with.is_empty() { " contradicts no. " (numbers(&entry.conflicts_with)) }
+        @if let ReviewAction::Withdraw { review } = &entry.review.action { ": no. " (numbers(&[*review])) }
         @if !entry.review.resolves.is_empty() { " settles no. " (numbers(&entry.review.resolves)) }
     }
 }

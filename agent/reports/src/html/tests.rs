@@ -1,9 +1,10 @@
 //! The report of a small record.
 
 use super::*;
-use crate::fixtures::{record, taxonomy, worn_plate};
-use crate::{Photographs, Pictures, findings, pictured, take_photographs};
+use crate::fixtures::{cylinder, distance, record, taxonomy, worn_plate};
+use crate::{Audit, Photographs, Pictures, Reviewed, findings, pictured, take_photographs};
 use semascan_model::record::{InspectionRecord, Outcome};
+use semascan_model::review::ReviewedState;
 use semascan_model::verdict::{Decision, Override};
 
 /// The report of `record` with drawn pictures and without photographs.
@@ -140,4 +141,37 @@ fn the_last_person_counts() {
     let said = text(&written(&record));
     assert!(said.contains("rework by A. Reviewer") && said.contains("the criteria alone: reject"), "{said}");
     assert!(said.contains("can be ground"));
+}
+
+#[test]
+fn what_people_measured_stands_with_its_uncertainty() {
+    let (record, taxonomy) = (record(), taxonomy());
+    let measurements = vec![distance(), cylinder()];
+    let state = ReviewedState {
+        sequence: 2,
+        subjects: Vec::new(),
+        findings: None,
+        drawn: Vec::new(),
+        measurements,
+        found_in_error: Vec::new(),
+        verdict: None,
+        is_verdict_outdated: false,
+        decision: None,
+        conflicts: 0,
+    };
+    let reviewed = Reviewed { entries: Vec::new(), state, audit: Audit::Good { entries: 0, head: String::new() } };
+    let (pictures, photographs) = (Pictures::default(), Photographs::default());
+    let said = text(&html(&Report {
+        record: &record,
+        taxonomy: &taxonomy,
+        pictures: &pictures,
+        photographs: &photographs,
+        reviewed: Some(&reviewed),
+    }));
+    assert!(said.contains("Distance") && said.contains("50.0 ± 1.1 mm") && said.contains("2 points"), "{said}");
+    assert!(
+        said.contains("R 12.000 ± 0.020 mm") && said.contains("cylinder of 812 points (residual 0.0500 mm)"),
+        "{said}"
+    );
+    assert!(said.contains("of an earlier model") && said.contains("over the rim"), "{said}");
 }

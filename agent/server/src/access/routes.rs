@@ -60,6 +60,7 @@ const ROUTES: &[Route] = &[
     route("GET", "/api/v1/inspections/{inspection}/findings", Least::Role(Role::Viewer)),
     route("GET", "/api/v1/inspections/{inspection}/criteria", Least::Role(Role::Viewer)),
     route("GET", "/api/v1/inspections/{inspection}/verdict", Least::Role(Role::Viewer)),
+    route("GET", "/api/v1/inspections/{inspection}/measurements", Least::Role(Role::Viewer)),
     route("GET", "/api/v1/inspections/{inspection}/reviews", Least::Role(Role::Viewer)),
     route("POST", "/api/v1/inspections/{inspection}/reviews", Least::Role(Role::Reviewer)),
     route("GET", "/api/v1/inspections/{inspection}/exports/{file}", Least::Role(Role::Viewer)),

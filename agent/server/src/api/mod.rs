@@ -3,7 +3,7 @@
 //!
 //! | file | what |
 //! |---|---|
-//! | `account_log.rs`, `inspections.rs`, `views.rs`, `findings.rs`, `reviews.rs`, `exports.rs`, `report.rs` | one resource each |
+//! | `account_log.rs`, `inspections.rs`, `views.rs`, `findings.rs`, `measurements.rs`, `reviews.rs`, `exports.rs`, `report.rs` | one resource each |
 //! | `request.rs` | what requests say, checked; work that blocks |
 //! | `answer.rs`, `problem.rs` | answers with entity tags; errors |
 //! | `openapi.rs` | the document that describes all this |
@@ -13,6 +13,7 @@ mod answer;
 mod exports;
 mod findings;
 mod inspections;
+mod measurements;
 mod openapi;
 mod problem;
 mod report;
@@ -55,6 +56,7 @@ fn described() -> OpenApiRouter<Shared> {
         .routes(routes!(findings::findings))
         .routes(routes!(findings::criteria))
         .routes(routes!(findings::verdict))
+        .routes(routes!(measurements::list))
         .routes(routes!(reviews::list, reviews::take))
         .routes(routes!(exports::file))
         .routes(routes!(report::report))

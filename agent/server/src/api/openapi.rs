@@ -1,7 +1,7 @@
 //! The OpenAPI 3.1 document: paths from the handlers, schemas of the data model from the same types that are written.
 
 use super::problem::Problem;
-use super::{account_log, findings, inspections, reviews, views};
+use super::{account_log, findings, inspections, measurements, reviews, views};
 use schemars::generate::SchemaSettings;
 use semascan_model::record::InspectionRecord;
 use semascan_model::review::Review;
@@ -114,6 +114,7 @@ fn schemas() -> Value {
     generator.subschema_for::<findings::FindingsAnswer>();
     generator.subschema_for::<findings::CriteriaAnswer>();
     generator.subschema_for::<findings::VerdictAnswer>();
+    generator.subschema_for::<measurements::MeasurementsAnswer>();
     generator.subschema_for::<reviews::ReviewList>();
     generator.subschema_for::<reviews::ReviewTaken>();
     generator.subschema_for::<account_log::AccountLog>();

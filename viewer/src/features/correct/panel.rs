@@ -2,12 +2,11 @@
 
 use super::controller::CorrectController;
 use super::{Correct, CorrectEvent, Naming, Tool};
-use crate::features::review::{ReviewEvent, Unsent, new_name};
+use crate::features::review::{Reason, ReviewEvent, Signature, Signed, Unsent, new_name};
 use crate::features::view::{Controller, FeatureView, Host};
 use crate::ui::Ui;
 use leptos::prelude::*;
 use semascan_model::ClassDef;
-use semascan_model::review::{Review, Subject};
 use std::rc::Rc;
 
 impl FeatureView for Correct {
@@ -180,74 +179,29 @@ fn Width(ui: Ui) -> impl IntoView {
 /// The name under the marks, and why, as far as that is said.
 #[component]
 fn SignForm(ui: Ui) -> impl IntoView {
-    let account = ui.read(|s| s.account.clone());
-    let is_known = account.as_ref().is_some_and(|account| account.login);
-    let name = match account {
-        Some(account) if account.login => account.name,
-        _ => ui.read(|s| s.features.review.person.clone()),
-    };
-    let (person, reason) = (RwSignal::new(name), RwSignal::new(String::new()));
     let whole = ui.part(|s| s.features.correct.marks.iter().filter(|mark| mark.is_whole()).count());
-    let can_sign = move || whole.get() != 0 && !person.get().trim().is_empty();
-    let sign = move |event: web_sys::SubmitEvent| {
-        event.prevent_default();
-        if !can_sign() {
-            return;
-        }
-        if !is_known {
-            ui.send_feature(ReviewEvent::Person(person.get_untracked()));
-        }
-        for unsent in reviews(ui, &person.get_untracked(), &reason.get_untracked()) {
-            ui.send_feature(ReviewEvent::Decided(Box::new(unsent)));
-        }
-        ui.send_feature(CorrectEvent::Signed);
-    };
+    let button = Signal::derive(move || match whole.get() {
+        1 => "Sign 1 mark".to_owned(),
+        count => format!("Sign {count} marks"),
+    });
     view! {
-        <form class="draft" data-testid="correct-form" on:submit=sign aria-label="Sign the corrections">
-            <label>
-                <span>"Because"</span>
-                <input
-                    type="text" data-testid="correct-reason" maxlength="2000" autocomplete="off" placeholder="not needed"
-                    on:input=move |event| reason.set(event_target_value(&event))
-                />
-            </label>
-            <label>
-                <span>"Your name"</span>
-                <input
-                    type="text" data-testid="correct-person" maxlength="200" autocomplete="name" prop:readonly=is_known
-                    prop:value=move || person.get() on:input=move |event| person.set(event_target_value(&event))
-                />
-            </label>
-            <button class="button" type="submit" data-testid="correct-sign" prop:disabled=move || !can_sign()>
-                {move || match whole.get() {
-                    1 => "Sign 1 mark".to_owned(),
-                    count => format!("Sign {count} marks"),
-                }}
-            </button>
-        </form>
+        <Signature
+            ui id="correct" label="Sign the corrections".to_owned() because="Because".to_owned() reason=Reason::Free button
+            is_ready=Signal::derive(move || whole.get() != 0) on_sign=UnsyncCallback::new(move |signed| sign(ui, &signed))
+        />
     }
 }
 
-/// The marks as reviews.
-fn reviews(ui: Ui, person: &str, reason: &str) -> Vec<Unsent> {
-    ui.read(|s| {
+/// Sends the marks as reviews.
+fn sign(ui: Ui, signed: &Signed) {
+    let reviews: Vec<Unsent> = ui.read(|s| {
         let (case, defects) = (&s.features.review.case, &s.legend.defects);
         let components: Vec<ClassDef> = s.legend.rows.iter().map(|row| row.class.clone()).collect();
-        let seen = case.subject(&Subject::Part).map_or(0, |state| state.version);
         let actions = s.features.correct.marks.iter().filter_map(|mark| mark.action(&components, defects));
-        let unsent = actions.map(|action| Unsent {
-            inspection: case.inspection.clone(),
-            review: Review {
-                id: new_name(),
-                subject: Subject::Part,
-                seen,
-                model: case.model.clone(),
-                action,
-                person: person.trim().to_owned(),
-                reason: reason.trim().to_owned(),
-                resolves: Vec::new(),
-            },
-        });
-        unsent.collect()
-    })
+        actions.map(|action| case.unsent(new_name(), action, &signed.person, &signed.reason)).collect()
+    });
+    for unsent in reviews {
+        ui.send_feature(ReviewEvent::Decided(Box::new(unsent)));
+    }
+    ui.send_feature(CorrectEvent::Signed);
 }

@@ -1,25 +1,32 @@
-//! Has a mesh made where one is needed, looks up picks on it, and notices that the model has changed since it was measured.
+//! Has a mesh made where one is needed, looks up picks on it, notices that the model has changed since it was measured, and asks
+//! the agent for what is kept with the inspection.
 
-use super::{Kind, MeasureEvent, Survey};
+use super::kept::MeasurementsAnswer;
+use super::{Kind, MeasureEvent, Picking, Survey};
 use crate::features::FeatureEvent;
 use crate::features::mesh::MeshEvent;
+use crate::features::review::ReviewEvent;
 use crate::features::view::{Controller, Host};
+use crate::link::api::get;
 use crate::scene::ModelChange;
 use semascan_model::SemanticMesh;
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 use std::rc::Rc;
 use std::sync::Arc;
+use wasm_bindgen_futures::spawn_local;
 
 /// See the module.
 pub(super) struct MeasureController {
     host: Host,
     /// The survey of a mesh, and the mesh's revision: it takes a while to prepare.
     survey: RefCell<Option<(u64, Survey<Arc<SemanticMesh>>)>>,
+    /// Counts what the agent is asked: an answer to an earlier question comes too late.
+    asked: Rc<Cell<u64>>,
 }
 
 impl MeasureController {
     pub(super) fn new(host: &Host) -> Rc<Self> {
-        Rc::new(Self { host: host.clone(), survey: RefCell::default() })
+        Rc::new(Self { host: host.clone(), survey: RefCell::default(), asked: Rc::default() })
     }
 
     /// Asks for a mesh where `kind` needs one and there is none of the model as it is.
@@ -27,6 +34,23 @@ impl MeasureController {
         if kind.needs_mesh() && self.host.ui.read(|s| s.has_model() && s.features.mesh.is_wanted()) {
             self.host.ui.send_feature(MeshEvent::Requested);
         }
+    }
+
+    /// Asks for what is kept with the inspection that is reviewed.
+    fn ask(&self) {
+        let ui = self.host.ui;
+        let id = ui.read(|s| s.features.review.case.inspection.clone());
+        let asked = Rc::clone(&self.asked);
+        asked.set(asked.get() + 1);
+        let mine = asked.get();
+        spawn_local(async move {
+            // Without an answer what is known stays; the findings say that the agent is away.
+            let answer = get::<MeasurementsAnswer>(&format!("/api/v1/inspections/{id}/measurements")).await;
+            let is_shown = asked.get() == mine && ui.read(|s| s.features.review.case.inspection == id);
+            if let (Ok(answer), true) = (answer, is_shown) {
+                ui.send_feature(MeasureEvent::Known(answer.items));
+            }
+        });
     }
 
     /// Looks a pick up on the mesh.
@@ -50,6 +74,9 @@ impl MeasureController {
 
 impl Controller for MeasureController {
     fn handle(&self, event: &FeatureEvent) {
+        if let FeatureEvent::Review(ReviewEvent::Known(_)) = event {
+            self.ask();
+        }
         let FeatureEvent::Measure(event) = event else { return };
         let (kind, surveying) = self.host.ui.read(|s| (s.features.measure.kind, s.features.measure.surveying));
         match (event, kind) {

@@ -3,6 +3,8 @@
 use super::{Kind, Taken};
 use crate::features::inspect::PickedPoint;
 use semascan_model::LengthUnit;
+use semascan_model::measurement::KeptMeasurement;
+use semascan_model::review::ReviewId;
 
 /// One thing that happens to the measurements.
 #[derive(Clone, Debug, PartialEq)]
@@ -27,4 +29,12 @@ pub enum MeasureEvent {
     Unit(LengthUnit),
     /// The model has changed: what was measured was the one before.
     Outdated,
+    /// The person signed measurements: by their numbers the reviews that keep them with the inspection.
+    Kept(Vec<(u32, ReviewId)>),
+    /// The agent said what is kept with the inspection.
+    Known(Vec<KeptMeasurement>),
+    /// What is kept is shown or hidden.
+    ShowKept(bool),
+    /// The person wants to withdraw what this review keeps, or does not any more.
+    Withdraw(Option<ReviewId>),
 }

@@ -4,6 +4,8 @@ use super::{Kind, Line, Taken};
 use semascan_geometry::fit::{self, Feature, Fit, Relation};
 use semascan_geometry::measure::dimensions::{self, Estimate};
 use semascan_model::LengthUnit;
+use semascan_model::measurement::Dimension;
+use semascan_model::review::ReviewId;
 
 /// Minus is a sign, not a hyphen.
 const MINUS: &str = "\u{2212}";
@@ -19,46 +21,8 @@ pub struct Measurement {
     pub taken: Vec<Taken>,
     /// Whether the model has changed since.
     pub outdated: bool,
-}
-
-/// What a figure is counted in.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Dimension {
-    /// Metres.
-    Length,
-    /// Square metres.
-    Area,
-    /// Radians.
-    Angle,
-}
-
-impl Dimension {
-    /// One of the unit that people read, in metres, square metres or radians.
-    pub fn one(self, unit: LengthUnit) -> f64 {
-        match self {
-            Self::Length => unit.in_metres(),
-            Self::Area => unit.in_metres().powi(2),
-            Self::Angle => 1_f64.to_radians(),
-        }
-    }
-
-    /// Its name in files.
-    pub fn name(self, unit: LengthUnit) -> String {
-        match self {
-            Self::Length => unit.name().into(),
-            Self::Area => format!("{}2", unit.name()),
-            Self::Angle => "deg".into(),
-        }
-    }
-
-    /// Its name behind a figure, with the space that stands before it: none before a degree sign.
-    fn behind(self, unit: LengthUnit) -> String {
-        match self {
-            Self::Length => format!("\u{a0}{}", unit.name()),
-            Self::Area => format!("\u{a0}{}²", unit.name()),
-            Self::Angle => "°".into(),
-        }
-    }
+    /// The review by which it is kept with the inspection; `None` where it is not.
+    pub kept: Option<ReviewId>,
 }
 
 impl Measurement {
@@ -77,11 +41,7 @@ impl Measurement {
 
     /// What the figure is counted in.
     pub fn dimension(&self) -> Dimension {
-        match self.kind {
-            Kind::Angle => Dimension::Angle,
-            Kind::Area => Dimension::Area,
-            _ => Dimension::Length,
-        }
+        self.kind.dimension()
     }
 
     /// Of the distance of two points the way along each axis, metres.
@@ -113,15 +73,26 @@ impl Measurement {
         }
     }
 
-    /// The lines that show it: from foot to foot or along the sides of the angle, and what shows its elements.
+    /// The lines that show it: from foot to foot or along the sides of the angle, and what shows its elements. Those of elements
+    /// in the list are theirs.
     pub fn lines(&self) -> Vec<Line> {
+        let own = self.taken.iter().filter(|t| t.of.is_none());
+        self.between().into_iter().chain(own.flat_map(|t| t.lines.iter().copied())).collect()
+    }
+
+    /// The same with what shows elements of the list.
+    pub fn whole_lines(&self) -> Vec<Line> {
+        self.between().into_iter().chain(self.taken.iter().flat_map(|t| t.lines.iter().copied())).collect()
+    }
+
+    /// The lines from foot to foot or along the sides of the angle.
+    fn between(&self) -> Vec<Line> {
         let ends: Vec<[f32; 3]> = match (self.kind, self.taken.as_slice()) {
             (Kind::Angle, [_, _, _]) => self.taken.iter().map(|t| t.place).collect(),
             (_, [_]) | (Kind::Along, _) => Vec::new(),
             _ => self.relation().map_or(Vec::new(), |r| r.ends.map(|p| p.map(|c| c as f32).into()).to_vec()),
         };
-        let between = ends.windows(2).map(|pair| [pair[0], pair[1]]);
-        between.chain(self.taken.iter().filter(|t| t.of.is_none()).flat_map(|t| t.lines.iter().copied())).collect()
+        ends.windows(2).map(|pair| [pair[0], pair[1]]).collect()
     }
 
     /// The figure in words: `12.3 mm`, with `R` before a radius.
@@ -136,7 +107,8 @@ impl Measurement {
 
     /// Of the distance of two points the way along each axis in words, without unit.
     pub fn axes(&self, unit: LengthUnit) -> Option<[String; 3]> {
-        Some(self.along_axes()?.map(|estimate| in_digits(estimate, unit.in_metres()).0))
+        let one = unit.in_metres();
+        Some(self.along_axes()?.map(|estimate| in_digits(estimate.value / one, estimate.expanded() / one).0))
     }
 
     /// What it is of, in words: the elements between which it was taken, or how well its own element fits.
@@ -180,12 +152,29 @@ impl Measurement {
     /// The figure, alone and with its uncertainty, with unit.
     fn written(&self, unit: LengthUnit) -> Option<(String, String)> {
         let estimate = self.estimate()?;
-        let dimension = self.dimension();
-        let (value, uncertainty) = in_digits(estimate, dimension.one(unit));
-        let radius = if self.fit().is_some() { "R\u{a0}" } else { "" };
-        let unit = dimension.behind(unit);
-        Some((format!("{radius}{value}{unit}"), format!("{radius}{value} ± {uncertainty}{unit}")))
+        Some(in_words(self.kind, estimate.value, Some(estimate.expanded()), unit))
     }
+}
+
+/// A figure (metres, square metres or radians as the kind has it), alone and with its expanded uncertainty, with unit; `R` stands
+/// before a radius.
+pub(super) fn in_words(kind: Kind, value: f64, expanded: Option<f64>, unit: LengthUnit) -> (String, String) {
+    let dimension = kind.dimension();
+    let one = dimension.one(unit);
+    // What is known without its uncertainty has the digits of a thousandth.
+    let (value, uncertainty) = in_digits(value / one, expanded.unwrap_or(0.0) / one);
+    let radius = if kind.is_radius() { "R\u{a0}" } else { "" };
+    // No space before a degree sign.
+    let unit = match dimension {
+        Dimension::Length => format!("\u{a0}{}", unit.name()),
+        Dimension::Area => format!("\u{a0}{}²", unit.name()),
+        Dimension::Angle => "°".into(),
+    };
+    let whole = match expanded {
+        Some(_) => format!("{radius}{value} ± {uncertainty}{unit}"),
+        None => format!("{radius}{value}{unit}"),
+    };
+    (format!("{radius}{value}{unit}"), whole)
 }
 
 impl Taken {
@@ -208,9 +197,8 @@ impl Taken {
     }
 }
 
-/// Value and expanded uncertainty in a unit that is `one` long, with the two digits that the uncertainty is worth.
-fn in_digits(estimate: Estimate, one: f64) -> (String, String) {
-    let (value, uncertainty) = (estimate.value / one, estimate.expanded() / one);
+/// Value and expanded uncertainty, with the two digits that the uncertainty is worth.
+fn in_digits(value: f64, uncertainty: f64) -> (String, String) {
     let magnitude = if uncertainty > 0.0 { uncertainty.log10().floor() } else { -3.0 };
     let decimals = (1.0 - magnitude).clamp(0.0, 5.0) as usize;
     (format!("{value:.decimals$}").replace('-', MINUS), format!("{uncertainty:.decimals$}"))
@@ -246,7 +234,7 @@ pub(super) mod tests {
     }
 
     pub(in super::super) fn measured(number: u32, kind: Kind, taken: Vec<Taken>) -> Measurement {
-        Measurement { number, kind, taken, outdated: false }
+        Measurement { number, kind, taken, outdated: false, kept: None }
     }
 
     pub(in super::super) fn measurement(number: u32, kind: Kind, points: &[[f32; 3]]) -> Measurement {

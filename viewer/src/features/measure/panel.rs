@@ -1,12 +1,14 @@
 //! The panel of the measurements: what to measure, and the list.
 
 use super::controller::MeasureController;
-use super::{Dimension, Kind, Measure, MeasureEvent, Measurement, csv, overlay};
+use super::kept_panel::Kept;
+use super::{KINDS, Kind, Measure, MeasureEvent, Measurement, Picking, csv, kept, overlay};
 use crate::features::view::{Controller, FeatureView, Host};
 use crate::ui::icons::{CLOSE, Icon};
 use crate::ui::{Command, Ui};
 use leptos::prelude::*;
 use semascan_model::LengthUnit;
+use semascan_model::measurement::Dimension;
 use std::rc::Rc;
 
 impl FeatureView for Measure {
@@ -47,9 +49,10 @@ fn MeasurePanel(ui: Ui) -> impl IntoView {
             data-kind=move || kind.get().map_or("none", Kind::key)
         >
             <header class="panel-head"><h2 id="measure-title">"Measure"</h2> <UnitChoice ui/></header>
-            <div class="buttons measure-kinds">{Kind::ALL.into_iter().map(choice).collect_view()}</div>
+            <div class="buttons measure-kinds">{KINDS.into_iter().map(choice).collect_view()}</div>
             <p class="empty measure-prompt" role="status" data-testid="measure-prompt">{move || prompt.get()}</p>
             <Show when=move || has_any.get()><List ui/></Show>
+            <Kept ui/>
         </section>
     }
 }
@@ -88,7 +91,7 @@ fn List(ui: Ui) -> impl IntoView {
     };
     view! {
         <ul class="entries" aria-label="Measurements">
-            <For each=move || list.get() key=|m| (m.number, m.outdated) let:measurement>
+            <For each=move || list.get() key=|m| (m.number, m.outdated, m.kept) let:measurement>
                 <Entry ui measurement/>
             </For>
         </ul>
@@ -130,15 +133,14 @@ fn Entry(ui: Ui, measurement: Measurement) -> impl IntoView {
     let uncertainty = estimate.and_then(|e| of(measurement.dimension(), e.expanded()));
     let can_be_used = measurement.fit().is_some() && !outdated;
     let points = measurement.fit().map(|fit| fit.used.to_string());
-    let name = match kind {
-        Kind::Distance => None,
-        kind => Some(kind.label()),
-    };
+    let name = (!kept::is_plain(kind)).then(|| kind.label());
+    let is_kept = measurement.kept.is_some();
     let (figure, axes, note) = (measurement.clone(), measurement.clone(), measurement);
     view! {
         <li
             class="entry" data-testid=format!("measurement-{number}") data-kind=kind.key() data-mm=value_mm
             data-degrees=degrees data-mm2=area data-uncertainty=uncertainty data-points=points
+            data-kept=is_kept.to_string()
         >
             <span class="entry-number">{number}</span>
             <span class="entry-text">
@@ -148,6 +150,7 @@ fn Entry(ui: Ui, measurement: Measurement) -> impl IntoView {
                     {move || axes.axes(unit.get()).map(|[x, y, z]| format!("x {x}, y {y}, z {z}"))}
                     {name}
                     {outdated.then_some(", of an earlier model")}
+                    {is_kept.then_some(", kept")}
                     {move || note.note(unit.get()).map(|note| format!("{}{note}", if name.is_some() { ": " } else { "" }))}
                 </small>
             </span>

@@ -1,6 +1,6 @@
 //! What is being measured, and what was.
 
-use super::{Kind, Line, MeasureEvent, Measurement, Taken};
+use super::{Kind, Line, MeasureEvent, Measurement, Picking, Taken};
 use crate::display::{ColorScheme, Display};
 use crate::features::Feature;
 use crate::features::inspect::PickedPoint;
@@ -8,6 +8,8 @@ use crate::render::FrameContent;
 use crate::render::segment::Segment;
 use glam::Vec3;
 use semascan_model::LengthUnit;
+use semascan_model::measurement::KeptMeasurement;
+use semascan_model::review::ReviewId;
 
 /// Most measurements at once.
 const MOST: usize = 200;
@@ -27,6 +29,12 @@ pub struct Measure {
     pub surveying: bool,
     /// Unit of lengths: millimetres or inches.
     pub unit: LengthUnit,
+    /// What people keep with the inspection, as the agent says it.
+    pub kept: Vec<KeptMeasurement>,
+    /// Whether that is shown.
+    pub shows_kept: bool,
+    /// What of it the person is about to withdraw.
+    pub withdrawing: Option<ReviewId>,
     /// Measurements made so far.
     made: u32,
 }
@@ -40,6 +48,9 @@ impl Default for Measure {
             missed: String::new(),
             surveying: false,
             unit: LengthUnit::Millimetres,
+            kept: Vec::new(),
+            shows_kept: true,
+            withdrawing: None,
             made: 0,
         }
     }
@@ -82,12 +93,25 @@ impl Feature for Measure {
                 self.surveying = false;
                 self.list.iter_mut().for_each(|m| m.outdated = true);
             }
+            MeasureEvent::Kept(reviews) => {
+                for (number, review) in reviews {
+                    self.list.iter_mut().filter(|m| m.number == *number).for_each(|m| m.kept = Some(*review));
+                }
+            }
+            MeasureEvent::Known(kept) => {
+                self.kept.clone_from(kept);
+                self.withdrawing = self.withdrawing.filter(|review| kept.iter().any(|one| one.review == *review));
+            }
+            MeasureEvent::ShowKept(shows) => self.shows_kept = *shows,
+            MeasureEvent::Withdraw(review) => self.withdrawing = *review,
         }
     }
 
     /// The unit and what is measured stay.
     fn begin(&mut self, _: &mut Display) {
         self.list.clear();
+        self.kept.clear();
+        self.withdrawing = None;
         self.drop_taken();
     }
 
@@ -96,7 +120,10 @@ impl Feature for Measure {
             ColorScheme::Dark => ([0xff, 0xd2, 0x4a, 0xff], [0x10, 0x14, 0x18, 0xc0]),
             ColorScheme::Light => ([0x8a, 0x14, 0x5e, 0xff], [0xff, 0xff, 0xff, 0xd0]),
         };
-        let lines: Vec<Line> = self.list.iter().flat_map(Measurement::lines).chain(self.open_lines()).collect();
+        let others = self.of_others().flat_map(|kept| &kept.measurement.lines);
+        let others = others.map(|line| line.map(|place| place.map(|c| c as f32)));
+        let own = self.list.iter().flat_map(Measurement::lines).chain(self.open_lines());
+        let lines: Vec<Line> = own.chain(others).collect();
         for (color, width) in [(halo, 5.0), (line, 2.0)] {
             for [from, to] in &lines {
                 content.marks.push(Segment { from: Vec3::from(*from), to: Vec3::from(*to), color, width });
@@ -113,6 +140,17 @@ impl Measure {
         self.taken.clear();
         self.missed.clear();
         self.surveying = false;
+    }
+
+    /// Measurements of the list that could be kept: those of the model as it is that are not.
+    pub fn loose(&self) -> impl Iterator<Item = &Measurement> {
+        self.list.iter().filter(|m| m.kept.is_none() && !m.outdated && m.place().is_some())
+    }
+
+    /// What is kept and shown, without what stands in the list besides.
+    pub fn of_others(&self) -> impl Iterator<Item = &KeptMeasurement> {
+        let is_own = |kept: &KeptMeasurement| self.list.iter().any(|m| m.kept == Some(kept.review));
+        self.kept.iter().filter(move |kept| self.shows_kept && !is_own(kept))
     }
 
     /// Follows a click at a point, or beside the model.
@@ -161,6 +199,7 @@ impl Measure {
             kind,
             taken: std::mem::take(&mut self.taken),
             outdated: false,
+            kept: None,
         };
         // A plane has no figure; two elements that meet have no distance.
         if measurement.fit().is_none()
@@ -354,6 +393,37 @@ mod tests {
         assert!(then(vec![Choose(Some(Kind::Plane)), MeasureEvent::Use(1)]).taken.is_empty());
         let outdated = then(vec![Outdated, Choose(Some(Kind::Distance)), MeasureEvent::Use(1)]);
         assert!(outdated.taken.is_empty(), "of an earlier model");
+    }
+
+    #[test]
+    fn what_is_kept_is_drawn_once_and_what_changed_is_not_kept() {
+        let review = |n: u128| ReviewId(uuid::Uuid::from_u128(n));
+        let mut measure = after([Choose(Some(Kind::Distance)), at(0.0), at(0.1), at(0.2), at(0.3)]);
+        assert_eq!(measure.loose().map(|m| m.number).collect::<Vec<_>>(), [1, 2]);
+        let kept = |n: u128| KeptMeasurement {
+            review: review(n),
+            person: "A".into(),
+            at: jiff::Timestamp::UNIX_EPOCH,
+            note: String::new(),
+            is_of_earlier_model: false,
+            measurement: super::super::kept::record(&measure.list[0]).expect("a place"),
+        };
+        let known = MeasureEvent::Known(vec![kept(1), kept(2)]);
+        let drawn = |measure: &Measure| {
+            let mut content = FrameContent::default();
+            measure.draw(&Display::default(), &mut content);
+            content.marks.len() / 2
+        };
+        for event in [MeasureEvent::Kept(vec![(1, review(1))]), known, MeasureEvent::Withdraw(Some(review(2)))] {
+            measure.reduce(&event, &mut Display::default());
+        }
+        assert_eq!((measure.loose().count(), measure.of_others().count(), drawn(&measure)), (1, 1, 3));
+        assert_eq!(measure.withdrawing, Some(review(2)));
+        measure.reduce(&MeasureEvent::ShowKept(false), &mut Display::default());
+        measure.reduce(&MeasureEvent::Known(Vec::new()), &mut Display::default());
+        assert_eq!((drawn(&measure), measure.withdrawing), (2, None));
+        measure.reduce(&Outdated, &mut Display::default());
+        assert_eq!(measure.loose().count(), 0);
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! From a click on the mesh to an element or an area: the work that a pick asks for beyond the state.
 
 use super::taken::{Line, Taken};
-use super::{Kind, ghost};
+use super::{Kind, Picking, ghost};
 use semascan_geometry::fit::{Feature, MeshRegions, SurfaceErrors};
 use semascan_geometry::measure::dimensions::{self, Estimate};
 use semascan_geometry::measure::{SurfaceWays, seen_vertex_areas};

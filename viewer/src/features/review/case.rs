@@ -1,7 +1,8 @@
 //! What there is to decide about: the findings, the verdict and the decisions of an inspection, as the agent says them.
 
+use super::Unsent;
 use semascan_model::finding::{Finding, FindingId};
-use semascan_model::review::{Subject, SubjectState};
+use semascan_model::review::{Review, ReviewAction, ReviewId, Subject, SubjectState};
 use semascan_model::verdict::{Decision, Verdict, VerdictLine};
 use serde::Deserialize;
 
@@ -76,6 +77,21 @@ impl Case {
             lines: verdict.now.map(|verdict| verdict.lines).unwrap_or_default(),
             subjects: verdict.subjects,
         }
+    }
+
+    /// What is done with the part as a whole, ready to be sent.
+    pub fn unsent(&self, id: ReviewId, action: ReviewAction, person: &str, reason: &str) -> Unsent {
+        let review = Review {
+            id,
+            subject: Subject::Part,
+            seen: self.subject(&Subject::Part).map_or(0, |state| state.version),
+            model: self.model.clone(),
+            action,
+            person: person.trim().to_owned(),
+            reason: reason.trim().to_owned(),
+            resolves: Vec::new(),
+        };
+        Unsent { inspection: self.inspection.clone(), review }
     }
 
     /// The findings in their order.

@@ -10,6 +10,7 @@
 //! | `words` | findings and decisions in words | anywhere |
 //! | `name` | names for reviews | in a browser |
 //! | `controller` | asks the agent, sends decisions and keeps them until they have arrived | in a browser |
+//! | `signature` | reason and name under what is signed | in a browser |
 //! | `panel` | the list, the chosen finding, the form of a decision | in a browser |
 //!
 //! A decision is kept in the browser's storage until the agent has confirmed it, and has a name of its own: sending it again is
@@ -27,10 +28,14 @@ mod controller;
 mod name;
 #[cfg(target_arch = "wasm32")]
 mod panel;
+#[cfg(target_arch = "wasm32")]
+mod signature;
 
 pub use case::Case;
 pub use draft::{Draft, Ruling, Unsent};
 pub use events::ReviewEvent;
 #[cfg(target_arch = "wasm32")]
 pub use name::new_name;
+#[cfg(target_arch = "wasm32")]
+pub use signature::{Reason, Signature, Signed};
 pub use state::{Review, Standing};

@@ -1,7 +1,7 @@
 //! The panel of the findings: the list, the chosen finding with the criteria behind it, and the form of a decision.
 
 use super::controller::ReviewController;
-use super::{Draft, Review, ReviewEvent, Ruling, Standing, Unsent, new_name, words};
+use super::{Draft, Reason, Review, ReviewEvent, Ruling, Signature, Signed, Standing, Unsent, new_name, words};
 use crate::features::view::{Controller, FeatureView, Host};
 use crate::state::AppState;
 use crate::ui::Ui;
@@ -241,33 +241,11 @@ fn DraftForm(ui: Ui) -> impl IntoView {
     let draft = ui.part(|s| s.features.review.draft.clone());
     move || {
         draft.get().map(|draft| {
-            let account = ui.read(|s| s.account.clone());
-            let is_known = account.as_ref().is_some_and(|account| account.login);
-            let name = match account {
-                Some(account) if account.login => account.name,
-                _ => ui.read(|s| s.features.review.person.clone()),
-            };
-            let (person, reason) = (RwSignal::new(name), RwSignal::new(String::new()));
-            let field = NodeRef::<leptos::html::Input>::new();
-            Effect::new(move |_| {
-                if let Some(field) = field.get() {
-                    // Fails only where the element is not in the page.
-                    let _ = field.focus();
-                }
-            });
-            let is_whole = move || !person.get().trim().is_empty() && !reason.get().trim().is_empty();
-            let (label, about) = (draft.words(), about(ui, &draft.subject));
-            let decide = move |event: web_sys::SubmitEvent| {
-                event.prevent_default();
-                if !is_whole() {
-                    return;
-                }
-                if !is_known {
-                    ui.send_feature(ReviewEvent::Person(person.get_untracked()));
-                }
+            let (words, about) = (draft.words(), about(ui, &draft.subject));
+            let decide = move |signed: Signed| {
                 let unsent = ui.read(|s| {
                     let case = &s.features.review.case;
-                    let review = draft.review(new_name(), case, &person.get_untracked(), &reason.get_untracked());
+                    let review = draft.review(new_name(), case, &signed.person, &signed.reason);
                     Unsent { inspection: case.inspection.clone(), review }
                 });
                 ui.send_feature(ReviewEvent::Decided(Box::new(unsent)));
@@ -276,26 +254,11 @@ fn DraftForm(ui: Ui) -> impl IntoView {
                 }
             };
             view! {
-                <form class="draft" data-testid="draft" on:submit=decide aria-label=format!("{label}: {about}")>
-                    <label>
-                        <span>{format!("{label} {about}, because")}</span>
-                        <input
-                            type="text" data-testid="draft-reason" maxlength="2000" autocomplete="off" node_ref=field
-                            on:input=move |event| reason.set(event_target_value(&event))
-                        />
-                    </label>
-                    <label>
-                        <span>"Your name"</span>
-                        <input
-                            type="text" data-testid="draft-person" maxlength="200" autocomplete="name" prop:readonly=is_known
-                            prop:value=move || person.get() on:input=move |event| person.set(event_target_value(&event))
-                        />
-                    </label>
-                    <div class="row-actions">
-                        <button class="button" type="submit" data-testid="draft-send" prop:disabled=move || !is_whole()>"Sign"</button>
-                        <button class="text-button" type="button" on:click=move |_| ui.send_feature(ReviewEvent::Discard)>"Cancel"</button>
-                    </div>
-                </form>
+                <Signature
+                    ui id="draft" label=format!("{words}: {about}") because=format!("{words} {about}, because")
+                    reason=Reason::Needed button="Sign".to_owned() is_ready=true on_sign=UnsyncCallback::new(decide)
+                    on_cancel=UnsyncCallback::new(move |()| ui.send_feature(ReviewEvent::Discard))
+                />
             }
         })
     }

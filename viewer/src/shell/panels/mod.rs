@@ -45,11 +45,13 @@
 //! | `[data-testid=evidence-picture]` | the photograph; `data-view`, `data-u`, `data-v` (the pixel), `data-full` = `true`, `false` once its pixels are there |
 //! | `[data-testid=evidence-near]`, `evidence-whole`, `evidence-look`, `evidence-view`, `evidence-project`, `evidence-strength` | its controls |
 //! | `[data-testid=review]`, `verdict`, `finding-<n>`, `finding-detail` | the findings; `data-unsent`; what counts; the rows; the chosen one |
-//! | `[data-testid=ruling-<accept, rework, reject, comment>]`, `ruling-title`, `draft`, `draft-reason`, `draft-person`, `draft-send`, `unsent` | deciding |
+//! | `[data-testid=ruling-<accept, rework, reject, comment>]`, `ruling-title`, `draft-form`, `draft-reason`, `draft-person`, `draft-sign`, `draft-cancel`, `unsent` | deciding |
 //! | `[data-testid=measure]`, `measure-prompt` | the panel; `data-kind` = `none`, `distance`, `angle`; what to pick next |
 //! | `[data-testid=measure-distance]`, `measure-angle`, `measure-unit-<mm, inch>` | toggle buttons; radios |
 //! | `[data-testid=measurement-<n>]`, `measure-label-<n>` | a measurement: `data-mm` or `data-degrees`, `data-uncertainty` (k = 2); its figure in the view |
 //! | `[data-testid=measure-copy]`, `measure-remove-all` | buttons |
+//! | `[data-testid=measure-keep-form]`, `measure-keep-reason`, `measure-keep-person`, `measure-keep-sign` | keeping measurements with the inspection |
+//! | `[data-testid=kept-<n>]`, `kept-label-<review>`, `measure-kept`, `measure-withdraw-form` | what is kept; its figure in the view; whether that is shown; withdrawing one |
 //! | `[data-testid=section]` | the panel; `data-state` = `off`, `waiting` (for a mesh), `cut`; `data-closed`, `data-open` (outlines) |
 //! | `[data-testid=section-plane]`, `section-box`, `section-reset` | switches, a button |
 //! | `[data-testid=section-<x, y, z>]`, `section-camera`, `section-surface` | radios, buttons: what the plane lies across |
