@@ -7,6 +7,7 @@
 //! | [`camera`] | the orbit camera, its pointer and its keys | in part anywhere |
 //! | [`link`] | the live link: worker, socket, decoding | in part anywhere |
 //! | [`render`] | the picture: what it shows, and how it is drawn | in part anywhere |
+//! | [`opened`] | models from files, as events of the link | anywhere |
 //! | [`mesh_worker`] | meshing and comparing, in a worker | in part anywhere |
 //! | [`state`] | the state and its reducer | anywhere |
 //! | [`scene`] | the model as held; what of it and of the state is drawn and exported | anywhere |
@@ -24,6 +25,7 @@ pub mod display;
 pub mod features;
 pub mod link;
 pub mod mesh_worker;
+pub mod opened;
 pub mod render;
 pub mod scene;
 pub mod shell;

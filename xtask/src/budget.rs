@@ -9,7 +9,7 @@ use std::fs;
 use std::path::Path;
 
 /// Largest sum of the viewer's WebAssembly and JavaScript, in bytes after brotli.
-const LIMIT: u64 = 1_500_000;
+const LIMIT: u64 = 1_550_000;
 
 /// Prints the figures; an error when the viewer is over its budget.
 pub(crate) fn check(workspace: &Workspace) -> Result<()> {

@@ -3,6 +3,7 @@
 use super::message::{DeviationFigures, ReferenceInfo, Reply, Request};
 use super::placement::{Extent, Mismatch};
 use super::reference::Reference;
+use crate::opened::OpenedModel;
 use semascan_geometry::measure::percentile;
 use semascan_geometry::mesh::{MeshOptions, Mesher};
 use semascan_model::SemanticCloud;
@@ -74,12 +75,31 @@ impl Job {
                 }
                 Err(error) => vec![Reply::NoReference(error.to_string())],
             },
+            Request::Open { name, bytes } => self.open(&name, &bytes),
             Request::Forget => {
                 self.reference = None;
                 self.compared = None;
                 Vec::new()
             }
         }
+    }
+
+    /// Reads a file, whose content takes the place of the model.
+    fn open(&mut self, name: &str, bytes: &[u8]) -> Vec<Reply> {
+        let model = match OpenedModel::read(name, bytes) {
+            Ok(model) => model,
+            Err(error) => return vec![Reply::NotOpened(error.to_string())],
+        };
+        self.mesher = None;
+        let mut replies: Vec<Reply> = self.meshing.take().map(|_| Reply::Cancelled).into_iter().collect();
+        let mesh = (!model.mesh.triangles.is_empty()).then(|| Arc::new(model.mesh.clone()));
+        replies.push(Reply::Opened(Box::new(model)));
+        if let Some(mesh) = mesh {
+            self.vertices.clone_from(&mesh.vertices.positions);
+            self.compare();
+            replies.push(Reply::Mesh(mesh));
+        }
+        replies
     }
 
     /// Whether there is work to be done.

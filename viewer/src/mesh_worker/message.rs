@@ -5,8 +5,10 @@
 
 use super::placement::Mismatch;
 use crate::columns;
+use crate::opened::OpenedModel;
 use semascan_model::LengthUnit;
-use semascan_model::{SemanticCloud, SemanticMesh};
+use semascan_model::{SemanticCloud, SemanticMesh, Taxonomy};
+use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
 /// What the page asks for.
@@ -40,6 +42,22 @@ pub enum Request {
     },
     /// Compare with nothing.
     Forget,
+    /// Read this file: its content is the model from now on.
+    Open {
+        /// Name of the file.
+        name: String,
+        /// Its content.
+        bytes: Arc<[u8]>,
+    },
+}
+
+/// What is said of an opened model before its mesh.
+#[derive(Serialize, Deserialize)]
+struct OpenedHead {
+    name: String,
+    taxonomy: Taxonomy,
+    voxel: f32,
+    remarks: Vec<String>,
 }
 
 /// A reference as the panels show it.
@@ -94,6 +112,10 @@ pub enum Reply {
     Reference(ReferenceInfo),
     /// A file could not be compared with.
     NoReference(String),
+    /// A file was read; where it has triangles, they follow as a mesh, too.
+    Opened(Box<OpenedModel>),
+    /// A file could not be read.
+    NotOpened(String),
     /// The mesh was compared: a signed deviation for each vertex, metres.
     Deviation {
         /// One value a vertex; NaN where there is none.
@@ -131,6 +153,9 @@ impl Request {
                 block(5, &[bytemuck::cast_slice(&lengths), name.as_bytes(), bytes.as_ref()])
             }
             Self::Forget => block(6, &[]),
+            Self::Open { name, bytes } => {
+                block(7, &[&(name.len() as u32).to_le_bytes(), name.as_bytes(), bytes.as_ref()])
+            }
         }
     }
 
@@ -162,6 +187,7 @@ impl Request {
                 Self::Reference { name, unit, bytes: reader.0.into() }
             }
             6 => Self::Forget,
+            7 => Self::Open { name: reader.string()?, bytes: reader.0.into() },
             _ => return Err(Broken),
         })
     }
@@ -172,7 +198,7 @@ impl Reply {
     pub fn encode(&self) -> Vec<u8> {
         match self {
             Self::Progress { done, total } => block(0, &[bytemuck::cast_slice(&[*done, *total])]),
-            Self::Mesh(mesh) => encode_mesh(mesh),
+            Self::Mesh(mesh) => encode_mesh(block(1, &[]), mesh),
             Self::Cancelled => block(2, &[]),
             Self::Failed(reason) => block(3, &[reason.as_bytes()]),
             Self::Reference(ReferenceInfo { name, triangles, points, unit, is_guess, warnings }) => {
@@ -185,6 +211,19 @@ impl Reply {
                 bytes
             }
             Self::NoReference(reason) => block(5, &[reason.as_bytes()]),
+            Self::Opened(model) => {
+                let head = OpenedHead {
+                    name: model.name.clone(),
+                    taxonomy: model.taxonomy.clone(),
+                    voxel: model.voxel,
+                    remarks: model.remarks.clone(),
+                };
+                // What is plain data always serialises.
+                let head = serde_json::to_vec(&head).unwrap_or_default();
+                let head = block(7, &[&(head.len() as u32).to_le_bytes(), &head]);
+                encode_mesh(head, &model.mesh)
+            }
+            Self::NotOpened(reason) => block(8, &[reason.as_bytes()]),
             Self::Deviation { of_vertices, figures: f } => {
                 let (kind, unit, size) = match f.mismatch {
                     None => (0.0, 0.0, 0.0),
@@ -221,6 +260,13 @@ impl Reply {
                 Self::Reference(ReferenceInfo { name, triangles, points, unit, is_guess, warnings })
             }
             5 => Self::NoReference(reader.text()),
+            7 => {
+                let head = reader.string()?;
+                let OpenedHead { name, taxonomy, voxel, remarks } = serde_json::from_str(&head).map_err(|_| Broken)?;
+                let mesh = decode_mesh(&mut reader)?;
+                Self::Opened(Box::new(OpenedModel { name, taxonomy, voxel, remarks, mesh }))
+            }
+            8 => Self::NotOpened(reader.text()),
             6 => {
                 let f = reader.column::<f32>(8)?;
                 let size = f64::from(f[7]);
@@ -254,10 +300,12 @@ fn block(kind: u8, body: &[&[u8]]) -> Vec<u8> {
     bytes
 }
 
-fn encode_mesh(mesh: &SemanticMesh) -> Vec<u8> {
+/// Adds a mesh to what stands before it.
+fn encode_mesh(mut bytes: Vec<u8>, mesh: &SemanticMesh) -> Vec<u8> {
     let numbers = [mesh.len() as u32, mesh.triangles.len() as u32];
-    let mut bytes = block(1, &[bytemuck::cast_slice(&numbers), bytemuck::cast_slice(&mesh.triangles)]);
-    bytes.reserve(mesh.len() + columns::cloud_bytes(&mesh.vertices));
+    bytes.reserve(8 + mesh.len() + columns::cloud_bytes(&mesh.vertices) + 12 * mesh.triangles.len());
+    bytes.extend_from_slice(bytemuck::cast_slice(&numbers));
+    bytes.extend_from_slice(bytemuck::cast_slice(&mesh.triangles));
     columns::put_cloud(&mut bytes, &mesh.vertices);
     bytes.extend(mesh.boundary.iter().map(|on_boundary| u8::from(*on_boundary)));
     bytes

@@ -85,7 +85,7 @@ impl Shares {
 
 /// Confidence and sigma of the points whose component is known.
 fn known_shares(cloud: &SemanticCloud) -> impl Iterator<Item = (f32, f32)> {
-    let known = cloud.iter().filter(|p| p.label != 0 && !p.flags.has(PointFlags::LEFT_OUT));
+    let known = cloud.iter().filter(|p| p.label != 0 && p.confidence > 0.0 && !p.flags.has(PointFlags::LEFT_OUT));
     known.map(|p| (p.confidence, p.sigma))
 }
 

@@ -9,6 +9,7 @@
 //! | [`shortcuts`] | what a key does |
 //! | `panels` | the panels that are not a tool's (browser only) |
 //! | `start` | the entry point, which joins it all (browser only) |
+//! | `open_file` | files that are looked at without an agent (browser only) |
 //! | `viewport` | model, camera and renderer; a frame when one is due (browser only) |
 //! | `graphics` | getting a renderer, and another one after a loss (browser only) |
 //! | `painting` | labels that people painted, on chunks and mesh (browser only) |
@@ -33,6 +34,8 @@ mod canvas_data;
 mod graphics;
 #[cfg(target_arch = "wasm32")]
 mod listeners;
+#[cfg(target_arch = "wasm32")]
+mod open_file;
 #[cfg(target_arch = "wasm32")]
 mod painting;
 #[cfg(target_arch = "wasm32")]

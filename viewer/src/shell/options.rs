@@ -1,4 +1,5 @@
-//! What the page's address asks for: `?renderer=`, `?theme=`, `?ws=`, and a past inspection: `?inspection=`, `?speed=`, `?from=`.
+//! What the page's address asks for: `?renderer=`, `?theme=`, `?ws=`, a past inspection: `?inspection=`, `?speed=`, `?from=`, or a
+//! file beside the page: `?model=`.
 
 use crate::display::Theme;
 use crate::link::refusal::host_of;
@@ -19,6 +20,8 @@ pub struct Options {
     pub stream: String,
     /// Host of the stream where it is not the page's own: whose model is shown.
     pub foreign_host: Option<String>,
+    /// Path of a file, relative to the page, that is shown in the place of an agent's model.
+    pub model: Option<String>,
     /// What was asked for and is not understood, for people.
     pub complaints: Vec<String>,
 }
@@ -60,7 +63,18 @@ impl Options {
             None => stream,
         };
         let foreign_host = host_of(&stream).filter(|h| !h.eq_ignore_ascii_case(host)).map(str::to_owned);
-        Self { backend: backend.unwrap_or_default(), theme, stream, foreign_host, complaints }
+        let model = parameter("model").filter(|path| {
+            // Beside the page or below it: a link must not make a page load what it likes from elsewhere.
+            let is_near = !path.is_empty()
+                && !path.starts_with(['/', '\\'])
+                && !path.contains(':')
+                && path.split(['/', '\\']).all(|folder| folder != "..");
+            if !is_near {
+                complaints.push(format!("model={path} is no file beside this page."));
+            }
+            is_near
+        });
+        Self { backend: backend.unwrap_or_default(), theme, stream, foreign_host, model, complaints }
     }
 }
 
@@ -90,6 +104,16 @@ fn past_inspection(parameter: &impl Fn(&str) -> Option<String>, complaints: &mut
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn only_a_file_beside_the_page_is_opened_by_its_address() {
+        let model = |path: &str| read(&[("model", path)]).model;
+        assert_eq!(model("results/scene 1.glb").as_deref(), Some("results/scene 1.glb"));
+        for path in ["", "/etc/a.ply", "//evil/a.ply", "https://evil/a.ply", "a/../../b.ply", "..\\a.ply", "\\\\evil"] {
+            assert_eq!(model(path), None, "{path}");
+        }
+        assert!(read(&[("model", "/a.ply")]).complaints[0].contains("/a.ply"));
+    }
 
     #[test]
     fn a_past_inspection_is_asked_for_as_the_address_says() {

@@ -1,5 +1,6 @@
 //! The entry point of the page: joins state, panels, model, renderer and link.
 
+use super::open_file::{self, LiveLink};
 use super::options::Options;
 use super::viewport::Viewport;
 use super::{canvas_data, listeners, panels, save, snapshot};
@@ -18,7 +19,7 @@ use web_sys::{Document, HtmlCanvasElement, UrlSearchParams, Window};
 /// A running page: it runs as long as this is kept.
 #[wasm_bindgen]
 pub struct Viewer {
-    _link: Option<Link>,
+    _link: LiveLink,
     _owner: Owner,
 }
 
@@ -36,7 +37,7 @@ pub fn start() -> Result<Viewer, JsValue> {
     Ok(Viewer { _link: link, _owner: owner })
 }
 
-fn run(window: &Window, document: &Document) -> Result<Option<Link>, JsValue> {
+fn run(window: &Window, document: &Document) -> Result<LiveLink, JsValue> {
     let location = window.location();
     let query = UrlSearchParams::new_with_str(&location.search()?)?;
     let options = Options::read(location.protocol()? == "https:", &location.host()?, |name| query.get(name));
@@ -74,19 +75,26 @@ fn run(window: &Window, document: &Document) -> Result<Option<Link>, JsValue> {
     let canvas = document.get_element_by_id("viewport").ok_or("the page has no #viewport")?;
     viewport.open(canvas.dyn_into::<HtmlCanvasElement>()?);
 
+    let live = LiveLink::default();
+    open_file::follow(&viewport, &live);
+    open_file::drops(window, &viewport)?;
+    if let Some(path) = options.model {
+        open_file::fetch(&viewport, path);
+        return Ok(live);
+    }
     match Link::start(&options.stream, move |event| viewport.handle_link(event)) {
         Ok(link) => {
             // Set once, here.
             let _ = inquiry.set(link.inquiry());
-            Ok(Some(link))
+            live.replace(Some(link));
         }
         Err(error) => {
             web_sys::console::error_1(&error);
             let reason = "The part of the viewer that receives the model cannot start.".to_owned();
             ui.send(Event::from(LinkEvent::Broken { reason }));
-            Ok(None)
         }
     }
+    Ok(live)
 }
 
 /// What is there a little later than that which uses it.
@@ -148,6 +156,7 @@ fn execute(viewport: &Viewport, inquiry: Option<&Inquiry>, command: Command) {
                 viewport.ui.notify(Level::Warning, Topic::EarlierViews, text);
             }
         }
+        Command::OpenFile(file) => open_file::open(viewport, file),
         Command::Camera(input) => viewport.steer(input),
         Command::Copy { text, file } => save::copy(viewport, text, file),
         Command::CopyLink => save::copy_link(viewport),

@@ -54,6 +54,7 @@ pub(super) struct Viewport {
     pub(super) model: Rc<RefCell<HeldModel>>,
     pub(super) mesh: Rc<RefCell<HeldMesh>>,
     photograph: Rc<RefCell<HeldPhotograph>>,
+    pub(super) mesh_worker: Rc<MeshWorker>,
     controllers: OnceCell<Vec<Rc<dyn Controller>>>,
     camera: Rc<Cell<OrbitCamera>>,
     /// The camera keeps the whole model in view until the person moves it.
@@ -102,6 +103,7 @@ impl Viewport {
                 model: Rc::default(),
                 mesh: Rc::default(),
                 photograph: Rc::default(),
+                mesh_worker: Rc::default(),
                 controllers: OnceCell::new(),
                 camera: Rc::default(),
                 follows: Cell::new(true),
@@ -134,7 +136,7 @@ impl Viewport {
             photograph: viewport.photograph.clone(),
             paint: viewport.painting.paint.clone(),
             camera: viewport.camera.clone(),
-            mesh_worker: Rc::new(MeshWorker::default()),
+            mesh_worker: viewport.mesh_worker.clone(),
             redraw: Rc::new(move || redraw(())),
         };
         viewport.controllers.get_or_init(|| mounted::controllers(&host));

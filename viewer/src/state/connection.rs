@@ -29,6 +29,11 @@ pub enum Connection {
         /// Why.
         reason: String,
     },
+    /// A file is shown, and no agent followed.
+    File {
+        /// Its name.
+        name: String,
+    },
     /// The viewer's own side has stopped for good.
     Broken {
         /// Why.
@@ -74,6 +79,7 @@ impl Connection {
             Self::Connected { .. } => "connected",
             Self::Reconnecting { .. } => "reconnecting",
             Self::Refused { .. } => "refused",
+            Self::File { .. } => "file",
             Self::Broken { .. } => "broken",
         }
     }
@@ -81,6 +87,11 @@ impl Connection {
     /// Whether messages flow, so that what the agent said last is how things stand.
     pub fn is_live(&self) -> bool {
         matches!(self, Self::Connected { .. })
+    }
+
+    /// Whether a file is shown in the place of an agent's model.
+    pub fn is_file(&self) -> bool {
+        matches!(self, Self::File { .. })
     }
 
     /// Short label for the header.
@@ -93,6 +104,7 @@ impl Connection {
                 format!("Reconnecting in {} s", retry_ms.div_ceil(1000))
             }
             Self::Refused { .. } => "Refused".into(),
+            Self::File { .. } => "File".into(),
             Self::Broken { .. } => "Stopped".into(),
         }
     }
@@ -104,6 +116,7 @@ impl Connection {
             Self::Connected { .. } => "Connected.".into(),
             Self::Reconnecting { .. } => "Connection lost. Reconnecting.".into(),
             Self::Refused { reason } => format!("The connection was refused. {}", units::sentence(reason)),
+            Self::File { name } => format!("The file {name} is shown."),
             Self::Broken { reason } => format!("The viewer has stopped. {}", units::sentence(reason)),
         }
     }

@@ -25,6 +25,8 @@ pub enum Event {
         /// Hash of the model as held.
         hash: u64,
     },
+    /// A file of this name is shown, or about to be, in the place of an agent's model.
+    Opened(String),
     /// The graphics device changed.
     Graphics(GraphicsStatus),
     /// The agent said who the person is.

@@ -103,6 +103,10 @@ impl AppState {
                     self.inspection.voxel = *voxel;
                 }
             }
+            Event::Opened(name) => {
+                self.connection = Connection::File { name: name.clone() };
+                self.foreign_agent = None;
+            }
             Event::Graphics(status) => self.graphics = status.clone(),
             Event::Account(account) => self.account = Some(account.clone()),
             Event::ForeignAgent(host) => self.foreign_agent = Some(host.clone()),
@@ -255,7 +259,7 @@ impl AppState {
 
     /// Whether the agent lets the person decide about findings and correct labels.
     pub fn may_review(&self) -> bool {
-        self.account.as_ref().is_some_and(|account| account.role >= Role::Reviewer)
+        !self.connection.is_file() && self.account.as_ref().is_some_and(|account| account.role >= Role::Reviewer)
     }
 
     /// A new inspection, or the same one from an empty map; how the person set up the display stays.

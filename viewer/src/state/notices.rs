@@ -48,6 +48,8 @@ pub enum Topic {
     Mesh,
     /// The file that the mesh is compared with.
     Reference,
+    /// A file that is opened.
+    File,
     /// A file that is saved.
     Export,
     /// Earlier views, which the agent is asked for.

@@ -35,6 +35,8 @@ pub enum Command {
     CopyLink,
     /// Download the picture, with what its colours mean.
     SavePicture,
+    /// Look at the model in this file in the place of the agent's.
+    OpenFile(web_sys::File),
     /// Ask the agent for the views before this number.
     EarlierViews(u32),
     /// Load the page again.

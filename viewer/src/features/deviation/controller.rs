@@ -47,7 +47,9 @@ impl DeviationController {
                 self.set_deviations(of_vertices.clone());
                 DeviationEvent::Compared(*figures)
             }
-            Reply::Progress { .. } | Reply::Cancelled | Reply::Failed(_) => return,
+            Reply::Progress { .. } | Reply::Cancelled | Reply::Failed(_) | Reply::Opened(_) | Reply::NotOpened(_) => {
+                return;
+            }
         };
         ui.send_feature(event);
     }

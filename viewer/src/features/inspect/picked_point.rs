@@ -44,7 +44,8 @@ impl PickedPoint {
             position: point.position,
             normal: point.normal,
             component: point.label,
-            confidence: known.then_some(point.confidence),
+            // A class that was judged has a share: files of others say a class and no share.
+            confidence: (known && point.confidence > 0.0).then_some(point.confidence),
             sigma: (known && has_sigma).then_some(point.sigma),
             defect: point.defect,
             defect_confidence: point.defect_confidence,

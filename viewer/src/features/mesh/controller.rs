@@ -79,7 +79,11 @@ impl MeshController {
                 self.host.mesh_worker.stop();
                 MeshEvent::Cancelled
             }
-            Reply::Reference(_) | Reply::NoReference(_) | Reply::Deviation { .. } => return,
+            Reply::Reference(_)
+            | Reply::NoReference(_)
+            | Reply::Deviation { .. }
+            | Reply::Opened(_)
+            | Reply::NotOpened(_) => return,
         };
         ui.send_feature(event);
     }

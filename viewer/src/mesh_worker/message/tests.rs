@@ -27,6 +27,11 @@ fn mesh(n: usize) -> SemanticMesh {
     }
 }
 
+fn opened() -> OpenedModel {
+    let taxonomy = Taxonomy::from_names(&["gear"], &["wear"]);
+    OpenedModel { name: "ß.glb".into(), taxonomy, voxel: 1e-3, remarks: vec!["one".into()], mesh: mesh(7) }
+}
+
 #[test]
 fn replies_cross_unchanged() {
     let figures = DeviationFigures { mean: 0.1, rms: 0.2, p95: 0.3, range: [-0.4, 0.5], mismatch: None };
@@ -53,6 +58,8 @@ fn replies_cross_unchanged() {
         off(Mismatch::Place { distance: 2.5 }),
         off(Mismatch::Surface { median: 0.5 }),
         Reply::NoReference("why".into()),
+        Reply::NotOpened("why".into()),
+        Reply::Opened(Box::new(opened())),
         Reply::Deviation { of_vertices: vec![0.5, -1.0], figures },
     ];
     for reply in replies {
@@ -71,6 +78,7 @@ fn requests_cross_unchanged() {
         Request::Reference { name: "a.stl".into(), unit: None, bytes: [1, 2, 3].into() },
         Request::Reference { name: String::new(), unit: Some(LengthUnit::Metres), bytes: [].into() },
         Request::Forget,
+        Request::Open { name: "ß.ply".into(), bytes: [1, 2, 3].into() },
     ];
     for request in requests {
         assert_eq!(Request::decode(&request.encode()), Ok(request));

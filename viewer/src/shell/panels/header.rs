@@ -3,9 +3,11 @@
 use crate::display::ColorScheme;
 use crate::state::connection::Connection;
 use crate::state::{Event, units};
-use crate::ui::Ui;
-use crate::ui::icons::{HELP, Icon, THEME, UNLINKED};
+use crate::ui::icons::{HELP, Icon, OPEN, THEME, UNLINKED};
+use crate::ui::{Command, Ui};
 use leptos::prelude::*;
+use wasm_bindgen::JsCast;
+use web_sys::HtmlInputElement;
 
 /// Brand, part, connection, buttons.
 #[component]
@@ -14,6 +16,15 @@ pub(super) fn Header(ui: Ui) -> impl IntoView {
     let source = ui.part(|s| s.inspection.source.clone());
     let foreign = ui.part(|s| s.foreign_agent.clone());
     let dark = ui.part(|s| s.display.color_scheme() == ColorScheme::Dark);
+    let is_file = ui.part(|s| s.connection.is_file());
+    let take_file = move |event: web_sys::Event| {
+        let Some(input) = event.target().and_then(|t| t.dyn_into::<HtmlInputElement>().ok()) else { return };
+        if let Some(file) = input.files().and_then(|files| files.get(0)) {
+            ui.ask(Command::OpenFile(file));
+        }
+        // The same file may be chosen again.
+        input.set_value("");
+    };
     let toggle = move |_| ui.send(Event::Theme(ui.read(|s| s.display.toggled_theme())));
     view! {
         <a class="brand" href="./" aria-label="Semascan">
@@ -38,6 +49,18 @@ pub(super) fn Header(ui: Ui) -> impl IntoView {
             <p class="subject-source" title=move || source.get()>{move || source.get()}</p>
         </div>
         <ConnectionStatus ui/>
+        <Show when=move || is_file.get()>
+            <button class="text-button" type="button" data-testid="close-file" on:click=move |_| ui.ask(Command::Reload)>
+                "Close the file"
+            </button>
+        </Show>
+        <label class="tool file-button" title="Open a model: PLY, GLB, OBJ, STL or PCD. It can be dropped onto the page, too.">
+            <input
+                class="visually-hidden" type="file" accept=".ply,.glb,.gltf,.obj,.stl,.pcd" data-testid="open-file"
+                aria-label="Open a model from a file" on:change=take_file
+            />
+            <Icon path=OPEN/>
+        </label>
         <button
             class="tool" type="button" data-testid="theme-toggle"
             aria-label=move || if dark.get() { "Switch to the light theme" } else { "Switch to the dark theme" }
@@ -64,6 +87,7 @@ fn ConnectionStatus(ui: Ui) -> impl IntoView {
         Connection::Reconnecting { reason, .. } | Connection::Refused { reason } | Connection::Broken { reason } => {
             units::sentence(reason)
         }
+        Connection::File { name } => format!("{name} is shown; no agent is followed"),
         Connection::Connecting { .. } => String::new(),
     });
     view! {

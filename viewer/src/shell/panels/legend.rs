@@ -87,7 +87,11 @@ fn LegendRow(ui: Ui, class: u16) -> impl IntoView {
                 {move || known(&figures.get(), |f| f.area.map_or_else(unknown, units::area))}
             </td>
             <td class="is-figure">
-                {move || if class == 0 { unknown() } else { known(&figures.get(), |f| units::percent(f.confidence)) }}
+                {move || match figures.get() {
+                    // A class that was judged has a share: files of others say a class and no share.
+                    f if class == 0 || f.confidence == 0.0 => unknown(),
+                    f => known(&f, |f| units::percent(f.confidence)),
+                }}
             </td>
         </tr>
     }

@@ -203,6 +203,9 @@ impl Empty {
                 let text = format!("{} The viewer keeps trying.", units::sentence(reason));
                 Self { busy: true, ..Self::new("reconnecting", UNLINKED, "No connection to the agent", text) }
             }
+            (Connection::File { name }, _) => {
+                Self { busy: true, ..Self::new("opening", MODEL, "Reading a file", format!("{name} is being read.")) }
+            }
             (Connection::Refused { reason }, _) => Self {
                 reload: true,
                 ..Self::new("refused", WARNING, "The connection was refused", units::sentence(reason))

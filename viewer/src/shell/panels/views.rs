@@ -38,6 +38,7 @@ pub(super) fn ViewStrip(ui: Ui) -> impl IntoView {
             reveal_soon("li:nth-last-child(1 of .view) button".into());
         }
     });
+    let is_file = ui.part(|s| s.connection.is_file());
     Effect::new(move |_| {
         if let Some(index) = selected.get() {
             reveal_soon(format!("[data-testid=view-{index}]"));
@@ -46,7 +47,7 @@ pub(super) fn ViewStrip(ui: Ui) -> impl IntoView {
     view! {
         <h2 class="visually-hidden">"Views"</h2>
         <Show when=move || count.get() == 0 && pending.get() == 0>
-            <p class="strip-empty"><Icon path=CAMERA/> "Captured views appear here."</p>
+            <p class="strip-empty"><Icon path=CAMERA/> {move || if is_file.get() { "A file holds no views." } else { "Captured views appear here." }}</p>
         </Show>
         <ol class="strip" node_ref=list>
             {move || earlier.get().map(|before| view! {

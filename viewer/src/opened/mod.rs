@@ -1,0 +1,15 @@
+//! Models from files: what a person drops onto the page, or its address names, is looked at without an agent.
+//!
+//! | module | what |
+//! |---|---|
+//! | `model` | [`OpenedModel`]: points, surface and classes of a file |
+//! | `spacing` | how far apart its points lie |
+//! | `events` | the same as events of the link, which model and state follow |
+//!
+//! Own PLY files keep everything that is known of a point. Of other formats the objects, groups or nodes are the components.
+
+mod events;
+mod model;
+mod spacing;
+
+pub use model::{OpenError, OpenedModel};

@@ -1,0 +1,162 @@
+//! Files that are looked at without an agent: what a person chooses or drops onto the page, or its address names. They are read in
+//! the mesh worker; from then on the page follows the agent no more.
+
+use super::viewport::Viewport;
+use crate::display::Representation;
+use crate::features::mesh::MeshEvent;
+use crate::link::{Link, LinkEvent};
+use crate::mesh_worker::{Reply, Request};
+use crate::opened::OpenedModel;
+use crate::state::notices::{Level, Topic};
+use crate::state::{Event, units};
+use crate::ui::Command;
+use js_sys::Uint8Array;
+use std::cell::RefCell;
+use std::rc::Rc;
+use wasm_bindgen::prelude::*;
+use wasm_bindgen_futures::{JsFuture, spawn_local};
+use web_sys::{DragEvent, File, HtmlElement, Response, Window};
+
+/// Largest file, bytes: a page has 4 GB, and the file is there beside what it holds.
+const LARGEST: f64 = 1e9;
+/// Attribute of the page's body while a file is dragged over it; the style sheet shows where it may be dropped.
+const DRAGGED: &str = "data-dropping";
+
+/// The live link, until a file takes its place.
+pub(super) type LiveLink = Rc<RefCell<Option<Link>>>;
+
+/// Shows what the mesh worker reads.
+pub(super) fn follow(viewport: &Rc<Viewport>, link: &LiveLink) {
+    let (weak, link) = (Rc::downgrade(viewport), link.clone());
+    viewport.mesh_worker.subscribe(move |reply| {
+        let Some(viewport) = weak.upgrade() else { return };
+        match reply {
+            Reply::Opened(model) => {
+                link.borrow_mut().take();
+                show(&viewport, model);
+            }
+            Reply::NotOpened(reason) => refuse(&viewport, reason),
+            _ => {}
+        }
+    });
+}
+
+/// Reads a file of the person's.
+pub(super) fn open(viewport: &Viewport, file: File) {
+    let (ui, worker, name) = (viewport.ui, viewport.mesh_worker.clone(), file.name());
+    ui.retract(Topic::File);
+    if file.size() > LARGEST {
+        let text = format!("{name} is larger than 1 GB, which is more than a page can hold.");
+        ui.notify(Level::Error, Topic::File, text);
+        return;
+    }
+    ui.notify(Level::Info, Topic::File, format!("Reading {name}."));
+    spawn_local(async move {
+        let read = match JsFuture::from(file.array_buffer()).await {
+            Ok(buffer) => worker.send(&Request::Open { name, bytes: Uint8Array::new(&buffer).to_vec().into() }),
+            Err(error) => {
+                web_sys::console::error_1(&error);
+                Err(format!("The browser could not read {name}."))
+            }
+        };
+        if let Err(reason) = read {
+            ui.notify(Level::Error, Topic::File, reason);
+        }
+    });
+}
+
+/// Fetches and reads the file at `path`, relative to the page, in the place of an agent.
+pub(super) fn fetch(viewport: &Rc<Viewport>, path: String) {
+    let name = path.rsplit('/').next().unwrap_or(&path).to_owned();
+    viewport.ui.send(Event::Opened(name.clone()));
+    let viewport = viewport.clone();
+    spawn_local(async move {
+        match fetched(&path).await {
+            Ok(bytes) => {
+                let sent = viewport.mesh_worker.send(&Request::Open { name, bytes: bytes.into() });
+                if let Err(reason) = sent {
+                    refuse(&viewport, &reason);
+                }
+            }
+            Err(reason) => refuse(&viewport, &format!("{path} could not be loaded: {reason}")),
+        }
+    });
+}
+
+async fn fetched(path: &str) -> Result<Vec<u8>, String> {
+    let said = |error: JsValue| {
+        web_sys::console::error_1(&error);
+        "the server does not answer".to_owned()
+    };
+    let window = web_sys::window().ok_or("the page has no window")?;
+    let response = JsFuture::from(window.fetch_with_str(path)).await.map_err(said)?;
+    let response: Response = response.dyn_into().map_err(said)?;
+    if !response.ok() {
+        return Err(format!("the server answers {}", response.status()));
+    }
+    let buffer = JsFuture::from(response.array_buffer().map_err(said)?).await.map_err(said)?;
+    Ok(Uint8Array::new(&buffer).to_vec())
+}
+
+fn show(viewport: &Viewport, model: &OpenedModel) {
+    let ui = viewport.ui;
+    ui.retract(Topic::File);
+    ui.send(Event::Opened(model.name.clone()));
+    for event in model.events() {
+        viewport.handle_link(event);
+    }
+    if !model.mesh.triangles.is_empty() {
+        ui.send_feature(MeshEvent::Show(Representation::Mesh));
+    }
+    for remark in &model.remarks {
+        ui.notify(Level::Info, Topic::File, format!("{}: {}", model.name, units::sentence(remark)));
+    }
+}
+
+/// A file that cannot be shown: what is shown stays, if anything is.
+fn refuse(viewport: &Viewport, reason: &str) {
+    let ui = viewport.ui;
+    if ui.read(|s| s.connection.is_file() && !s.has_model()) {
+        ui.send(Event::from(LinkEvent::Broken { reason: reason.to_owned() }));
+    } else {
+        ui.notify(Level::Error, Topic::File, format!("The file was not opened: {reason}."));
+    }
+}
+
+/// Files can be dropped anywhere on the page.
+pub(super) fn drops(window: &Window, viewport: &Rc<Viewport>) -> Result<(), JsValue> {
+    let body: HtmlElement = viewport.document.body().ok_or("the page has no body")?;
+    let holds_files =
+        |event: &DragEvent| event.data_transfer().is_some_and(|data| data.types().includes(&"Files".into(), 0));
+    let shown = body.clone();
+    let on_over = Closure::<dyn FnMut(DragEvent)>::new(move |event: DragEvent| {
+        if holds_files(&event) {
+            event.prevent_default();
+            // Fails for names that are none.
+            let _ = shown.set_attribute(DRAGGED, "");
+        }
+    });
+    let shown = body.clone();
+    let on_leave = Closure::<dyn FnMut(DragEvent)>::new(move |event: DragEvent| {
+        if event.related_target().is_none() {
+            let _ = shown.remove_attribute(DRAGGED);
+        }
+    });
+    let ui = viewport.ui;
+    let on_drop = Closure::<dyn FnMut(DragEvent)>::new(move |event: DragEvent| {
+        let _ = body.remove_attribute(DRAGGED);
+        let file = event.data_transfer().and_then(|data| data.files()).and_then(|files| files.get(0));
+        if let Some(file) = file {
+            event.prevent_default();
+            ui.ask(Command::OpenFile(file));
+        }
+    });
+    window.add_event_listener_with_callback("dragover", on_over.as_ref().unchecked_ref())?;
+    window.add_event_listener_with_callback("dragleave", on_leave.as_ref().unchecked_ref())?;
+    window.add_event_listener_with_callback("drop", on_drop.as_ref().unchecked_ref())?;
+    // They live as long as the page.
+    on_over.forget();
+    on_leave.forget();
+    on_drop.forget();
+    Ok(())
+}
