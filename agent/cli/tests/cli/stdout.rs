@@ -1,13 +1,13 @@
 //! What is printed where nobody takes it: people's text may be lost, what was asked for on stdout may not without a word.
 #![cfg(unix)]
 
-use crate::{semascan, stderr};
+use crate::{MOTOR, semascan, stderr};
 use std::fs::File;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
 /// As small as can be: commands are called some hundred times.
-const MOTOR: &str = "virtual:starter-motor?seed=3&views=2&size=96x72&cell=5";
+const SMALL: &str = "virtual:starter-motor?seed=3&views=2&size=96x72&cell=5";
 
 /// Where the output of a command goes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -46,18 +46,20 @@ fn code(folder: &Path, args: &[&str], out: Taker, err: Taker) -> Option<i32> {
 #[test]
 fn lost_text_for_people_changes_no_exit_code_and_lost_output_is_a_failure() {
     let dir = tempfile::tempdir().expect("temporary folder");
-    let made = semascan(&["inspect", MOTOR, "--out", dir.path().join("motor").to_str().expect("UTF-8")]);
-    assert_eq!(made.status.code(), Some(0), "{}", stderr(&made));
+    for (source, name) in [(SMALL, "motor"), (MOTOR, "aligned")] {
+        let made = semascan(&["inspect", source, "--out", dir.path().join(name).to_str().expect("UTF-8")]);
+        assert_eq!(made.status.code(), Some(0), "{}", stderr(&made));
+    }
     std::fs::write(dir.path().join("truth.json"), "{}").expect("written");
     std::fs::write(dir.path().join("cell.toml"), "").expect("written");
     // Each with its exit code, and whether it prints anything on stdout.
     let calls: &[(&[&str], i32, bool)] = &[
-        (&["inspect", MOTOR, "--out", "new", "--overwrite", "--json"], 0, true),
-        (&["inspect", MOTOR, "--out", "new", "--overwrite"], 0, false),
-        (&["inspect", MOTOR, "--out", "motor"], 2, false),
+        (&["inspect", SMALL, "--out", "new", "--overwrite", "--json"], 0, true),
+        (&["inspect", SMALL, "--out", "new", "--overwrite"], 0, false),
+        (&["inspect", SMALL, "--out", "motor"], 2, false),
         (&["evaluate", "motor/cloud.ply", "motor/truth.ply"], 0, false),
         (&["evaluate", "motor/cloud.ply", "motor/truth.ply", "--json"], 0, true),
-        (&["evaluate", "--photometric", "motor", MOTOR, "--json"], 0, true),
+        (&["evaluate", "--photometric", "motor", SMALL, "--json"], 0, true),
         (&["evaluate", "motor", "truth.json", "--json"], 1, false),
         (&["export", "motor", "--format", "obj,stl,glb"], 0, false),
         (&["models", "--models", ".", "--json"], 0, true),
@@ -97,7 +99,7 @@ fn lost_text_for_people_changes_no_exit_code_and_lost_output_is_a_failure() {
             assert_eq!(code(dir.path(), args, out, err), Some(expected), "{args:?}, stdout {out:?}, stderr {err:?}");
         }
     }
-    let aligned = ["evaluate", "motor/cloud.ply", "motor/truth.ply", "--align", "--samples", "20000"];
+    let aligned = ["evaluate", "aligned/cloud.ply", "aligned/truth.ply", "--align", "--samples", "20000"];
     assert_eq!(code(dir.path(), &aligned, Taker::File, Taker::ClosedPipe), Some(0));
     let mut full = Command::new(env!("CARGO_BIN_EXE_semascan"));
     let full = full.arg("schema").stdout(Taker::FullDisk.stdio()).output().expect("starts");
