@@ -38,7 +38,10 @@
 
   const show = async (cursor) => {
     const number = ++latest;
-    if (!cursor) rows.replaceChildren();
+    if (!cursor) {
+      rows.replaceChildren();
+      globalThis.semascanTrends.follow(query(null));
+    }
     more.hidden = true;
     said.textContent = "Loading …";
     let answer, body;

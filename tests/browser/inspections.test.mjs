@@ -16,6 +16,7 @@ import { Viewer } from './support/viewer.mjs';
 const CRITERIA = 'version = 1\nname = "motor"\nrevision = "3"\n[[defect]]\ndefect = "corrosion"\nlargest_area_mm2 = 1\nthen = "rework"\n';
 const OTHER = SOURCE.replace('seed=7', 'seed=8');
 const OUT = new URL('./out/', import.meta.url);
+const AXE = createRequire(import.meta.url).resolve('axe-core/axe.min.js');
 
 describe('the list of inspections', () => {
   let root, data, agent, browser, page;
@@ -66,6 +67,26 @@ describe('the list of inspections', () => {
     await page.screenshot({ path: new URL('inspections.png', OUT).pathname, caret: 'initial', animations: 'allow' });
   });
 
+  it('shows what the inspections come to, day by day and by what was found', LIMIT, async () => {
+    await page.locator('#trends summary').click();
+    await page.locator('#trends-said', { hasText: '3 inspections' }).waitFor({ timeout: 30_000 });
+    const kinds = await page.locator('#days rect').evaluateAll((bars) => bars.map((bar) => bar.dataset.kind));
+    assert.ok(kinds.includes('none') && kinds.some((kind) => kind === 'rework' || kind === 'person'), `${kinds}`);
+    assert.match(await page.locator('#days svg').getAttribute('aria-label'), /^\d{4}-\d\d-\d\d: .*1 not judged/);
+    const found = await page.locator('#classes tr').evaluateAll((rows) => rows.map((row) => [...row.cells].map((cell) => cell.textContent.trim())));
+    assert.ok(found.some(([what, , count, area]) => /^corrosion on /.test(what) && Number(count) > 0 && /mm²$/.test(area)), JSON.stringify(found));
+    await page.evaluate(await readFile(AXE, 'utf8'));
+    const violations = await page.evaluate(() => globalThis.axe.run(document, { runOnly: ['wcag2a', 'wcag2aa', 'wcag21a', 'wcag21aa', 'wcag22aa'] }));
+    assert.deepEqual(violations.violations.map((v) => `${v.id}: ${v.help}: ${v.nodes.map((n) => n.target).join('; ')}`), []);
+    // They are of what is searched for.
+    await page.getByLabel('Part').fill('starter motor 8');
+    await page.getByRole('button', { name: 'Search' }).click();
+    await page.locator('#trends-said', { hasText: '1 inspection' }).waitFor({ timeout: 30_000 });
+    await page.getByRole('button', { name: 'Clear' }).click();
+    await listed(3);
+    await page.locator('#trends summary').click();
+  });
+
   it('is searched, and the address keeps what was searched for', LIMIT, async () => {
     await page.getByLabel('Part').fill('starter motor 8');
     await page.getByRole('button', { name: 'Search' }).click();
@@ -95,8 +116,7 @@ describe('the list of inspections', () => {
       await page.setViewportSize(size);
       await page.goto(`${agent.url}/inspections.html`);
       await listed(3);
-      const axe = await readFile(createRequire(import.meta.url).resolve('axe-core/axe.min.js'), 'utf8');
-      await page.evaluate(axe);
+      await page.evaluate(await readFile(AXE, 'utf8'));
       const found = await page.evaluate(() => globalThis.axe.run(document, { runOnly: ['wcag2a', 'wcag2aa', 'wcag21a', 'wcag21aa', 'wcag22aa'] }));
       assert.deepEqual(found.violations.map((violation) => `${violation.id}: ${violation.help}`), []);
       // The table scrolls, the page does not.

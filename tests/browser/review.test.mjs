@@ -70,6 +70,16 @@ onEveryBackend(
       const position = now[placed].region.position.map((c) => c * 1e3);
       assert.ok(Math.hypot(...mm.map((c, k) => c - position[k])) < 6, `${mm} and ${position}`);
       assert.ok((await page.getByTestId('finding-detail').innerText()).includes('mm²'));
+      // The photographs that show it have its outline, around the pixel of its place.
+      await page.getByTestId('evidence-open').click();
+      const outline = page.getByTestId('evidence-outline').locator('path').last();
+      await outline.waitFor({ state: 'attached', timeout: 20_000 });
+      const path = (await outline.getAttribute('d')).split(/[ML]/).slice(1).map((pair) => pair.split(' ').map(Number));
+      assert.ok(path.length > 4, `${path.length} corners`);
+      const middle = [0, 1].map((k) => (Math.min(...path.map((p) => p[k])) + Math.max(...path.map((p) => p[k]))) / 2);
+      const pixel = await page.getByTestId('evidence-picture').evaluate((p) => [Number(p.dataset.u), Number(p.dataset.v)]);
+      assert.ok(Math.hypot(middle[0] - pixel[0], middle[1] - pixel[1]) < 40, `${middle} around ${pixel}`);
+      await page.getByTestId('evidence-close').click();
       // And it is in the middle of the view.
       const ring = await page.locator('[data-testid=picked-ring][data-behind=false]').boundingBox();
       const box = await viewer.canvas.boundingBox();

@@ -61,6 +61,26 @@ onEveryBackend(
       assert.ok(components.every((row) => row.area > 0 && row.confidence > 0 && row.confidence <= 1));
     });
 
+    it('is saved as fine, in the unit and in as many files as is chosen', LIMIT, async () => {
+      const all = Number((await said(viewer, 'mesh')).triangles);
+      await viewer.page.getByTestId('export-choice').locator('summary').click();
+      await viewer.page.getByTestId('export-detail').selectOption('tenth');
+      await viewer.page.getByTestId('export-unit').selectOption('inch');
+      await viewer.page.getByTestId('export-up').selectOption('y');
+      await viewer.page.getByTestId('export-solids').selectOption('one');
+      const stl = await viewer.export('mesh-stl');
+      const triangles = stl.bytes.readUInt32LE(80);
+      assert.ok(triangles <= Math.ceil(all / 10) && triangles > all / 30, `${triangles} of ${all} triangles`);
+      assert.equal(stl.bytes.length, 84 + 50 * triangles);
+      assert.match(stl.bytes.subarray(0, 80).toString('latin1'), /unit inch, y up/);
+      // A motor is some 150 mm high: along y, and counted in inches.
+      const y = Array.from({ length: triangles }, (_, i) => stl.bytes.readFloatLE(84 + 50 * i + 12 + 4));
+      const height = Math.max(...y) - Math.min(...y);
+      assert.ok(height > 2 && height < 12, `${height} inches`);
+      await viewer.page.getByTestId('export-detail').selectOption('full');
+      await viewer.page.getByTestId('export-choice').locator('summary').click();
+    });
+
     it('is compared with a reference: its own mesh, a millimetre higher, is a millimetre off', LIMIT, async () => {
       const reference = (dz) => {
         const bytes = Buffer.from(file.bytes);

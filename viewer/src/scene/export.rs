@@ -1,10 +1,12 @@
 //! The visible part of the model as the bytes of a file. The writers are those of `semascan inspect` and
 //! `semascan export`.
 
+use crate::state::export_choice::Solids;
 use crate::state::{AppState, units};
 use semascan_formats::gltf::{self, GlbOptions};
-use semascan_formats::{ExportFilter, FileFrame, WriteError, components, file_part, obj, ply, stl};
+use semascan_formats::{ExportFilter, WriteError, components, file_part, obj, ply, stl};
 use semascan_geometry::measure::model_figures;
+use semascan_geometry::mesh::decimate;
 use semascan_model::{ModelFigures, SemanticCloud, SemanticMesh};
 
 /// A file to export the model's points to.
@@ -39,9 +41,9 @@ impl PointFormat {
 pub enum MeshFormat {
     /// With all it knows.
     Ply,
-    /// Objects and materials by component, in two files; millimetres, z up.
+    /// Objects and materials by component, in two files.
     Obj,
-    /// One solid by component, each in a file; millimetres, z up.
+    /// Solids without more, by component or as one.
     Stl,
     /// A scene with a node by component.
     Glb,
@@ -96,18 +98,24 @@ pub fn export_points(whole: &SemanticCloud, state: &AppState, format: PointForma
     Ok(ExportFile { name, bytes, count: cloud.len(), left_out: count - cloud.len() })
 }
 
-/// Writes the visible components of `mesh`.
+/// Writes the visible components of `mesh`, as fine and in the frame that the person chose.
 ///
 /// # Errors
 /// [`WriteError`] if the mesh is too large for the format.
 pub fn export_mesh(mesh: &SemanticMesh, state: &AppState, format: MeshFormat) -> Result<Vec<ExportFile>, WriteError> {
     let filter = filter(state);
     let all = mesh.triangles.len();
-    let mesh = mesh.select(|t| !filter.hidden_labels.contains(&mesh.triangle_label(t)));
+    let mut mesh = mesh.select(|t| !filter.hidden_labels.contains(&mesh.triangle_label(t)));
+    let left_out = all - mesh.triangles.len();
+    let choice = state.export;
+    if let Some(most) = choice.detail.most(mesh.triangles.len())
+        && let Ok(simpler) = decimate(&mesh, most, &())
+    {
+        mesh = simpler;
+    }
     let (taxonomy, inspection) = (state.inspection.taxonomy(), &state.inspection);
     let stem = format!("{}-mesh", units::file_stem(&inspection.part));
     let count = mesh.triangles.len();
-    let left_out = all - count;
     let mut bytes = Vec::new();
     Ok(match format {
         MeshFormat::Ply => {
@@ -116,18 +124,22 @@ pub fn export_mesh(mesh: &SemanticMesh, state: &AppState, format: MeshFormat) ->
         }
         MeshFormat::Obj => {
             let (library, mut materials) = (format!("{stem}.mtl"), Vec::new());
-            obj::write_mesh(&mut bytes, &mesh, &taxonomy, &library, FileFrame::default())?;
+            obj::write_mesh(&mut bytes, &mesh, &taxonomy, &library, choice.frame)?;
             obj::write_materials(&mut materials, &mesh, &taxonomy)?;
             vec![
                 ExportFile { name: format!("{stem}.obj"), bytes, count, left_out },
                 ExportFile { name: library, bytes: materials, count, left_out },
             ]
         }
+        MeshFormat::Stl if choice.solids == Solids::One => {
+            stl::write_mesh(&mut bytes, &mesh, None, &inspection.part, choice.frame)?;
+            vec![ExportFile { name: format!("{stem}.stl"), bytes, count, left_out }]
+        }
         MeshFormat::Stl => {
             let mut files = Vec::new();
             for component in components(&mesh, &taxonomy)? {
                 let mut bytes = Vec::new();
-                stl::write_mesh(&mut bytes, &mesh, Some(component.label), &component.name, FileFrame::default())?;
+                stl::write_mesh(&mut bytes, &mesh, Some(component.label), &component.name, choice.frame)?;
                 let name = format!("{stem}-{}.stl", file_part(&component.name));
                 files.push(ExportFile { name, bytes, count: component.triangles.len(), left_out });
             }
@@ -176,7 +188,9 @@ mod tests {
     use super::*;
     use crate::link::LinkEvent;
     use crate::state::Event;
-    use semascan_model::{PointFlags, SemanticPoint, Taxonomy};
+    use crate::state::export_choice::{Detail, ExportChoice};
+    use semascan_formats::{FileFrame, UpAxis};
+    use semascan_model::{LengthUnit, PointFlags, SemanticPoint, Taxonomy};
     use semascan_protocol::Inspection;
 
     fn point(label: u16, flags: u16) -> SemanticPoint {
@@ -245,8 +259,37 @@ mod tests {
                 && text.contains("o pinion_gear")
                 && !text.contains("housing")
         );
+        state.reduce(&Event::AllComponents);
+        let frame = FileFrame { unit: LengthUnit::Inches, up: UpAxis::Y };
+        let choice = ExportChoice { frame, solids: Solids::One, ..ExportChoice::default() };
+        state.reduce(&Event::ExportChoice(choice));
+        let one = files(&state, MeshFormat::Stl);
+        assert_eq!(named(&one), [("starter-motor-7-mesh.stl".to_owned(), 3)]);
+        assert!(String::from_utf8_lossy(&one[0].bytes[..80]).contains("unit inch, y up"));
+        state.reduce(&Event::ToggleComponent(1));
         assert!(String::from_utf8_lossy(&files(&state, MeshFormat::Ply)[0].bytes).contains("element face 2\n"));
         assert_eq!(&files(&state, MeshFormat::Glb)[0].bytes[..4], b"glTF");
+    }
+
+    #[test]
+    fn a_coarser_mesh_has_the_share_of_triangles_that_was_chosen() {
+        let at = |i: u32| SemanticPoint { position: [(i % 21) as f32, (i / 21) as f32, 0.0], ..point(1, 0) };
+        let square = |i: u32| i + i / 20;
+        let triangles = (0..400).flat_map(|i| {
+            let a = square(i);
+            [[a, a + 1, a + 22], [a, a + 22, a + 21]]
+        });
+        let mesh = SemanticMesh {
+            vertices: (0..441).map(at).collect(),
+            boundary: vec![false; 441],
+            triangles: triangles.collect(),
+        };
+        let mut state = shown();
+        for (detail, most) in [(Detail::Full, 800), (Detail::Half, 400), (Detail::Tenth, 80)] {
+            state.reduce(&Event::ExportChoice(ExportChoice { detail, ..ExportChoice::default() }));
+            let file = export_mesh(&mesh, &state, MeshFormat::Stl).expect("a small mesh fits").remove(0);
+            assert!(file.count <= most && file.count * 2 > most && file.left_out == 0, "{detail:?}: {}", file.count);
+        }
     }
 
     #[test]

@@ -3,14 +3,14 @@
 
 use super::graphics::Size;
 use super::permalink::Permalink;
-use super::shortcuts::{Action, Focus, action};
+use super::shortcuts::{Focus, action};
 use super::viewport::Viewport;
 use crate::camera::Modifiers;
 use crate::display::{ColorMode, Theme};
 use crate::features::measure::{Measure, MeasureEvent};
 use crate::state::notices::{Level, Topic};
 use crate::state::{AppState, Event};
-use crate::ui::{Command, Ui};
+use crate::ui::Ui;
 use leptos::prelude::*;
 use semascan_model::LengthUnit;
 use std::rc::Rc;
@@ -42,13 +42,7 @@ pub(super) fn keyboard(window: &Window, viewport: &Rc<Viewport>) -> Result<(), J
         let found = viewport.ui.read(|s| action(&event.key(), modifiers, focus, s));
         if let Some(found) = found {
             event.prevent_default();
-            match found {
-                Action::State(event) => viewport.ui.send(*event),
-                Action::Camera(input) => viewport.steer(input),
-                Action::PickMiddle => viewport.pick_middle(),
-                Action::CopyLink => viewport.ui.ask(Command::CopyLink),
-                Action::SavePicture => viewport.ui.ask(Command::SavePicture),
-            }
+            found.perform(viewport.ui);
         }
     });
     window.add_event_listener_with_callback("keydown", on_key.as_ref().unchecked_ref())?;

@@ -6,7 +6,9 @@
 //! | [`permalink`] | links that lead others to what one sees |
 //! | [`point_budget`] | how many points a frame may have while the camera moves |
 //! | [`pick_queue`] | which picks are asked for, and in which order |
+//! | [`action`] | what a key or a command asks for |
 //! | [`shortcuts`] | what a key does |
+//! | [`commands`] | what can be done, by name |
 //! | `panels` | the panels that are not a tool's (browser only) |
 //! | `start` | the entry point, which joins it all (browser only) |
 //! | `open_file` | files that are looked at without an agent (browser only) |
@@ -20,6 +22,8 @@
 //! | `save` | exports: files for the person (browser only) |
 //! | `snapshot` | the picture with what its colours mean, as a file (browser only) |
 
+pub mod action;
+pub mod commands;
 pub mod options;
 pub mod permalink;
 pub mod pick_queue;

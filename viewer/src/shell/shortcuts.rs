@@ -1,6 +1,7 @@
 //! What a key does. The camera's own keys are in [`crate::camera::key_input`]; these are the page's.
 
-use crate::camera::{CameraInput, Modifiers, key_input};
+use super::action::Action;
+use crate::camera::{Modifiers, key_input};
 use crate::features::FeatureEvent;
 use crate::features::correct::{CorrectEvent, Tool};
 use crate::features::evidence::EvidenceEvent;
@@ -21,34 +22,25 @@ pub enum Focus {
     Control,
 }
 
-/// What a key asks for.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Action {
-    /// A change of the state.
-    State(Box<Event>),
-    /// A move of the camera.
-    Camera(CameraInput),
-    /// A pick in the middle of the view.
-    PickMiddle,
-    /// A link to what is seen.
-    CopyLink,
-    /// The picture as a file.
-    SavePicture,
-}
-
 /// What `key` (DOM `KeyboardEvent.key`) asks for in this state; `None` leaves it to the browser.
 pub fn action(key: &str, modifiers: Modifiers, focus: Focus, state: &AppState) -> Option<Action> {
     if modifiers.command {
+        // The key that many programs have for it.
+        let is_wanted = key.eq_ignore_ascii_case("k") && !state.help_open;
+        return is_wanted.then(|| Event::Palette(!state.palette_open).into());
+    }
+    if state.palette_open {
+        // The dialog is modal, and has keys of its own.
         return None;
     }
     if focus == Focus::Text {
         // Letters are the field's.
         let is_drafting = key == "Escape" && state.features.review.draft.is_some();
-        return is_drafting.then(|| Action::State(feature(ReviewEvent::Discard).into()));
+        return is_drafting.then(|| feature(ReviewEvent::Discard).into());
     }
     if state.help_open {
         // The dialog is modal: it closes by the key that opened it, and by Escape through the browser.
-        return (key == "?").then_some(Action::State(Event::Help(false).into()));
+        return (key == "?").then(|| Event::Help(false).into());
     }
     let display = &state.display;
     let event = match key {
@@ -89,7 +81,7 @@ pub fn action(key: &str, modifiers: Modifiers, focus: Focus, state: &AppState) -
         _ if focus == Focus::Control && key.starts_with("Arrow") => return None,
         _ => return key_input(key, modifiers).map(Action::Camera),
     };
-    Some(Action::State(event.into()))
+    Some(event.into())
 }
 
 /// The decision that a key stands for.
@@ -152,7 +144,7 @@ fn escape(state: &AppState) -> Option<Action> {
     } else {
         return None;
     };
-    Some(Action::State(event.into()))
+    Some(event.into())
 }
 
 /// Delete takes the newest measurement away while one measures, else the newest label; with Shift all of them.
@@ -165,12 +157,13 @@ fn deletion(modifiers: Modifiers, state: &AppState) -> Option<Action> {
         (false, false) => feature(InspectEvent::RemoveLast),
         (false, true) => feature(InspectEvent::RemoveAll),
     };
-    Some(Action::State(event.into()))
+    Some(event.into())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::camera::CameraInput;
     use crate::display::ColorMode;
     use crate::features::inspect::PickedPoint;
     use semascan_model::SemanticPoint;
@@ -193,6 +186,19 @@ mod tests {
         state.reduce(&Event::Help(true));
         assert_eq!(pressed("c", Focus::Model, &state), None);
         assert_eq!(pressed("?", Focus::Model, &state), Some(Action::State(Event::Help(false).into())));
+    }
+
+    #[test]
+    fn the_palette_opens_from_anywhere_and_keeps_the_keys_to_itself() {
+        let command = Modifiers { command: true, ..Modifiers::default() };
+        let mut state = AppState::default();
+        assert_eq!(action("k", command, Focus::Text, &state), Some(Event::Palette(true).into()));
+        state.reduce(&Event::Palette(true));
+        assert_eq!(pressed("f", Focus::Model, &state), None);
+        assert_eq!(action("K", command, Focus::Text, &state), Some(Event::Palette(false).into()));
+        state.reduce(&Event::Palette(false));
+        state.reduce(&Event::Help(true));
+        assert_eq!(action("k", command, Focus::Model, &state), None, "two dialogs at once");
     }
 
     #[test]

@@ -158,6 +158,7 @@ fn execute(viewport: &Viewport, inquiry: Option<&Inquiry>, command: Command) {
         }
         Command::OpenFile(file) => open_file::open(viewport, file),
         Command::Camera(input) => viewport.steer(input),
+        Command::PickMiddle => viewport.pick_middle(),
         Command::Copy { text, file } => save::copy(viewport, text, file),
         Command::CopyLink => save::copy_link(viewport),
         Command::SavePicture => snapshot::save_picture(viewport),

@@ -2,6 +2,7 @@
 
 use super::account::Account;
 use super::connection::GraphicsStatus;
+use super::export_choice::ExportChoice;
 use super::legend::ClassCount;
 use super::notices::{Level, Topic};
 use crate::display::{ColorMode, ShareScales, Theme};
@@ -55,8 +56,12 @@ pub enum Event {
     SelectView(Option<u32>),
     /// Select the view that many places further, from the last one if none is selected.
     StepView(i32),
+    /// The person chose how meshes are exported.
+    ExportChoice(ExportChoice),
     /// Open or close the table of shortcuts.
     Help(bool),
+    /// Open or close the command palette.
+    Palette(bool),
     /// There is something to say to the person.
     Notify {
         /// How urgent it is.

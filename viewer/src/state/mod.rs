@@ -11,6 +11,7 @@
 //! | [`account`] | who the person is to the agent |
 //! | [`color_key`] | what the colours mean |
 //! | [`connection`] | where the link to the agent and the graphics device stand |
+//! | [`export_choice`] | how meshes are exported |
 //! | [`legend`] | component classes: visibility, figures |
 //! | [`notices`] | short messages to the person |
 //! | [`progress`] | where the inspection stands |
@@ -22,6 +23,7 @@ pub mod account;
 pub mod color_key;
 pub mod connection;
 mod event;
+pub mod export_choice;
 pub mod legend;
 pub mod notices;
 pub mod progress;
@@ -38,6 +40,7 @@ use crate::features::Features;
 use crate::link::LinkEvent;
 use account::Account;
 use connection::{Connection, GraphicsStatus};
+use export_choice::ExportChoice;
 use legend::{ClassFigures, Legend};
 use notices::{Level, Notices, Topic};
 use progress::{RunProgress, Standing};
@@ -84,8 +87,12 @@ pub struct AppState {
     pub display: Display,
     /// What the tools know.
     pub features: Features,
+    /// How meshes are exported.
+    pub export: ExportChoice,
     /// Whether the table of shortcuts is open.
     pub help_open: bool,
+    /// Whether the command palette is open.
+    pub palette_open: bool,
     /// Short messages to the person.
     pub notices: Notices,
 }
@@ -121,7 +128,9 @@ impl AppState {
             Event::Feature(event) => self.features.reduce(event, &mut self.display),
             Event::SelectView(view) => self.views.select(*view),
             Event::StepView(step) => self.views.step(*step),
+            Event::ExportChoice(choice) => self.export = *choice,
             Event::Help(open) => self.help_open = *open,
+            Event::Palette(open) => self.palette_open = *open,
             Event::Notify { level, topic, text } => self.notices.push(*level, *topic, text.clone()),
             Event::Retract(topic) => self.notices.retract(*topic),
             Event::Dismiss(id) => self.notices.dismiss(*id),

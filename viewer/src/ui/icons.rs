@@ -18,6 +18,8 @@ pub(crate) fn Icon(path: &'static str) -> impl IntoView {
 pub(crate) const FIT: &str = "M2.5 5.5v-3h3M10.5 2.5h3v3M13.5 10.5v3h-3M5.5 13.5h-3v-3M6 6h4v4H6z";
 /// Question mark.
 pub(crate) const HELP: &str = "M5.75 6a2.25 2.25 0 1 1 3.4 1.94c-.7.42-1.15.9-1.15 1.66M8 12.1v.1";
+/// Magnifying glass.
+pub(crate) const SEARCH: &str = "M7 11.5a4.5 4.5 0 1 0 0-9 4.5 4.5 0 0 0 0 9M10.25 10.25 13.75 13.75";
 /// Open folder.
 pub(crate) const OPEN: &str = "M1.75 12.75v-9.5h4l1.5 1.75h5v2M1.75 12.75l2-5.75h10.5l-2 5.75z";
 /// Half-filled circle.

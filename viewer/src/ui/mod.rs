@@ -24,6 +24,8 @@ pub enum Command {
     ExportMesh(MeshFormat),
     /// Download the section.
     ExportSection(SectionFormat),
+    /// Pick what lies in the middle of the view.
+    PickMiddle,
     /// Give a text to the clipboard; where the browser does not let the page, save it as a file of that name.
     Copy {
         /// The text.

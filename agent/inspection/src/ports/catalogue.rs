@@ -220,6 +220,55 @@ impl Default for InspectionFilter {
     }
 }
 
+/// What inspections come to.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Trends {
+    /// Days on which one began, in order.
+    pub days: Vec<DayTrend>,
+    /// What was found, by component and defect: what most inspections have first.
+    pub classes: Vec<ClassTrend>,
+}
+
+/// Inspections that began on one day.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct DayTrend {
+    /// The day (UTC), as `2026-11-29`.
+    pub day: String,
+    /// How many.
+    pub inspections: u64,
+    /// Those in which defects were looked for.
+    pub looked: u64,
+    /// Their findings.
+    pub findings: u64,
+    /// Those that count as accepted now, decisions of people included.
+    pub accept: u64,
+    /// The same, to be worked on.
+    pub rework: u64,
+    /// The same, rejected.
+    pub reject: u64,
+    /// Those that a person must decide about.
+    pub person: u64,
+}
+
+/// Findings of a kind.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ClassTrend {
+    /// Name of the component that they are on.
+    pub component: String,
+    /// Name of the defect, where they are of one.
+    pub defect: Option<String>,
+    /// As [`FindingRow::kind`].
+    pub kind: String,
+    /// How many.
+    pub findings: u64,
+    /// Inspections that have any.
+    pub inspections: u64,
+    /// Their area together, square metres, where it is known; `None` where it is known of none.
+    pub area: Option<f64>,
+    /// Findings whose area is not known.
+    pub without_area: u64,
+}
+
 /// Rows of parts, inspections, views and events. What a method has returned from is durable. Every method fails with a
 /// [`PortError`] that names the database and the reason.
 #[allow(clippy::missing_errors_doc)]
@@ -244,6 +293,9 @@ pub trait Catalogue: Send + Sync {
 
     /// Inspections, the latest first.
     fn inspections(&self, filter: &InspectionFilter) -> Result<Vec<InspectionRow>, PortError>;
+
+    /// What the inspections that `filter` fits come to.
+    fn trends(&self, filter: &InspectionFilter) -> Result<Trends, PortError>;
 
     /// Notes what was found in an inspection and decided about it, in place of what was noted before.
     fn set_result(&self, id: InspectionId, result: &ResultRows) -> Result<(), PortError>;

@@ -18,8 +18,8 @@ pub use blobs::{BlobDigest, Blobs, InvalidDigest};
 pub use bus::{Bus, BusMessage};
 pub use captures::Captures;
 pub use catalogue::{
-    Catalogue, Commit, EventRow, FindingRow, InspectionFilter, InspectionRow, InspectionState, ResultRow, ResultRows,
-    ViewRow,
+    Catalogue, ClassTrend, Commit, DayTrend, EventRow, FindingRow, InspectionFilter, InspectionRow, InspectionState,
+    ResultRow, ResultRows, Trends, ViewRow,
 };
 pub use error::{Obstacle, PortError};
 pub use reviews::{LoggedReview, ReviewLog, ReviewResult};

@@ -57,6 +57,7 @@ const ROUTES: &[Route] = &[
     route("GET", "/api/v1/inspections/{inspection}/views/{view}/depth.png", Least::Role(Role::Viewer)),
     route("GET", "/api/v1/inspections/{inspection}/views/{view}/labels.png", Least::Role(Role::Viewer)),
     route("GET", "/api/v1/inspections/{inspection}/views/{view}/sigma.png", Least::Role(Role::Viewer)),
+    route("GET", "/api/v1/trends", Least::Role(Role::Viewer)),
     route("GET", "/api/v1/inspections/{inspection}/findings", Least::Role(Role::Viewer)),
     route("GET", "/api/v1/inspections/{inspection}/criteria", Least::Role(Role::Viewer)),
     route("GET", "/api/v1/inspections/{inspection}/verdict", Least::Role(Role::Viewer)),

@@ -179,7 +179,7 @@ impl From<InspectionRecord> for RecordHead {
 }
 
 impl ListQuery {
-    fn filter(&self) -> Result<InspectionFilter, Problem> {
+    pub(super) fn filter(&self) -> Result<InspectionFilter, Problem> {
         let decision = |name: &str| {
             let reason = "is no decision: accept, rework, person or reject";
             Decision::from_name(name).ok_or_else(|| Problem::parameter("decision", name, reason))

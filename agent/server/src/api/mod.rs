@@ -3,7 +3,7 @@
 //!
 //! | file | what |
 //! |---|---|
-//! | `account_log.rs`, `inspections.rs`, `views.rs`, `findings.rs`, `measurements.rs`, `reviews.rs`, `exports.rs`, `report.rs` | one resource each |
+//! | `account_log.rs`, `inspections.rs`, `views.rs`, `findings.rs`, `measurements.rs`, `reviews.rs`, `trends.rs`, `exports.rs`, `report.rs` | one resource each |
 //! | `request.rs` | what requests say, checked; work that blocks |
 //! | `answer.rs`, `problem.rs` | answers with entity tags; errors |
 //! | `openapi.rs` | the document that describes all this |
@@ -19,6 +19,7 @@ mod problem;
 mod report;
 mod request;
 mod reviews;
+mod trends;
 mod views;
 
 pub(crate) use problem::Problem;
@@ -48,6 +49,7 @@ fn described() -> OpenApiRouter<Shared> {
     OpenApiRouter::new()
         .routes(routes!(inspections::list))
         .routes(routes!(inspections::one))
+        .routes(routes!(trends::trends))
         .routes(routes!(views::list))
         .routes(routes!(views::color))
         .routes(routes!(views::depth))

@@ -1,7 +1,7 @@
 //! The OpenAPI 3.1 document: paths from the handlers, schemas of the data model from the same types that are written.
 
 use super::problem::Problem;
-use super::{account_log, findings, inspections, measurements, reviews, views};
+use super::{account_log, findings, inspections, measurements, reviews, trends, views};
 use schemars::generate::SchemaSettings;
 use semascan_model::record::InspectionRecord;
 use semascan_model::review::Review;
@@ -110,6 +110,7 @@ fn schemas() -> Value {
     generator.subschema_for::<Problem>();
     generator.subschema_for::<inspections::InspectionList>();
     generator.subschema_for::<inspections::InspectionDetail>();
+    generator.subschema_for::<trends::TrendsAnswer>();
     generator.subschema_for::<views::ViewList>();
     generator.subschema_for::<findings::FindingsAnswer>();
     generator.subschema_for::<findings::CriteriaAnswer>();

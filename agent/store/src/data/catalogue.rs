@@ -5,7 +5,7 @@ use jiff::Timestamp;
 use rusqlite::{Connection, OptionalExtension, Row, Transaction, params};
 use semascan_inspection::ports::{
     Bus, BusMessage, Catalogue, Commit, EventRow, FindingRow, InspectionFilter, InspectionRow, InspectionState,
-    PortError, ResultRow, ResultRows, ViewRow,
+    PortError, ResultRow, ResultRows, Trends, ViewRow,
 };
 use semascan_model::InspectionId;
 use semascan_model::verdict::Decision;
@@ -244,6 +244,10 @@ impl Catalogue for SqliteCatalogue {
         rows.and_then(Iterator::collect).map_err(self.error())
     }
 
+    fn trends(&self, filter: &InspectionFilter) -> Result<Trends, PortError> {
+        self.count_trends(filter)
+    }
+
     fn set_result(&self, id: InspectionId, result: &ResultRows) -> Result<(), PortError> {
         self.in_transaction(|transaction| note_result(transaction, id, result))
     }
@@ -300,7 +304,7 @@ impl Catalogue for SqliteCatalogue {
 }
 
 /// What a filter asks for, as a clause of SQL and its values. Only what is asked for stands in it, so that an index is used.
-fn conditions(filter: &InspectionFilter) -> (String, Vec<String>) {
+pub(super) fn conditions(filter: &InspectionFilter) -> (String, Vec<String>) {
     let InspectionFilter { state, part, decision, in_conflict, component, defect, from, until, before, limit: _ } =
         filter;
     let mut clauses: Vec<String> = Vec::new();

@@ -20,6 +20,7 @@ mod folder;
 mod migrations;
 mod retention;
 mod reviews;
+mod trends;
 mod verify;
 
 pub use accounts::SqliteAccounts;

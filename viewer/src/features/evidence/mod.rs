@@ -1,5 +1,5 @@
 //! Photographs as evidence: the cell's own pictures of a point that a person picked, the best first, with the pixel marked; and
-//! the one that is looked at laid onto the mesh.
+//! the one that is looked at laid onto the mesh. The outline of the chosen finding is drawn into those that saw it.
 //!
 //! | module | what | runs |
 //! |---|---|---|
@@ -25,5 +25,5 @@ mod overlay;
 mod pixels;
 
 pub use events::EvidenceEvent;
-pub use sight::{Sight, sights};
+pub use sight::{Sight, path_of, sights};
 pub use state::Evidence;

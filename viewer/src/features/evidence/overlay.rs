@@ -1,7 +1,7 @@
 //! The card that shows a photograph of the picked point, with the pixel marked.
 
 use super::controller::{EvidenceController, full_size};
-use super::{Evidence, EvidenceEvent, Sight};
+use super::{Evidence, EvidenceEvent, Sight, path_of};
 use crate::camera::CameraInput;
 use crate::features::view::{Controller, FeatureView, Host};
 use crate::state::{Event, units};
@@ -146,6 +146,12 @@ fn Photograph(ui: Ui, sight: Sight) -> impl IntoView {
         ),
         false => "none".to_owned(),
     };
+    // Of the chosen finding, where this view is one of those that saw it.
+    let outline = ui.part(move |s| {
+        let region = s.features.review.chosen()?.1.region.as_ref()?;
+        let is_seen = region.views.iter().any(|seen| seen.view == view);
+        is_seen.then(|| path_of(&sight.camera, &region.outlines)).filter(|path| !path.is_empty())
+    });
     let mark = move |k: usize| match is_magnified.get() {
         true => "50%".to_owned(),
         false => format!("{:.3}%", 100.0 * at[k]),
@@ -172,6 +178,15 @@ fn Photograph(ui: Ui, sight: Sight) -> impl IntoView {
         >
             {move || address().map(|src| view! {
                 <img class="picture-photo" src=src alt=format!("Photograph of view {}", view + 1) draggable="false" style:transform=shift/>
+            })}
+            {move || outline.get().map(|path| view! {
+                <svg
+                    class="evidence-outline" data-testid="evidence-outline" aria-hidden="true" preserveAspectRatio="none"
+                    viewBox=format!("0 0 {} {}", size.x, size.y) style:transform=shift
+                >
+                    <path class="is-halo" d=path.clone()></path>
+                    <path d=path></path>
+                </svg>
             })}
             <span class="evidence-mark" aria-hidden="true" style:left=move || mark(0) style:top=move || mark(1)></span>
         </div>

@@ -3,9 +3,10 @@
 
 use crate::render::photograph_camera::PhotographCamera;
 use crate::state::views::ViewEntry;
-use glam::{Vec2, Vec3};
+use glam::{DVec3, Vec2, Vec3};
 use semascan_geometry::occupancy::Occupancy;
 use semascan_geometry::sight::pixels_per_metre;
+use std::fmt::Write;
 
 /// How a photograph shows a place.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -54,6 +55,26 @@ pub fn sights<'a>(
     list
 }
 
+/// Closed curves on the surface (metres, table frame) as a path of SVG in the pixels of a photograph, whose first pixel is from 0 to 1.
+/// What lies outside the picture is left out.
+pub fn path_of(camera: &PhotographCamera, curves: &[Vec<[f64; 3]>]) -> String {
+    let mut path = String::new();
+    for curve in curves {
+        let mut is_drawing = false;
+        for place in curve.iter().chain(curve.first()) {
+            let Some((pixel, _)) = camera.project(DVec3::from(*place).as_vec3()) else {
+                is_drawing = false;
+                continue;
+            };
+            let to = if is_drawing { 'L' } else { 'M' };
+            // Writing to a string does not fail.
+            let _ = write!(path, "{to}{:.2} {:.2}", pixel.x + 0.5, pixel.y + 0.5);
+            is_drawing = true;
+        }
+    }
+    path
+}
+
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
@@ -81,6 +102,17 @@ pub(super) mod tests {
         let best = sights(Vec3::ZERO, Vec3::Z, views.iter(), None)[0];
         assert!((best.pixels_per_millimetre - 1.5).abs() < 1e-4, "600 / 400 mm: {}", best.pixels_per_millimetre);
         assert!((best.cosine - 1.0).abs() < 1e-6 && (best.pixel - Vec2::new(319.5, 239.5)).length() < 1e-3);
+    }
+
+    #[test]
+    fn an_outline_is_drawn_where_the_camera_saw_it() {
+        let views = [view(0, 0.0, 0.6)];
+        let camera = sights(Vec3::ZERO, Vec3::Z, views.iter(), None)[0].camera;
+        let square = vec![[0.0, 0.0, 0.0], [0.01, 0.0, 0.0], [0.01, 0.01, 0.0]];
+        assert_eq!(path_of(&camera, &[square]), "M320.00 240.00L330.00 240.00L330.00 230.00L320.00 240.00");
+        let beside = vec![[0.0, 0.0, 0.0], [9.0, 0.0, 0.0], [0.01, 0.0, 0.0]];
+        assert_eq!(path_of(&camera, &[beside]), "M320.00 240.00M330.00 240.00L320.00 240.00");
+        assert_eq!(path_of(&camera, &[Vec::new()]), "");
     }
 
     #[test]

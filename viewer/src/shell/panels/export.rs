@@ -1,11 +1,14 @@
 //! Export of what is visible of the model.
 
 use crate::scene::export::{MeshFormat, PointFormat};
+use crate::state::export_choice::{Detail, ExportChoice, Solids, UNITS, UP_AXES};
 use crate::state::legend::HiddenPoints;
-use crate::state::units;
+use crate::state::{Event, units};
 use crate::ui::icons::{DOWNLOAD, Icon};
 use crate::ui::{Command, Ui};
 use leptos::prelude::*;
+use semascan_formats::FileFrame;
+use semascan_model::LengthUnit;
 
 /// Why points are hidden, and how many for each reason, with the switch that shows them.
 fn reasons(hidden: HiddenPoints) -> String {
@@ -16,6 +19,63 @@ fn reasons(hidden: HiddenPoints) -> String {
     ];
     let said = reasons.into_iter().filter(|(n, _)| *n > 0).map(|(n, why)| format!(" {} {why}", units::count(n)));
     said.collect::<Vec<_>>().join(",")
+}
+
+/// How the files of meshes are written.
+#[component]
+fn MeshChoice(ui: Ui) -> impl IntoView {
+    let choice = ui.part(|s| s.export);
+    let select = move |id: &'static str,
+                       name: &'static str,
+                       options: Vec<(&'static str, &'static str)>,
+                       chosen: fn(ExportChoice) -> &'static str,
+                       with: fn(ExportChoice, &str) -> ExportChoice| {
+        view! {
+            <label class="switch-row">
+                <span>{name}</span>
+                <select
+                    class="number" data-testid=id
+                    on:change=move |e| ui.send(Event::ExportChoice(with(choice.get_untracked(), &event_target_value(&e))))
+                >
+                    {options.into_iter().map(|(key, label)| view! {
+                        <option value=key prop:selected=move || chosen(choice.get()) == key>{label}</option>
+                    }).collect_view()}
+                </select>
+            </label>
+        }
+    };
+    let units = UNITS.into_iter().map(|unit| (unit.name(), unit.name())).collect();
+    let axes = UP_AXES.into_iter().map(|(_, name)| (name, name)).collect();
+    let details = Detail::ALL.into_iter().map(|detail| (detail.key(), detail.label())).collect();
+    let solids = Solids::ALL.into_iter().map(|solids| (solids.key(), solids.label())).collect();
+    view! {
+        <details class="export-choice" data-testid="export-choice">
+            <summary>{move || format!("Mesh files: {} triangles; OBJ and STL in {}", choice.get().detail.label(), choice.get().frame.name())}</summary>
+            {select("export-detail", "Triangles", details, |c| c.detail.key(), |c, key| ExportChoice {
+                detail: Detail::ALL.into_iter().find(|detail| detail.key() == key).unwrap_or_default(),
+                ..c
+            })}
+            {select("export-unit", "Unit of OBJ and STL", units, |c| c.frame.unit.name(), |c, key| ExportChoice {
+                frame: FileFrame { unit: LengthUnit::parse(key).unwrap_or(c.frame.unit), ..c.frame },
+                ..c
+            })}
+            {select("export-up", "Upward axis of OBJ and STL", axes, up_name, |c, key| ExportChoice {
+                frame: FileFrame {
+                    up: UP_AXES.into_iter().find(|(_, name)| *name == key).map_or(c.frame.up, |(up, _)| up),
+                    ..c.frame
+                },
+                ..c
+            })}
+            {select("export-solids", "STL files", solids, |c| c.solids.key(), |c, key| ExportChoice {
+                solids: Solids::ALL.into_iter().find(|solids| solids.key() == key).unwrap_or_default(),
+                ..c
+            })}
+        </details>
+    }
+}
+
+fn up_name(choice: ExportChoice) -> &'static str {
+    UP_AXES.into_iter().find(|(up, _)| *up == choice.frame.up).map_or("", |(_, name)| name)
 }
 
 /// One button a format.
@@ -80,9 +140,10 @@ pub(super) fn ExportPanel(ui: Ui) -> impl IntoView {
                 <div class="buttons">
                     {mesh_button(MeshFormat::Ply, "export-mesh-ply", "PLY", "mesh")}
                     {mesh_button(MeshFormat::Glb, "export-mesh-glb", "GLB", "mesh")}
-                    {mesh_button(MeshFormat::Obj, "export-mesh-obj", "OBJ", "with materials, mm")}
-                    {mesh_button(MeshFormat::Stl, "export-mesh-stl", "STL", "by component, mm")}
+                    {mesh_button(MeshFormat::Obj, "export-mesh-obj", "OBJ", "with materials")}
+                    {mesh_button(MeshFormat::Stl, "export-mesh-stl", "STL", "the shape alone")}
                 </div>
+                <MeshChoice ui/>
             </Show>
             <p
                 class="empty" data-testid="export-note"

@@ -1,9 +1,10 @@
 //! The header: what is inspected, whether the link stands, theme and help.
 
 use crate::display::ColorScheme;
+use crate::shell::action::FILE_FIELD;
 use crate::state::connection::Connection;
 use crate::state::{Event, units};
-use crate::ui::icons::{HELP, Icon, OPEN, THEME, UNLINKED};
+use crate::ui::icons::{HELP, Icon, OPEN, SEARCH, THEME, UNLINKED};
 use crate::ui::{Command, Ui};
 use leptos::prelude::*;
 use wasm_bindgen::JsCast;
@@ -54,9 +55,15 @@ pub(super) fn Header(ui: Ui) -> impl IntoView {
                 "Close the file"
             </button>
         </Show>
+        <button
+            class="tool palette-open" type="button" data-testid="palette-open" aria-label="Commands" title="Every command, by its name (Ctrl K)"
+            on:click=move |_| ui.send(Event::Palette(true))
+        >
+            <Icon path=SEARCH/>
+        </button>
         <label class="tool file-button" title="Open a model: PLY, GLB, OBJ, STL or PCD. It can be dropped onto the page, too.">
             <input
-                class="visually-hidden" type="file" accept=".ply,.glb,.gltf,.obj,.stl,.pcd" data-testid="open-file"
+                id=FILE_FIELD class="visually-hidden" type="file" accept=".ply,.glb,.gltf,.obj,.stl,.pcd" data-testid="open-file"
                 aria-label="Open a model from a file" on:change=take_file
             />
             <Icon path=OPEN/>

@@ -83,7 +83,16 @@ const GROUPS: [(&str, &[Shortcut]); 8] = [
             (&["T"], "Light or dark theme"),
         ],
     ),
-    ("Views", &[(&["N"], "Next view"), (&["P"], "Previous view"), (&["Esc"], "Close the view"), (&["?"], "This help")]),
+    (
+        "Views and page",
+        &[
+            (&["N"], "Next view"),
+            (&["P"], "Previous view"),
+            (&["Esc"], "Close the view"),
+            (&["Ctrl", "K"], "Every command, by its name"),
+            (&["?"], "This help"),
+        ],
+    ),
 ];
 
 /// A modal dialog, open while the state says so.

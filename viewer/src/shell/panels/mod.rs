@@ -36,6 +36,7 @@
 //! | `[data-testid=color-mode-deviation]` | radio, there with a reference |
 //! | `[data-testid=export-mesh-ply]`, `export-mesh-obj`, `export-mesh-stl`, `export-mesh-glb` | buttons, there with a mesh |
 //! | `[data-testid=export-ply]`, `export-glb` | buttons |
+//! | `[data-testid=export-choice]`, `export-detail`, `export-unit`, `export-up`, `export-solids` | how mesh files are written |
 //! | `[data-testid=inspect-card]` | what lies at the picked point; `data-component`, `data-x-mm`, `data-y-mm`, `data-z-mm`, `data-surface` (`points`, `mesh`) |
 //! | `[data-testid=inspect-status]` | the same in a sentence, or that nothing lies there; a live region |
 //! | `[data-testid=inspect-pin]`, `inspect-close` | its buttons |
@@ -60,6 +61,8 @@
 //! | `[data-testid=section-svg]`, `section-dxf` | buttons |
 //! | `[data-testid=section-read]`, `section-prompt`, `section-status`, `section-reading-<n>`, `section-label-<n>` | reading thicknesses; a reading: `data-mm`, `data-kind`; its figure in the view (0: at the pointer) |
 //! | `[data-testid=section-<x, y, z>-<from, to>]`, with `-slider` | the ends of the box |
+//! | `[data-testid=palette]`, `palette-open`, `palette-field`, `palette-entry` | the command palette, its button, its field, what it finds |
+//! | `[data-testid=open-file]`, `close-file` | the field that files are chosen with; back to the agent |
 //! | `[data-testid=notice]` | a message; `data-level` = `info`, `warning`, `error` |
 //! | `[data-testid=banner]` | a lost connection, or a model that is not the agent's, over a model on screen |
 //! | `[data-testid=viewport-message]` | what stands in place of the model; `data-state` |
@@ -74,6 +77,7 @@ mod help;
 mod legend;
 mod notices;
 mod overlay;
+mod palette;
 mod picture;
 mod progress;
 mod view_detail;
@@ -111,7 +115,7 @@ pub(in crate::shell) fn mount(document: &Document, ui: Ui) -> Result<(), JsValue
         }
     })
     .forget();
-    mount_to(place("help")?, move || view! { <help::Help ui/> }).forget();
+    mount_to(place("help")?, move || view! { <help::Help ui/> <palette::Palette ui/> }).forget();
     mount_to(place("notices")?, move || view! { <notices::NoticeList ui/> }).forget();
     let status = ui.part(AppState::status);
     mount_to(place("status")?, move || move || status.get()).forget();
