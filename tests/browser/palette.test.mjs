@@ -28,11 +28,11 @@ onEveryBackend(
       await field().waitFor();
       const all = await entries().count();
       assert.ok(all > 30, `${all} commands`);
-      await page.keyboard.type('colours comp');
-      assert.deepEqual(await entries().locator('.palette-label').allInnerTexts(), ['Component']);
+      await page.keyboard.type('colours conf');
+      assert.deepEqual(await entries().locator('.palette-label').allInnerTexts(), ['Confidence']);
       await viewer.redrawn(() => page.keyboard.press('Enter'));
       assert.equal(await field().count(), 0, 'it is closed');
-      assert.equal(await page.getByTestId('color-mode-component').isChecked(), true);
+      assert.equal(await page.getByTestId('color-mode-confidence').isChecked(), true);
     });
 
     it('goes through what it finds by the arrows, and closes by Escape', LIMIT, async () => {
