@@ -40,7 +40,7 @@ globalThis.semascanTrends = (() => {
       said.textContent = body.detail ?? `The agent answered ${answer.status}.`;
       return;
     }
-    const judged = sum(body.days, (day) => day.accept + day.person + day.rework + day.reject);
+    const judged = sum(body.days, judgedOn);
     const accepted = sum(body.days, (day) => day.accept);
     const share = judged > 0 ? `, ${Math.round((100 * accepted) / judged)} % of ${judged} judged ones accepted` : ", none judged";
     said.textContent = body.inspections === 1 ? `1 inspection${share}` : `${body.inspections} inspections${share}`;
@@ -62,8 +62,7 @@ globalThis.semascanTrends = (() => {
       "aria-label": list.map(inWords).join("; "),
     });
     list.forEach((day, place) => {
-      const judged = day.accept + day.person + day.rework + day.reject;
-      const counts = { ...day, none: day.inspections - judged };
+      const counts = byKind(day);
       const bar = made("g", {});
       bar.append(Object.assign(made("title", {}), { textContent: inWords(day) }));
       let top = HEIGHT;
@@ -78,9 +77,12 @@ globalThis.semascanTrends = (() => {
     return chart;
   };
 
+  const judgedOn = (day) => day.accept + day.person + day.rework + day.reject;
+
+  const byKind = (day) => ({ ...day, none: day.inspections - judgedOn(day) });
+
   const inWords = (day) => {
-    const judged = day.accept + day.person + day.rework + day.reject;
-    const counts = { ...day, none: day.inspections - judged };
+    const counts = byKind(day);
     const parts = KINDS.filter((kind) => counts[kind] > 0).map((kind) => `${counts[kind]} ${NAMES[kind]}`);
     return `${day.day}: ${parts.join(", ")}`;
   };

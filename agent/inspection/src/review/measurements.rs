@@ -26,9 +26,8 @@ pub(super) fn check(review: &Review, measurement: &MeasurementRecord, standings:
         let reason = if has_figure { "has no figure" } else { "has a figure, and a plane has none" };
         return fail(field("figure"), reason);
     }
-    for quantity in figure.iter().chain(along_axes.iter().flatten()) {
-        check_quantity(&field("figure"), *quantity)?;
-    }
+    figure.iter().try_for_each(|quantity| check_quantity(&field("figure"), *quantity))?;
+    along_axes.iter().flatten().try_for_each(|quantity| check_quantity(&field("along_axes"), *quantity))?;
     if !(1..=3).contains(&features.len()) {
         return fail(field("features"), format!("has {} entries, and 1 to 3 are taken", features.len()));
     }

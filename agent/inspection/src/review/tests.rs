@@ -502,6 +502,8 @@ fn a_measurement_that_cannot_be_is_refused_by_its_field() {
         refused(&|m| m.figure = Some(Quantity { value: 1.0, expanded: Some(-1.0) })),
         "action.measurement.figure"
     );
+    let infinite = [Quantity::without_uncertainty(f64::INFINITY); 3];
+    assert_eq!(refused(&|m| m.along_axes = Some(infinite)), "action.measurement.along_axes");
     assert_eq!(refused(&|m| m.features.clear()), "action.measurement.features");
     assert_eq!(refused(&|m| m.features[1].position[2] = 1e9), "action.measurement.features[1].position[0]");
     assert_eq!(
