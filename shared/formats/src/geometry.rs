@@ -83,7 +83,7 @@ impl Geometry {
     /// error if that leaves none.
     pub fn read(name: &str, bytes: &[u8], files: Resolver<'_>) -> Result<Self, ReadError> {
         let ending = name.rsplit_once('.').map(|(_, e)| e.to_ascii_lowercase()).unwrap_or_default();
-        let mut geometry = match ending.as_str() {
+        let geometry = match ending.as_str() {
             "ply" => ply::read(name, bytes)?.into_geometry(),
             "obj" => obj::read(name, bytes, files)?,
             "stl" => stl::read(name, bytes)?,
@@ -94,9 +94,21 @@ impl Geometry {
                 return Err(ReadError::Format { file: name.to_owned(), reason });
             }
         };
-        let checked = geometry.check().and_then(|()| geometry.skip_triangles_without_place());
+        geometry.checked(name)
+    }
+
+    /// What a PLY that was read already holds.
+    ///
+    /// # Errors
+    /// As [`Self::read`].
+    pub fn of_ply(name: &str, file: ply::PlyModel) -> Result<Self, ReadError> {
+        file.into_geometry().checked(name)
+    }
+
+    fn checked(mut self, name: &str) -> Result<Self, ReadError> {
+        let checked = self.check().and_then(|()| self.skip_triangles_without_place());
         checked.map_err(|reason| ReadError::Format { file: name.to_owned(), reason })?;
-        Ok(geometry)
+        Ok(self)
     }
 
     /// Longest edge of the box around all finite positions.

@@ -64,7 +64,7 @@ impl OpenedModel {
                 let file = ply::read(name, bytes)?;
                 match file.voxel() {
                     Some(voxel) => (Self::own(name, file), Some(voxel)),
-                    None => (Self::foreign(name, Geometry::read(name, bytes, &no_files)?), None),
+                    None => (Self::foreign(name, Geometry::of_ply(name, file)?), None),
                 }
             }
             false => (Self::foreign(name, Geometry::read(name, bytes, &no_files)?), None),

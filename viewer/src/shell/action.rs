@@ -39,8 +39,7 @@ impl From<Event> for Action {
 #[cfg(target_arch = "wasm32")]
 mod performing {
     use super::Action;
-    use crate::display::Representation;
-    use crate::features::mesh::MeshEvent;
+    use crate::features::mesh::show_as;
     use crate::ui::{Command, Ui};
     use wasm_bindgen::JsCast;
     use web_sys::HtmlElement;
@@ -54,12 +53,7 @@ mod performing {
             match self {
                 Self::State(event) => ui.send(*event),
                 Self::Camera(input) => ui.ask(Command::Camera(input)),
-                Self::Show(representation) => {
-                    ui.send_feature(MeshEvent::Show(representation));
-                    if representation == Representation::Mesh && ui.read(|s| s.features.mesh.is_wanted()) {
-                        ui.send_feature(MeshEvent::Requested);
-                    }
-                }
+                Self::Show(representation) => show_as(ui, representation),
                 Self::PickMiddle => ui.ask(Command::PickMiddle),
                 Self::CopyLink => ui.ask(Command::CopyLink),
                 Self::SavePicture => ui.ask(Command::SavePicture),

@@ -3,6 +3,7 @@
 //! [`Ui::ask`]; socket, worker and graphics device are not their business, so they stay usable when any of these is gone.
 
 pub(crate) mod icons;
+pub(crate) mod modal;
 pub(crate) mod object_url;
 
 use crate::camera::CameraInput;

@@ -1,7 +1,7 @@
 //! Measurements that are kept with the inspection: made of those in the list, and read as the agent gives them.
 
+use super::measurement::in_words;
 use super::{Kind, Measurement, Taken};
-use crate::features::measure::measurement::in_words;
 use semascan_geometry::fit::Element;
 use semascan_geometry::measure::dimensions::Estimate;
 use semascan_model::LengthUnit;

@@ -16,4 +16,6 @@ mod controller;
 mod panel;
 
 pub use events::MeshEvent;
+#[cfg(target_arch = "wasm32")]
+pub(crate) use panel::show_as;
 pub use state::{Mesh, Meshing};

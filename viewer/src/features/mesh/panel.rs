@@ -59,12 +59,7 @@ fn MeshPanel(ui: Ui) -> impl IntoView {
 fn Choice(ui: Ui, representation: Representation, id: &'static str, name: &'static str) -> impl IntoView {
     let shown = ui.part(|s| s.display.representation);
     let has_model = ui.part(|s| s.has_model());
-    let choose = move |_| {
-        ui.send_feature(MeshEvent::Show(representation));
-        if representation == Representation::Mesh && ui.read(|s| s.features.mesh.is_wanted()) {
-            ui.send_feature(MeshEvent::Requested);
-        }
-    };
+    let choose = move |_| show_as(ui, representation);
     view! {
         <label class="segment">
             <input
@@ -75,6 +70,14 @@ fn Choice(ui: Ui, representation: Representation, id: &'static str, name: &'stat
             />
             <span>{name}</span>
         </label>
+    }
+}
+
+/// Shows the model as points or as a mesh, which is made where there is none of the model as it is.
+pub(crate) fn show_as(ui: Ui, representation: Representation) {
+    ui.send_feature(MeshEvent::Show(representation));
+    if representation == Representation::Mesh && ui.read(|s| s.features.mesh.is_wanted()) {
+        ui.send_feature(MeshEvent::Requested);
     }
 }
 

@@ -1,8 +1,8 @@
 //! The table of shortcuts.
 
 use crate::state::Event;
-use crate::ui::Ui;
 use crate::ui::icons::{CLOSE, Icon};
+use crate::ui::{Ui, modal};
 use leptos::prelude::*;
 
 /// The keys of a shortcut, and what it does.
@@ -100,22 +100,12 @@ const GROUPS: [(&str, &[Shortcut]); 8] = [
 pub(super) fn Help(ui: Ui) -> impl IntoView {
     let open = ui.part(|s| s.help_open);
     let dialog = NodeRef::<leptos::html::Dialog>::new();
-    Effect::new(move |_| {
-        let (Some(dialog), open) = (dialog.get(), open.get()) else {
-            return;
-        };
-        match (open, dialog.open()) {
-            // Fails only where the element is not in the page.
-            (true, false) => drop(dialog.show_modal()),
-            (false, true) => dialog.close(),
-            _ => {}
-        }
-    });
+    modal::follow(dialog, open);
     view! {
         <dialog
             class="dialog" data-testid="help" aria-labelledby="help-title" node_ref=dialog
             on:close=move |_| ui.send(Event::Help(false))
-            on:click=move |e| if is_backdrop(&e) { ui.send(Event::Help(false)) }
+            on:click=move |e| if modal::is_backdrop(&e) { ui.send(Event::Help(false)) }
         >
             <header class="dialog-head">
                 <h2 id="help-title">"Keyboard and pointer"</h2>
@@ -142,9 +132,4 @@ pub(super) fn Help(ui: Ui) -> impl IntoView {
             </div>
         </dialog>
     }
-}
-
-/// A click on the dialog element itself, not on what it holds, is one beside it.
-fn is_backdrop(event: &web_sys::MouseEvent) -> bool {
-    event.target().is_some() && event.target() == event.current_target()
 }

@@ -2,7 +2,7 @@
 
 use crate::shell::commands::{Offer, found, offers};
 use crate::state::Event;
-use crate::ui::Ui;
+use crate::ui::{Ui, modal};
 use leptos::prelude::*;
 
 /// A modal dialog, open while the state says so.
@@ -10,20 +10,12 @@ use leptos::prelude::*;
 pub(super) fn Palette(ui: Ui) -> impl IntoView {
     let open = ui.part(|s| s.palette_open);
     let dialog = NodeRef::<leptos::html::Dialog>::new();
-    Effect::new(move |_| {
-        let (Some(dialog), open) = (dialog.get(), open.get()) else { return };
-        match (open, dialog.open()) {
-            // Fails only where the element is not in the page.
-            (true, false) => drop(dialog.show_modal()),
-            (false, true) => dialog.close(),
-            _ => {}
-        }
-    });
+    modal::follow(dialog, open);
     view! {
         <dialog
             class="dialog palette" data-testid="palette" aria-label="Commands" node_ref=dialog
             on:close=move |_| ui.send(Event::Palette(false))
-            on:click=move |e| if e.target() == e.current_target() { ui.send(Event::Palette(false)) }
+            on:click=move |e| if modal::is_backdrop(&e) { ui.send(Event::Palette(false)) }
         >
             <Show when=move || open.get()><Search ui/></Show>
         </dialog>
