@@ -5,6 +5,7 @@
 
 use crate::process::{run as run_command, run_within};
 use crate::report::{heading, note};
+use crate::test;
 use crate::workspace::{Workspace, cargo};
 use anyhow::Result;
 use clap::Args;
@@ -29,22 +30,13 @@ pub(crate) struct Options {
 pub(crate) fn run(options: &Options) -> Result<()> {
     let workspace = Workspace::find()?;
     heading("Attack");
-    run_command(cargo().current_dir(&workspace.root).args([
-        "build",
-        "--package",
-        "semascan-tests",
-        "--example",
-        "attack",
-    ]))?;
-    let built = workspace.target.join("debug");
+    // As `cargo xtask test` builds them: after it, nothing is compiled.
+    run_command(cargo().current_dir(&workspace.root).args(test::BUILD_PROGRAMS).args(["--example", "attack"]))?;
     let agent = match &options.agent {
         Some(agent) => agent.canonicalize()?,
-        None => {
-            run_command(cargo().current_dir(&workspace.root).args(["build", "--package", "semascan-cli"]))?;
-            built.join("semascan")
-        }
+        None => test::agent(&workspace),
     };
-    let attack = built.join("examples/attack");
+    let attack = test::example(&workspace, "attack");
     if !has_namespaces() {
         note("half-open peers are left out: no network namespace can be made here (unshare --map-root-user --net)");
         return run_within(Command::new(attack).arg(agent), LIMIT);

@@ -16,6 +16,9 @@ use std::path::PathBuf;
 const DATA: &str = "SEMASCAN_DATA";
 /// What is tested beyond the features that are on by default: logins at an identity provider.
 const FEATURES: &str = "semascan-cli/oidc";
+/// Builds the agent, to which examples may be added. The whole workspace is selected: most features of the dependencies are then
+/// the same as for the tests and little is compiled twice.
+pub(crate) const BUILD_PROGRAMS: [&str; 6] = ["build", "--workspace", "--features", FEATURES, "--bin", "semascan"];
 /// The example that a browser test passes to a page.
 const ENDLESS_STREAM: &str = "endless_stream";
 
@@ -104,15 +107,14 @@ fn test_training(options: &Options, workspace: &Workspace, steps: &mut Steps) ->
     }
 }
 
-/// Builds all tests and with them the agent, or what browser tests run alone where there are no others. The whole workspace is
-/// selected for that too: most features of the dependencies are then the same and little is compiled twice.
+/// Builds all tests and with them the agent, or what browser tests run alone where there are no others.
 fn build(options: &Options, workspace: &Workspace, variables: &Variables) -> Result<()> {
-    let what: &[&str] = match options.browser {
-        Some(_) => &["build", "--workspace", "--bin", "semascan", "--example", ENDLESS_STREAM],
-        None => &["test", "--workspace", "--no-run"],
-    };
     let mut build = cargo();
-    build.current_dir(&workspace.root).args(what).args(features(options));
+    build.current_dir(&workspace.root);
+    match options.browser {
+        Some(_) => build.args(BUILD_PROGRAMS).args(["--example", ENDLESS_STREAM]),
+        None => build.args(["test", "--workspace", "--no-run"]).args(features(options)),
+    };
     run_command(build.envs(variables.iter().cloned()))
 }
 
@@ -131,12 +133,12 @@ fn test_rust(options: &Options, workspace: &Workspace, variables: &Variables, ta
 }
 
 /// The agent that `build` made: a build of an integration test builds the binaries of its package too.
-fn agent(workspace: &Workspace) -> PathBuf {
+pub(crate) fn agent(workspace: &Workspace) -> PathBuf {
     workspace.target.join("debug").join(format!("semascan{}", std::env::consts::EXE_SUFFIX))
 }
 
 /// An example that `build` made.
-fn example(workspace: &Workspace, name: &str) -> PathBuf {
+pub(crate) fn example(workspace: &Workspace, name: &str) -> PathBuf {
     workspace.target.join("debug/examples").join(format!("{name}{}", std::env::consts::EXE_SUFFIX))
 }
 
