@@ -92,8 +92,35 @@
     if (item.automatic && item.automatic !== item.decision) verdict.append(` criteria: ${DECISIONS[item.automatic]}`);
     if (item.conflicts > 0) verdict.append(" ", badge("reviewers disagree", "interrupted"));
     const report = cell("", "is-number");
+    const compare = cell("", "is-number");
+    if (item.ended) compare.append(choice(item));
     if (item.ended) report.append(link("Report", `api/v1/inspections/${encodeURIComponent(item.id)}/report`, `Report of ${item.part}`));
     return line;
+  };
+
+  // Inspections that are to be compared, the first chosen first: their identifiers and parts.
+  const chosen = new Map();
+
+  /** Chooses an inspection for a comparison of two. */
+  const choice = (item) => {
+    const box = document.createElement("input");
+    Object.assign(box, { type: "checkbox", checked: chosen.has(item.id) });
+    box.setAttribute("aria-label", `Compare ${item.part || "without a name"}, ${new Date(item.began).toLocaleString()}`);
+    box.addEventListener("change", () => {
+      if (box.checked) chosen.set(item.id, item.part || "without a name");
+      else chosen.delete(item.id);
+      showChosen();
+    });
+    return box;
+  };
+
+  const showChosen = () => {
+    const [ids, parts] = [[...chosen.keys()], [...chosen.values()]];
+    element("comparison").hidden = ids.length === 0;
+    element("compare").hidden = ids.length !== 2;
+    element("compared").textContent =
+      ids.length === 1 ? `${parts[0]}: choose another one to compare it with` : ids.length === 2 ? parts.join(" and ") : `${ids.length} are chosen: two can be compared`;
+    if (ids.length === 2) element("compare").href = `compare.html?first=${ids[0]}&second=${ids[1]}`;
   };
 
   const link = (text, href, title) => {

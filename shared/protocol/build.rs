@@ -2,8 +2,12 @@
 
 use std::io::Error;
 
+/// Fields whose bytes are shared with the message that they came in, not copied.
+const SHARED: [&str; 3] =
+    [".semascan.v1.ChunkUpdate.columns", ".semascan.v1.FileMessage.message", ".semascan.v1.FileAnswer.body"];
+
 fn main() -> Result<(), Error> {
     println!("cargo:rerun-if-changed=proto");
-    let descriptors = protox::compile(["semascan.proto"], ["proto"]).map_err(Error::other)?;
-    prost_build::Config::new().bytes([".semascan.v1.ChunkUpdate.columns"]).compile_fds(descriptors)
+    let descriptors = protox::compile(["semascan.proto", "inspection_file.proto"], ["proto"]).map_err(Error::other)?;
+    prost_build::Config::new().bytes(SHARED).compile_fds(descriptors)
 }

@@ -22,12 +22,12 @@ use std::time::Instant;
 /// The header that a request which changes something carries, whatever its value.
 const INTENDED: HeaderName = HeaderName::from_static("x-semascan-request");
 const SEC_FETCH_SITE: HeaderName = HeaderName::from_static("sec-fetch-site");
-/// Headers of every answer: it is what it says it is, names itself nowhere, is shown in no frame, shares nothing with pages from
-/// elsewhere, and asks the machine for nothing.
+/// Headers of every answer: it is what it says it is, names itself nowhere, is shown in frames of its own pages only, shares nothing
+/// with pages from elsewhere, and asks the machine for nothing.
 const HEADERS: [(HeaderName, &str); 6] = [
     (header::X_CONTENT_TYPE_OPTIONS, "nosniff"),
     (header::REFERRER_POLICY, "no-referrer"),
-    (header::X_FRAME_OPTIONS, "DENY"),
+    (header::X_FRAME_OPTIONS, "SAMEORIGIN"),
     (HeaderName::from_static("cross-origin-opener-policy"), "same-origin"),
     (HeaderName::from_static("cross-origin-resource-policy"), "same-origin"),
     (
@@ -97,7 +97,7 @@ impl AccessRule {
         format!(
             "default-src 'self'; script-src 'self' 'wasm-unsafe-eval'; connect-src 'self' {}; img-src 'self' blob: data:; \
              style-src 'self'; worker-src 'self' blob:; object-src 'none'; base-uri 'none'; form-action 'none'; \
-             frame-ancestors 'none'",
+             frame-ancestors 'self'",
             agents.join(" ")
         )
     }

@@ -1,13 +1,15 @@
 //! The live stream: WebSocket subprotocol `semascan.v1`, binary Protocol Buffers (`proto/*.proto` is the public
-//! contract), and the codec of the chunks that carry the model.
+//! contract), the codec of the chunks that carry the model, and an inspection as one file.
 //!
 //! Everything that arrives is untrusted: [`decode_client`], [`decode_server`] and [`chunk::decode`] check every length
 //! before they allocate.
 
 pub mod chunk;
 mod convert;
+mod inspection_file;
 mod limits;
 
+pub use inspection_file::{FILE_ENDING, FileError, InspectionFile};
 pub use limits::{
     MAX_CLIENT_MESSAGE, MAX_ENTRIES, MAX_HELD_CHUNKS, MAX_SERVER_MESSAGE, WireError, decode_client, decode_server,
 };

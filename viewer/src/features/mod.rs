@@ -17,6 +17,7 @@
 macro_rules! for_each_feature {
     ($then:ident) => {
         $then! {
+            timeline: Timeline,
             review: Review,
             correct: Correct,
             measure: Measure,
@@ -37,6 +38,7 @@ pub mod measure;
 pub mod mesh;
 pub mod review;
 pub mod section;
+pub mod timeline;
 
 mod feature;
 mod registry;

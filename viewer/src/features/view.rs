@@ -2,6 +2,7 @@
 
 use super::{Feature, FeatureEvent};
 use crate::camera::OrbitCamera;
+use crate::link::api::Agent;
 use crate::mesh_worker::MeshWorker;
 use crate::scene::{HeldMesh, HeldModel, HeldPaint, HeldPhotograph, ModelChange};
 use crate::ui::Ui;
@@ -61,6 +62,8 @@ pub struct Host {
     pub camera: Rc<Cell<OrbitCamera>>,
     /// The worker that meshes and compares.
     pub mesh_worker: Rc<MeshWorker>,
+    /// Who answers what is asked about inspections.
+    pub agent: Agent,
     /// Asks for a frame.
     pub redraw: Rc<dyn Fn()>,
 }

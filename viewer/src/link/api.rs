@@ -1,15 +1,18 @@
 //! The agent's REST interface, from the page: JSON in and out. Commands carry the header by which the agent tells what its own pages
-//! ask from what others make a browser send.
+//! ask from what others make a browser send. Where an inspection from a file is shown, the file answers.
 
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
+use std::cell::RefCell;
+use std::collections::BTreeMap;
+use std::rc::Rc;
 use wasm_bindgen::prelude::*;
 use wasm_bindgen_futures::JsFuture;
 use web_sys::{Request, RequestInit, Response};
 
 /// Why there is no answer.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) enum ApiError {
+pub enum ApiError {
     /// The agent did not answer, or not in time: the same may be asked again.
     Unreachable,
     /// The agent refused, and would again.
@@ -27,34 +30,68 @@ struct Problem {
     detail: String,
 }
 
-/// Asks for what is at `path` of the page's own agent.
-///
-/// # Errors
-/// [`ApiError`].
-pub(crate) async fn get<T: DeserializeOwned>(path: &str) -> Result<T, ApiError> {
-    let options = RequestInit::new();
-    options.set_method("GET");
-    answer(path, &options).await
+/// What a file answers, by path.
+type Answers = BTreeMap<String, Vec<u8>>;
+
+/// Who answers: the agent that the page came from or, in its place, a file.
+#[derive(Clone, Default)]
+pub struct Agent {
+    /// `None` while the agent answers.
+    file: Rc<RefCell<Option<Answers>>>,
 }
 
-/// Sends `body` (JSON) to `path`.
-///
-/// # Errors
-/// [`ApiError`].
-pub(crate) async fn post<T: DeserializeOwned>(path: &str, body: &str) -> Result<T, ApiError> {
-    let options = RequestInit::new();
-    options.set_method("POST");
-    options.set_body(&body.into());
-    answer(path, &options).await
+impl Agent {
+    /// From now on a file answers.
+    pub(crate) fn answer_from(&self, answers: Answers) {
+        self.file.replace(Some(answers));
+    }
+
+    /// Asks for what is at `path`. A file has no pages: what a query would cut it answers as a whole.
+    ///
+    /// # Errors
+    /// [`ApiError`].
+    pub(crate) async fn get<T: DeserializeOwned>(&self, path: &str) -> Result<T, ApiError> {
+        let of_file = self.file.borrow().as_ref().map(|answers| {
+            let path = path.split_once('?').map_or(path, |(path, _)| path);
+            answers.get(path).cloned()
+        });
+        match of_file {
+            Some(Some(text)) => understood(200, &text),
+            Some(None) => Err(ApiError::Refused { status: 404, reason: "the file does not say it".into() }),
+            None => {
+                let options = RequestInit::new();
+                options.set_method("GET");
+                answer(path, &options).await
+            }
+        }
+    }
+
+    /// Sends `body` (JSON) to `path`.
+    ///
+    /// # Errors
+    /// [`ApiError`]; a file takes nothing.
+    pub(crate) async fn post<T: DeserializeOwned>(&self, path: &str, body: &str) -> Result<T, ApiError> {
+        if self.file.borrow().is_some() {
+            return Err(ApiError::Refused { status: 405, reason: "a file takes no decisions".into() });
+        }
+        let options = RequestInit::new();
+        options.set_method("POST");
+        options.set_body(&body.into());
+        answer(path, &options).await
+    }
+}
+
+fn understood<T: DeserializeOwned>(status: u16, text: &[u8]) -> Result<T, ApiError> {
+    serde_json::from_slice(text).map_err(|error| {
+        let reason = format!("the agent's answer is not understood: {error}");
+        ApiError::Refused { status, reason }
+    })
 }
 
 async fn answer<T: DeserializeOwned>(path: &str, options: &RequestInit) -> Result<T, ApiError> {
     let (status, text) = text(path, options).await.map_err(|_| ApiError::Unreachable)?;
     match status {
-        200..=299 => serde_json::from_str(&text).map_err(|error| {
-            let reason = format!("the agent's answer is not understood: {error}");
-            ApiError::Refused { status, reason }
-        }),
+        200..=299 => understood(status, text.as_bytes()),
         // It is busy, or starts: later it may not be.
         429 | 502..=504 => Err(ApiError::Unreachable),
         _ => {

@@ -8,7 +8,7 @@ use web_sys::{ErrorEvent, MessageEvent, Worker, WorkerOptions, WorkerType};
 /// Address of the worker's script, relative to the page.
 const WORKER_SCRIPT: &str = "./link_worker.js";
 
-/// A live link; it reconnects by itself until it is closed or dropped.
+/// A link to an agent, which reconnects by itself, or to an inspection in a file. It lasts until it is dropped.
 pub struct Link {
     worker: Worker,
     _on_message: Closure<dyn FnMut(MessageEvent)>,
@@ -22,6 +22,18 @@ impl Link {
     /// # Errors
     /// What the browser says when it cannot start a worker.
     pub fn start(url: &str, on_event: impl FnMut(LinkEvent) + 'static) -> Result<Self, JsValue> {
+        Self::begin("url", &url.into(), on_event)
+    }
+
+    /// Plays the inspection in `file`, a whole `.semascan` file; nothing is shown before [`Self::show`].
+    ///
+    /// # Errors
+    /// As of [`Self::start`].
+    pub fn play(file: &ArrayBuffer, on_event: impl FnMut(LinkEvent) + 'static) -> Result<Self, JsValue> {
+        Self::begin("file", file, on_event)
+    }
+
+    fn begin(what: &str, value: &JsValue, on_event: impl FnMut(LinkEvent) + 'static) -> Result<Self, JsValue> {
         let options = WorkerOptions::new();
         options.set_type(WorkerType::Module);
         options.set_name("semascan-link");
@@ -47,34 +59,26 @@ impl Link {
         worker.set_onerror(Some(on_error.as_ref().unchecked_ref()));
 
         let start = Object::new();
-        Reflect::set(&start, &"url".into(), &url.into())?;
+        Reflect::set(&start, &what.into(), value)?;
         Reflect::set(&start, &"module".into(), &wasm_bindgen::module())?;
         worker.post_message(&start)?;
         Ok(Self { worker, _on_message: on_message, _on_error: on_error })
     }
 
-    /// What asks the agent for more, wherever the link itself is kept.
-    pub fn inquiry(&self) -> Inquiry {
-        Inquiry { worker: self.worker.clone() }
-    }
-
-    /// Ends the link. No event follows.
-    pub fn close(self) {}
-}
-
-/// Asks the agent for what it does not send by itself.
-#[derive(Clone)]
-pub struct Inquiry {
-    worker: Worker,
-}
-
-impl Inquiry {
-    /// Asks for the reports of views before view `before`; they come as any other.
+    /// Asks the agent for the reports of views before view `before`; they come as any other.
     ///
     /// # Errors
     /// What the browser says when the worker cannot be reached.
     pub fn earlier_views(&self, before: u32) -> Result<(), JsValue> {
         self.worker.post_message(&before.into())
+    }
+
+    /// Shows the inspection in a file as it stood at a stop; what leads there comes as from an agent.
+    ///
+    /// # Errors
+    /// What the browser says when the worker cannot be reached.
+    pub fn show(&self, stop: u32) -> Result<(), JsValue> {
+        self.worker.post_message(&stop.into())
     }
 }
 

@@ -7,7 +7,9 @@
 //! | [`reconnect`] | when to try again |
 //! | [`refusal`] | why a connection is not made, and what helps |
 //! | [`transfer`] | events as bytes between worker and page |
+//! | [`player`] | an inspection from a file in the place of an agent |
 //! | `worker` | the worker's side: socket and timers (browser only) |
+//! | `player_worker` | the worker's side of a file (browser only) |
 //! | `api` | the agent's REST interface (browser only) |
 //! | `client` | the page's side: `Link` (browser only) |
 //!
@@ -17,20 +19,25 @@
 //! `link_worker_start`.
 
 mod event;
+pub mod player;
 pub mod reconnect;
 pub mod refusal;
 pub mod session;
 pub mod transfer;
 
 #[cfg(target_arch = "wasm32")]
-pub(crate) mod api;
+pub mod api;
 #[cfg(target_arch = "wasm32")]
 mod client;
+#[cfg(target_arch = "wasm32")]
+mod player_worker;
 #[cfg(target_arch = "wasm32")]
 mod worker;
 
 #[cfg(target_arch = "wasm32")]
-pub use client::{Inquiry, Link};
+pub use client::Link;
 pub use event::{DecodedChunk, LinkEvent};
+#[cfg(target_arch = "wasm32")]
+pub use player_worker::player_worker_start;
 #[cfg(target_arch = "wasm32")]
 pub use worker::link_worker_start;

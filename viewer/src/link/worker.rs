@@ -64,10 +64,7 @@ impl Worker {
 
     /// Sends the page the event that a message of the agent comes to.
     fn forward(&self, event: &LinkEvent, message: &[u8]) {
-        let buffer = Uint8Array::from(transfer::encode(event, message).as_slice()).buffer();
-        if let Err(error) = self.scope.post_message_with_transfer(&buffer, &Array::of1(&buffer)) {
-            web_sys::console::error_2(&"semascan: the page cannot be reached".into(), &error);
-        }
+        forward(&self.scope, event, message);
     }
 
     fn refuse(&mut self, reason: String) {
@@ -150,6 +147,16 @@ fn follow(shared: &Shared, action: Action) {
             }
         }
         Action::Nothing => {}
+    }
+}
+
+/// Sends the page an event.
+///
+/// * `message`: what the agent sent, where the event comes of that.
+pub(super) fn forward(scope: &DedicatedWorkerGlobalScope, event: &LinkEvent, message: &[u8]) {
+    let buffer = Uint8Array::from(transfer::encode(event, message).as_slice()).buffer();
+    if let Err(error) = scope.post_message_with_transfer(&buffer, &Array::of1(&buffer)) {
+        web_sys::console::error_2(&"semascan: the page cannot be reached".into(), &error);
     }
 }
 

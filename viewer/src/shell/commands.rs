@@ -11,6 +11,7 @@ use crate::features::inspect::InspectEvent;
 use crate::features::measure::{KINDS, Measure, MeasureEvent};
 use crate::features::review::{ReviewEvent, Ruling};
 use crate::features::section::SectionEvent;
+use crate::features::timeline::TimelineEvent;
 use crate::scene::export::{MeshFormat, PointFormat};
 use crate::state::{AppState, Event};
 
@@ -42,6 +43,7 @@ pub fn offers(state: &AppState) -> Vec<Offer> {
     if state.has_model() {
         list.extend(of_the_model(state));
     }
+    list.extend(of_the_timeline(state));
     list.extend(of_the_review(state));
     list.extend(of_the_page(state));
     list
@@ -139,6 +141,21 @@ fn of_the_model(state: &AppState) -> Vec<Offer> {
     list
 }
 
+/// What is played.
+fn of_the_timeline(state: &AppState) -> Vec<Offer> {
+    let timeline = &state.features.timeline;
+    if !timeline.is_open() {
+        return Vec::new();
+    }
+    let plays = if timeline.is_playing { "Pause" } else { "Play" };
+    vec![
+        tool("Timeline", plays, "", TimelineEvent::Play(!timeline.is_playing)),
+        tool("Timeline", "One view back", "[", TimelineEvent::Step(-1)),
+        tool("Timeline", "One view on", "]", TimelineEvent::Step(1)),
+        tool("Timeline", "The end", "", TimelineEvent::To(timeline.last())),
+    ]
+}
+
 /// Findings, and what people say of them.
 fn of_the_review(state: &AppState) -> Vec<Offer> {
     let review = &state.features.review;
@@ -157,6 +174,13 @@ fn of_the_review(state: &AppState) -> Vec<Offer> {
         }));
         list.extend([
             tool("Correct", "Brush: give the surface another class", "Q", CorrectEvent::Choose(Some(Tool::Brush))),
+            tool("Correct", "Segment: give all of it another class", "", CorrectEvent::Choose(Some(Tool::Segment))),
+            tool(
+                "Correct",
+                "Lasso: give what is seen in it another class",
+                "",
+                CorrectEvent::Choose(Some(Tool::Lasso)),
+            ),
             tool("Correct", "Outline: draw a new finding", "Shift Q", CorrectEvent::Choose(Some(Tool::Outline))),
         ]);
     }
@@ -174,7 +198,7 @@ fn of_the_page(state: &AppState) -> Vec<Offer> {
     }
     list.extend([
         offer("Page", "Copy a link to this view", "H", Action::CopyLink),
-        offer("Page", "Open a model from a file", "", Action::OpenFile),
+        offer("Page", "Open an inspection or a model from a file", "", Action::OpenFile),
         offer("Page", "Light or dark theme", "T", Event::Theme(state.display.toggled_theme())),
         offer("Page", "Keyboard shortcuts", "?", Event::Help(true)),
     ]);
@@ -229,7 +253,9 @@ mod tests {
     #[test]
     fn only_what_can_be_done_is_offered() {
         let empty = offers(&AppState::default());
-        assert!(!labels(&empty).contains(&"Mesh") && labels(&empty).contains(&"Open a model from a file"));
+        assert!(
+            !labels(&empty).contains(&"Mesh") && labels(&empty).contains(&"Open an inspection or a model from a file")
+        );
         let model = offers(&with_model());
         assert!(labels(&model).contains(&"Mesh") && labels(&model).contains(&"Only gear"));
         assert!(!labels(&model).contains(&"Mesh as PLY") && !labels(&model).contains(&"Next finding"));

@@ -12,6 +12,8 @@
 //! | `panels` | the panels that are not a tool's (browser only) |
 //! | `start` | the entry point, which joins it all (browser only) |
 //! | `open_file` | files that are looked at without an agent (browser only) |
+//! | `pane` | this page as a pane of a page that shows several (browser only) |
+//! | `play_file` | inspections in files, played in the place of an agent (browser only) |
 //! | `viewport` | model, camera and renderer; a frame when one is due (browser only) |
 //! | `graphics` | getting a renderer, and another one after a loss (browser only) |
 //! | `painting` | labels that people painted, on chunks and mesh (browser only) |
@@ -19,6 +21,7 @@
 //! | `ticker` | animation frames on demand (browser only) |
 //! | `listeners` | keyboard, size, theme, clock (browser only) |
 //! | `canvas_data` | what the canvas says in its data attributes (browser only) |
+//! | `reference` | the mesh of another inspection as a reference (browser only) |
 //! | `save` | exports: files for the person (browser only) |
 //! | `snapshot` | the picture with what its colours mean, as a file (browser only) |
 
@@ -43,7 +46,13 @@ mod open_file;
 #[cfg(target_arch = "wasm32")]
 mod painting;
 #[cfg(target_arch = "wasm32")]
+mod pane;
+#[cfg(target_arch = "wasm32")]
 mod panels;
+#[cfg(target_arch = "wasm32")]
+mod play_file;
+#[cfg(target_arch = "wasm32")]
+mod reference;
 #[cfg(target_arch = "wasm32")]
 mod save;
 #[cfg(target_arch = "wasm32")]

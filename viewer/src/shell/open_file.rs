@@ -1,17 +1,18 @@
-//! Files that are looked at without an agent: what a person chooses or drops onto the page, or its address names. They are read in
-//! the mesh worker; from then on the page follows the agent no more.
+//! Files that are looked at without an agent: what a person chooses or drops onto the page, or its address names. Models are read in
+//! the mesh worker, inspections played by a worker of their own; from then on the page follows the agent no more.
 
+use super::play_file::{Followed, is_inspection, show_file};
 use super::viewport::Viewport;
 use crate::display::Representation;
 use crate::features::mesh::MeshEvent;
-use crate::link::{Link, LinkEvent};
+use crate::features::timeline::TimelineEvent;
+use crate::link::LinkEvent;
 use crate::mesh_worker::{Reply, Request};
 use crate::opened::OpenedModel;
 use crate::state::notices::{Level, Topic};
 use crate::state::{Event, units};
 use crate::ui::Command;
-use js_sys::Uint8Array;
-use std::cell::RefCell;
+use js_sys::{ArrayBuffer, Uint8Array};
 use std::rc::Rc;
 use wasm_bindgen::prelude::*;
 use wasm_bindgen_futures::{JsFuture, spawn_local};
@@ -22,17 +23,14 @@ const LARGEST: f64 = 1e9;
 /// Attribute of the page's body while a file is dragged over it; the style sheet shows where it may be dropped.
 const DRAGGED: &str = "data-dropping";
 
-/// The live link, until a file takes its place.
-pub(super) type LiveLink = Rc<RefCell<Option<Link>>>;
-
 /// Shows what the mesh worker reads.
-pub(super) fn follow(viewport: &Rc<Viewport>, link: &LiveLink) {
-    let (weak, link) = (Rc::downgrade(viewport), link.clone());
+pub(super) fn follow(viewport: &Rc<Viewport>, followed: &Followed) {
+    let (weak, followed) = (Rc::downgrade(viewport), followed.clone());
     viewport.mesh_worker.subscribe(move |reply| {
         let Some(viewport) = weak.upgrade() else { return };
         match reply {
             Reply::Opened(model) => {
-                link.borrow_mut().take();
+                followed.borrow_mut().take();
                 show(&viewport, model);
             }
             Reply::NotOpened(reason) => refuse(&viewport, reason),
@@ -42,8 +40,9 @@ pub(super) fn follow(viewport: &Rc<Viewport>, link: &LiveLink) {
 }
 
 /// Reads a file of the person's.
-pub(super) fn open(viewport: &Viewport, file: File) {
-    let (ui, worker, name) = (viewport.ui, viewport.mesh_worker.clone(), file.name());
+pub(super) fn open(viewport: &Rc<Viewport>, followed: &Followed, file: File) {
+    let (viewport, followed) = (viewport.clone(), followed.clone());
+    let (ui, name) = (viewport.ui, file.name());
     ui.retract(Topic::File);
     if file.size() > LARGEST {
         let text = format!("{name} is larger than 1 GB, which is more than a page can hold.");
@@ -52,56 +51,78 @@ pub(super) fn open(viewport: &Viewport, file: File) {
     }
     ui.notify(Level::Info, Topic::File, format!("Reading {name}."));
     spawn_local(async move {
-        let read = match JsFuture::from(file.array_buffer()).await {
-            Ok(buffer) => worker.send(&Request::Open { name, bytes: Uint8Array::new(&buffer).to_vec().into() }),
+        match JsFuture::from(file.array_buffer()).await {
+            Ok(buffer) => take(&viewport, &followed, name, &buffer.unchecked_into()),
             Err(error) => {
                 web_sys::console::error_1(&error);
-                Err(format!("The browser could not read {name}."))
+                refuse(&viewport, &format!("the browser could not read {name}"));
             }
-        };
-        if let Err(reason) = read {
-            ui.notify(Level::Error, Topic::File, reason);
         }
     });
+}
+
+/// Shows what is in a file.
+fn take(viewport: &Rc<Viewport>, followed: &Followed, name: String, buffer: &ArrayBuffer) {
+    let taken = match is_inspection(&name) {
+        true => show_file(viewport, followed, &name, buffer),
+        false => {
+            let bytes = Uint8Array::new(buffer).to_vec().into();
+            viewport.mesh_worker.send(&Request::Open { name, bytes })
+        }
+    };
+    if let Err(reason) = taken {
+        refuse(viewport, &reason);
+    }
 }
 
 /// Fetches and reads the file at `path`, relative to the page, in the place of an agent.
-pub(super) fn fetch(viewport: &Rc<Viewport>, path: String) {
+pub(super) fn fetch(viewport: &Rc<Viewport>, followed: &Followed, path: String) {
     let name = path.rsplit('/').next().unwrap_or(&path).to_owned();
     viewport.ui.send(Event::Opened(name.clone()));
-    let viewport = viewport.clone();
+    let (viewport, followed) = (viewport.clone(), followed.clone());
     spawn_local(async move {
         match fetched(&path).await {
-            Ok(bytes) => {
-                let sent = viewport.mesh_worker.send(&Request::Open { name, bytes: bytes.into() });
-                if let Err(reason) = sent {
-                    refuse(&viewport, &reason);
-                }
-            }
-            Err(reason) => refuse(&viewport, &format!("{path} could not be loaded: {reason}")),
+            Ok(buffer) => take(&viewport, &followed, name, &buffer),
+            Err(error) => refuse(&viewport, &format!("{path} could not be loaded: {error}")),
         }
     });
 }
 
-async fn fetched(path: &str) -> Result<Vec<u8>, String> {
+/// Why a file cannot be had.
+#[derive(Debug, thiserror::Error)]
+pub(super) enum FetchError {
+    /// The server refused with this status.
+    #[error("the server answers {0}")]
+    Refused(u16),
+    /// Nothing came.
+    #[error("the server does not answer")]
+    Unreachable,
+}
+
+/// The content of what is at `path`.
+///
+/// # Errors
+/// [`FetchError`].
+pub(super) async fn fetched(path: &str) -> Result<ArrayBuffer, FetchError> {
     let said = |error: JsValue| {
         web_sys::console::error_1(&error);
-        "the server does not answer".to_owned()
+        FetchError::Unreachable
     };
-    let window = web_sys::window().ok_or("the page has no window")?;
+    let window = web_sys::window().ok_or(FetchError::Unreachable)?;
     let response = JsFuture::from(window.fetch_with_str(path)).await.map_err(said)?;
     let response: Response = response.dyn_into().map_err(said)?;
     if !response.ok() {
-        return Err(format!("the server answers {}", response.status()));
+        return Err(FetchError::Refused(response.status()));
     }
     let buffer = JsFuture::from(response.array_buffer().map_err(said)?).await.map_err(said)?;
-    Ok(Uint8Array::new(&buffer).to_vec())
+    Ok(buffer.unchecked_into())
 }
 
 fn show(viewport: &Viewport, model: &OpenedModel) {
     let ui = viewport.ui;
     ui.retract(Topic::File);
     ui.send(Event::Opened(model.name.clone()));
+    ui.send_feature(TimelineEvent::Closed);
     for event in model.events() {
         viewport.handle_link(event);
     }

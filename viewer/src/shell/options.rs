@@ -1,5 +1,5 @@
-//! What the page's address asks for: `?renderer=`, `?theme=`, `?ws=`, a past inspection: `?inspection=`, `?speed=`, `?from=`, or a
-//! file beside the page: `?model=`.
+//! What the page's address asks for: `?renderer=`, `?theme=`, `?ws=`, a past inspection: `?inspection=`, `?speed=`, `?from=`, another
+//! one that it is compared with: `?reference=`, a file beside the page: `?model=`, or a pane of a page around this one: `?pane`.
 
 use crate::display::Theme;
 use crate::link::refusal::host_of;
@@ -22,6 +22,10 @@ pub struct Options {
     pub foreign_host: Option<String>,
     /// Path of a file, relative to the page, that is shown in the place of an agent's model.
     pub model: Option<String>,
+    /// The past inspection whose mesh the model is compared with.
+    pub reference: Option<InspectionId>,
+    /// Whether the page is one of several that look from the same place.
+    pub is_pane: bool,
     /// What was asked for and is not understood, for people.
     pub complaints: Vec<String>,
 }
@@ -74,7 +78,24 @@ impl Options {
             }
             is_near
         });
-        Self { backend: backend.unwrap_or_default(), theme, stream, foreign_host, model, complaints }
+        let reference = parameter("reference").and_then(|text| {
+            let reference = text.parse::<InspectionId>().ok();
+            if reference.is_none() {
+                complaints.push(format!("reference={text} is no identifier of an inspection; nothing is compared."));
+            }
+            reference
+        });
+        let is_pane = parameter("pane").is_some();
+        Self {
+            backend: backend.unwrap_or_default(),
+            theme,
+            stream,
+            foreign_host,
+            model,
+            reference,
+            is_pane,
+            complaints,
+        }
     }
 }
 
@@ -113,6 +134,16 @@ mod tests {
             assert_eq!(model(path), None, "{path}");
         }
         assert!(read(&[("model", "/a.ply")]).complaints[0].contains("/a.ply"));
+    }
+
+    #[test]
+    fn an_inspection_is_compared_with_another_that_is_kept() {
+        let id = "018f3f6e-0000-7000-8000-000000000001";
+        let options = read(&[("inspection", id), ("reference", id), ("pane", "")]);
+        assert_eq!(options.reference.map(|id| id.to_string()).as_deref(), Some(id));
+        assert!(options.is_pane && options.complaints.is_empty());
+        let wrong = read(&[("reference", "../secret")]);
+        assert!(wrong.reference.is_none() && !wrong.is_pane && wrong.complaints[0].contains("../secret"));
     }
 
     #[test]

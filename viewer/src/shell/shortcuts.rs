@@ -9,6 +9,7 @@ use crate::features::inspect::InspectEvent;
 use crate::features::measure::{Kind, MeasureEvent};
 use crate::features::review::{ReviewEvent, Ruling};
 use crate::features::section::SectionEvent;
+use crate::features::timeline::TimelineEvent;
 use crate::state::{AppState, Event};
 
 /// What has the keyboard's focus.
@@ -65,6 +66,7 @@ pub fn action(key: &str, modifiers: Modifiers, focus: Focus, state: &AppState) -
         "[" | "]" if state.features.correct.tool.is_some() => {
             feature(CorrectEvent::Step(if key == "[" { -1 } else { 1 }))
         }
+        "[" | "]" if state.features.timeline.is_open() => feature(TimelineEvent::Step(if key == "[" { -1 } else { 1 })),
         "e" | "E" if !state.features.evidence.sights.is_empty() => {
             feature(EvidenceEvent::Open(!state.features.evidence.is_open))
         }

@@ -1,11 +1,11 @@
 //! The entry point of the page: joins state, panels, model, renderer and link.
 
-use super::open_file::{self, LiveLink};
 use super::options::Options;
+use super::play_file::{Followed, Source};
 use super::viewport::Viewport;
-use super::{canvas_data, listeners, panels, save, snapshot};
+use super::{canvas_data, listeners, open_file, pane, panels, play_file, reference, save, snapshot};
 use crate::features::Features;
-use crate::link::{Inquiry, Link, LinkEvent, api};
+use crate::link::{Link, LinkEvent};
 use crate::scene::frame_content::frame_content;
 use crate::state::notices::{Level, Topic};
 use crate::state::{AppState, Event};
@@ -19,7 +19,7 @@ use web_sys::{Document, HtmlCanvasElement, UrlSearchParams, Window};
 /// A running page: it runs as long as this is kept.
 #[wasm_bindgen]
 pub struct Viewer {
-    _link: LiveLink,
+    _followed: Followed,
     _owner: Owner,
 }
 
@@ -33,16 +33,17 @@ pub fn start() -> Result<Viewer, JsValue> {
     let window = web_sys::window().ok_or("the viewer runs in a page, not in a worker")?;
     let document = window.document().ok_or("the window has no page")?;
     let owner = Owner::new();
-    let link = owner.with(|| run(&window, &document))?;
-    Ok(Viewer { _link: link, _owner: owner })
+    let followed = owner.with(|| run(&window, &document))?;
+    Ok(Viewer { _followed: followed, _owner: owner })
 }
 
-fn run(window: &Window, document: &Document) -> Result<LiveLink, JsValue> {
+fn run(window: &Window, document: &Document) -> Result<Followed, JsValue> {
     let location = window.location();
     let query = UrlSearchParams::new_with_str(&location.search()?)?;
     let options = Options::read(location.protocol()? == "https:", &location.host()?, |name| query.get(name));
 
-    let (ui, there, inquiry) = ui();
+    let followed = Followed::default();
+    let (ui, there) = ui(&followed);
     let viewport = Viewport::new(ui, window, document, options.backend);
     // Set once, here.
     let _ = there.set(viewport.clone());
@@ -50,12 +51,15 @@ fn run(window: &Window, document: &Document) -> Result<LiveLink, JsValue> {
     listeners::initial_display(window, ui, options.theme);
     match options.foreign_host {
         Some(host) => ui.send(Event::ForeignAgent(host)),
-        None => wasm_bindgen_futures::spawn_local(async move {
-            // An agent that does not say so keeps nothing as far as the page knows.
-            if let Ok(account) = api::get("/api/v1/me").await {
-                ui.send(Event::Account(account));
-            }
-        }),
+        None => {
+            let agent = viewport.agent.clone();
+            wasm_bindgen_futures::spawn_local(async move {
+                // An agent that does not say so keeps nothing as far as the page knows.
+                if let Ok(account) = agent.get("/api/v1/me").await {
+                    ui.send(Event::Account(account));
+                }
+            });
+        }
     }
     let (link, complaints) = listeners::linked(window)?;
     viewport.follow_link(&link);
@@ -68,6 +72,9 @@ fn run(window: &Window, document: &Document) -> Result<LiveLink, JsValue> {
     listeners::keyboard(window, &viewport)?;
     listeners::links(window, &viewport)?;
     follow_state(&viewport);
+    if options.is_pane {
+        pane::join(window, &viewport)?;
+    }
     viewport.begin();
 
     let place = document.query_selector(".viewport")?.ok_or("the page has no .viewport")?;
@@ -75,34 +82,32 @@ fn run(window: &Window, document: &Document) -> Result<LiveLink, JsValue> {
     let canvas = document.get_element_by_id("viewport").ok_or("the page has no #viewport")?;
     viewport.open(canvas.dyn_into::<HtmlCanvasElement>()?);
 
-    let live = LiveLink::default();
-    open_file::follow(&viewport, &live);
+    open_file::follow(&viewport, &followed);
     open_file::drops(window, &viewport)?;
+    if let Some(reference) = options.reference {
+        reference::compare_with(&viewport, reference);
+    }
     if let Some(path) = options.model {
-        open_file::fetch(&viewport, path);
-        return Ok(live);
+        open_file::fetch(&viewport, &followed, path);
+        return Ok(followed);
     }
     match Link::start(&options.stream, move |event| viewport.handle_link(event)) {
-        Ok(link) => {
-            // Set once, here.
-            let _ = inquiry.set(link.inquiry());
-            live.replace(Some(link));
-        }
+        Ok(link) => drop(followed.replace(Some(Source::agent(link)))),
         Err(error) => {
             web_sys::console::error_1(&error);
             let reason = "The part of the viewer that receives the model cannot start.".to_owned();
             ui.send(Event::from(LinkEvent::Broken { reason }));
         }
     }
-    Ok(live)
+    Ok(followed)
 }
 
 /// What is there a little later than that which uses it.
 type Later<T> = Rc<OnceCell<T>>;
 
 /// The state with the ways to it. What happened goes to the state and then to the viewport, what is wanted to the viewport:
-/// both as soon as that is put where the second value says. What is asked of the agent goes where the third says.
-fn ui() -> (Ui, Later<Rc<Viewport>>, Later<Inquiry>) {
+/// both as soon as that is put where the second value says. What is asked of the agent goes to what is followed.
+fn ui(followed: &Followed) -> (Ui, Later<Rc<Viewport>>) {
     let state = RwSignal::new(AppState::default());
     let viewport: Rc<OnceCell<Rc<Viewport>>> = Rc::default();
     let handles = viewport.clone();
@@ -113,14 +118,13 @@ fn ui() -> (Ui, Later<Rc<Viewport>>, Later<Inquiry>) {
         }
     });
     let executes = viewport.clone();
-    let inquiry: Rc<OnceCell<Inquiry>> = Rc::default();
-    let inquires = inquiry.clone();
+    let followed = followed.clone();
     let ask = UnsyncCallback::new(move |command| {
         if let Some(viewport) = executes.get() {
-            execute(viewport, inquires.get(), command);
+            execute(viewport, &followed, command);
         }
     });
-    (Ui::new(state, send, ask), viewport, inquiry)
+    (Ui::new(state, send, ask), viewport)
 }
 
 /// The picture, the figures and what the canvas says follow the state.
@@ -146,17 +150,24 @@ fn follow_state(viewport: &Rc<Viewport>) {
     Effect::new(move |_| ui.follow(|s| canvas_data::write_state(&document, s)));
 }
 
-fn execute(viewport: &Viewport, inquiry: Option<&Inquiry>, command: Command) {
+fn execute(viewport: &Rc<Viewport>, followed: &Followed, command: Command) {
     match command {
         Command::EarlierViews(before) => {
             viewport.ui.retract(Topic::EarlierViews);
-            if let Some(Err(error)) = inquiry.map(|inquiry| inquiry.earlier_views(before)) {
+            let asked = followed.borrow().as_ref().map(|source| source.link.earlier_views(before));
+            if let Some(Err(error)) = asked {
                 web_sys::console::error_1(&error);
                 let text = "The agent cannot be asked for earlier views now. Try again once it is connected.";
                 viewport.ui.notify(Level::Warning, Topic::EarlierViews, text);
             }
         }
-        Command::OpenFile(file) => open_file::open(viewport, file),
+        Command::ShowStop(stop) => {
+            if let Some(Err(error)) = followed.borrow().as_ref().map(|source| source.link.show(stop)) {
+                web_sys::console::error_1(&error);
+            }
+        }
+        Command::PlayInspection => play_file::play_inspection(viewport, followed),
+        Command::OpenFile(file) => open_file::open(viewport, followed, file),
         Command::Camera(input) => viewport.steer(input),
         Command::PickMiddle => viewport.pick_middle(),
         Command::Copy { text, file } => save::copy(viewport, text, file),

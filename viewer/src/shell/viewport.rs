@@ -8,7 +8,7 @@ use super::point_budget::PointBudget;
 use super::ticker::Ticker;
 use super::{anchors, canvas_data};
 use crate::camera::{Button, CameraInput, OrbitCamera, PointerInput};
-use crate::features::correct::CorrectEvent;
+use crate::features::correct::{CorrectEvent, Tool};
 use crate::features::inspect::InspectEvent;
 use crate::features::measure::MeasureEvent;
 use crate::features::review::ReviewEvent;
@@ -16,6 +16,7 @@ use crate::features::section::{Ray, SectionEvent};
 use crate::features::view::{Controller, Host};
 use crate::features::{FeatureEvent, mounted};
 use crate::link::LinkEvent;
+use crate::link::api::Agent;
 use crate::mesh_worker::MeshWorker;
 use crate::render::seen::Seen;
 use crate::render::{BackendChoice, DrawRequest};
@@ -55,6 +56,7 @@ pub(super) struct Viewport {
     pub(super) mesh: Rc<RefCell<HeldMesh>>,
     photograph: Rc<RefCell<HeldPhotograph>>,
     pub(super) mesh_worker: Rc<MeshWorker>,
+    pub(super) agent: Agent,
     controllers: OnceCell<Vec<Rc<dyn Controller>>>,
     camera: Rc<Cell<OrbitCamera>>,
     /// The camera keeps the whole model in view until the person moves it.
@@ -81,6 +83,8 @@ pub(super) struct Viewport {
     picks: RefCell<PickQueue>,
     /// Number of the stroke that is being drawn; `None` while none is.
     stroke: Cell<Option<u32>>,
+    /// Whether a loop is being drawn.
+    is_looping: Cell<bool>,
     /// Where the mouse was last, and since which frame; `None` once it rests, or has left.
     mouse: Cell<Option<(Vec2, Option<f64>)>>,
     /// Where the mouse is over a section that is being read, since the last frame; the inner `None` once it has left.
@@ -88,6 +92,8 @@ pub(super) struct Viewport {
     /// Whether it has to be found out anew which anchored elements are seen.
     probe_due: Cell<bool>,
     ticker: Ticker,
+    /// What is done after each picture.
+    after_drawing: OnceCell<Box<dyn Fn()>>,
 }
 
 impl Viewport {
@@ -104,6 +110,7 @@ impl Viewport {
                 mesh: Rc::default(),
                 photograph: Rc::default(),
                 mesh_worker: Rc::default(),
+                agent: Agent::default(),
                 controllers: OnceCell::new(),
                 camera: Rc::default(),
                 follows: Cell::new(true),
@@ -122,10 +129,12 @@ impl Viewport {
                 figures_at: Cell::new(f64::NEG_INFINITY),
                 picks: RefCell::default(),
                 stroke: Cell::default(),
+                is_looping: Cell::default(),
                 mouse: Cell::default(),
                 aimed: Cell::default(),
                 probe_due: Cell::default(),
                 ticker: Ticker::new(window.clone(), on_frame),
+                after_drawing: OnceCell::new(),
             }
         });
         let redraw = call(&Rc::downgrade(&viewport), |viewport, ()| viewport.redraw());
@@ -137,6 +146,7 @@ impl Viewport {
             paint: viewport.painting.paint.clone(),
             camera: viewport.camera.clone(),
             mesh_worker: viewport.mesh_worker.clone(),
+            agent: viewport.agent.clone(),
             redraw: Rc::new(move || redraw(())),
         };
         viewport.controllers.get_or_init(|| mounted::controllers(&host));
@@ -231,9 +241,11 @@ impl Viewport {
 
     /// Follows a drag: it moves the camera, unless a tool draws with it.
     fn drag(&self, button: Button, from: Vec2, to: Vec2) {
-        let draws = self.ui.read(|s| s.features.correct.tool.is_some());
+        let tool = self.ui.read(|s| s.features.correct.tool);
+        let draws = matches!(tool, Some(Tool::Brush | Tool::Lasso | Tool::Outline));
         let pixels = to - from;
         match (button, draws) {
+            (Button::Primary, true) if tool == Some(Tool::Lasso) => self.draw_loop(from, to),
             (Button::Primary, true) => self.draw_stroke(from, to),
             (Button::Secondary, true) | (Button::Primary, false) => self.steer(CameraInput::Orbit { pixels }),
             (Button::Secondary, false) => self.steer(CameraInput::Pan { pixels }),
@@ -262,8 +274,21 @@ impl Viewport {
         self.ticker.request();
     }
 
-    /// The stroke is over.
+    /// Takes a piece of a loop.
+    fn draw_loop(&self, from: Vec2, to: Vec2) {
+        let viewport = self.camera.get().viewport();
+        if !self.is_looping.replace(true) {
+            self.ui.send_feature(CorrectEvent::Looped(self.in_viewport(from) / viewport));
+        }
+        self.ui.send_feature(CorrectEvent::Looped(self.in_viewport(to) / viewport));
+        self.mouse.set(None);
+    }
+
+    /// The stroke, or the loop, is over.
     fn lift(&self) {
+        if self.is_looping.take() {
+            self.ui.send_feature(CorrectEvent::LoopClosed);
+        }
         if let Some(stroke) = self.stroke.take() {
             self.ui.send_feature(CorrectEvent::Lifted(stroke));
         }
@@ -292,24 +317,36 @@ impl Viewport {
         }
     }
 
+    /// What is seen.
+    pub(super) fn permalink(&self) -> Permalink {
+        let camera = self.camera.get();
+        self.ui.read(|s| Permalink {
+            camera: Some((camera.eye(), camera.target())),
+            color_mode: Some(s.display.color_mode),
+            finding: s.features.review.selected,
+            plane: s.features.section.plane(),
+            limits: s.features.section.limits,
+        })
+    }
+
     /// The link that leads others to what is seen.
     ///
     /// * `page`: the page's address without query and fragment.
     pub(super) fn link(&self, page: &str) -> String {
-        let camera = self.camera.get();
-        self.ui.read(|s| {
-            let (review, section) = (&s.features.review, &s.features.section);
-            let link = Permalink {
-                camera: Some((camera.eye(), camera.target())),
-                color_mode: Some(s.display.color_mode),
-                finding: review.selected,
-                plane: section.plane(),
-                limits: section.limits,
-            };
-            // Only what the agent keeps can be asked for by name.
-            let inspection = Some(review.case.inspection.as_str()).filter(|inspection| !inspection.is_empty());
-            link.address(page, inspection)
-        })
+        // Only what the agent keeps can be asked for by name.
+        let inspection = self.ui.read(|s| s.features.review.case.inspection.clone());
+        self.permalink().address(page, Some(inspection.as_str()).filter(|inspection| !inspection.is_empty()))
+    }
+
+    /// Whether the person has moved the camera away from where it follows the model.
+    pub(super) fn is_steered(&self) -> bool {
+        !self.follows.get()
+    }
+
+    /// Has `done` done after each picture from now on. Set once.
+    pub(super) fn after_drawing(&self, done: impl Fn() + 'static) {
+        // Set once, when the page starts.
+        let _ = self.after_drawing.set(Box::new(done));
     }
 
     /// Draws the picture of now as finely as can be, at once.
@@ -545,6 +582,9 @@ impl Viewport {
         let content = self.ui.read(frame_content);
         let request = DrawRequest { camera, focus, bounds, voxel, point_budget, is_still, content };
         self.graphics.draw(&request, size);
+        if let Some(done) = self.after_drawing.get() {
+            done();
+        }
     }
 
     /// Counts the model's figures for the state.

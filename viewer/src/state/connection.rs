@@ -34,6 +34,8 @@ pub enum Connection {
         /// Its name.
         name: String,
     },
+    /// What the agent keeps of an inspection is played, and its stream not followed.
+    Recorded,
     /// The viewer's own side has stopped for good.
     Broken {
         /// Why.
@@ -80,6 +82,7 @@ impl Connection {
             Self::Reconnecting { .. } => "reconnecting",
             Self::Refused { .. } => "refused",
             Self::File { .. } => "file",
+            Self::Recorded => "recorded",
             Self::Broken { .. } => "broken",
         }
     }
@@ -89,9 +92,14 @@ impl Connection {
         matches!(self, Self::Connected { .. })
     }
 
-    /// Whether a file is shown in the place of an agent's model.
+    /// Whether a file is shown in the place of an agent's model, its own file of an inspection too.
     pub fn is_file(&self) -> bool {
-        matches!(self, Self::File { .. })
+        matches!(self, Self::File { .. } | Self::Recorded)
+    }
+
+    /// Whether what the agent keeps of an inspection is played.
+    pub fn is_recorded(&self) -> bool {
+        matches!(self, Self::Recorded)
     }
 
     /// Short label for the header.
@@ -105,6 +113,7 @@ impl Connection {
             }
             Self::Refused { .. } => "Refused".into(),
             Self::File { .. } => "File".into(),
+            Self::Recorded => "Recording".into(),
             Self::Broken { .. } => "Stopped".into(),
         }
     }
@@ -117,6 +126,7 @@ impl Connection {
             Self::Reconnecting { .. } => "Connection lost. Reconnecting.".into(),
             Self::Refused { reason } => format!("The connection was refused. {}", units::sentence(reason)),
             Self::File { name } => format!("The file {name} is shown."),
+            Self::Recorded => "The recording of the inspection is shown.".into(),
             Self::Broken { reason } => format!("The viewer has stopped. {}", units::sentence(reason)),
         }
     }

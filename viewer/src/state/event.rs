@@ -8,6 +8,7 @@ use super::notices::{Level, Topic};
 use crate::display::{ColorMode, ShareScales, Theme};
 use crate::features::FeatureEvent;
 use crate::link::LinkEvent;
+use std::collections::BTreeMap;
 
 /// One thing that happened, from the agent, the graphics device, the clock or the person.
 #[derive(Clone, Debug, PartialEq)]
@@ -28,6 +29,10 @@ pub enum Event {
     },
     /// A file of this name is shown, or about to be, in the place of an agent's model.
     Opened(String),
+    /// What the agent keeps of the inspection is shown in the place of its stream.
+    Recorded,
+    /// Where the photographs in full size are that came with a file: addresses by view.
+    Photographs(BTreeMap<u32, String>),
     /// The graphics device changed.
     Graphics(GraphicsStatus),
     /// The agent said who the person is.

@@ -47,6 +47,7 @@ use progress::{RunProgress, Standing};
 use semascan_model::{ModelFigures, Role};
 use semascan_protocol::server_message::Body;
 use semascan_protocol::{Domain, Figures, Inspection, Phase, ReviewChange, StageState, review_subject};
+use std::collections::BTreeMap;
 use timings::Timings;
 use views::Views;
 
@@ -61,6 +62,8 @@ pub struct AppState {
     pub foreign_agent: Option<String>,
     /// Who the person is to the agent that the page came from; `None` until it has said so.
     pub account: Option<Account>,
+    /// Addresses of the photographs in full size that came with a file, by view.
+    pub photographs: BTreeMap<u32, String>,
     /// How often somebody decided something about the inspection that is shown.
     pub review_changes: u64,
     /// Whether a part of the model is left out because the page holds as much as it can.
@@ -113,7 +116,10 @@ impl AppState {
             Event::Opened(name) => {
                 self.connection = Connection::File { name: name.clone() };
                 self.foreign_agent = None;
+                self.photographs.clear();
             }
+            Event::Recorded => self.connection = Connection::Recorded,
+            Event::Photographs(addresses) => self.photographs.clone_from(addresses),
             Event::Graphics(status) => self.graphics = status.clone(),
             Event::Account(account) => self.account = Some(account.clone()),
             Event::ForeignAgent(host) => self.foreign_agent = Some(host.clone()),
@@ -145,7 +151,10 @@ impl AppState {
         match event {
             LinkEvent::Connecting { attempt } => self.connection.connecting(*attempt),
             LinkEvent::Connected { inspection, resumed, agent } => {
-                self.connection = Connection::Connected { agent: agent.clone() };
+                // What a file plays greets as an agent does.
+                if !self.connection.is_file() {
+                    self.connection = Connection::Connected { agent: agent.clone() };
+                }
                 if *resumed && inspection.id == self.inspection.id && inspection.epoch == self.inspection.epoch {
                     self.resumptions = self.resumptions.saturating_add(1);
                     self.follow(inspection);
@@ -228,7 +237,9 @@ impl AppState {
     /// Where the inspection stands, as far as that is known: without a connection nobody knows whether it still runs.
     pub fn standing(&self) -> Standing {
         match self.progress.phase {
-            _ if !self.connection.is_live() && self.progress.may_change() => Standing::Unknown,
+            _ if !self.connection.is_live() && !self.connection.is_file() && self.progress.may_change() => {
+                Standing::Unknown
+            }
             phase => Standing::Known(phase),
         }
     }

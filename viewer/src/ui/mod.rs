@@ -40,6 +40,10 @@ pub enum Command {
     SavePicture,
     /// Look at the model in this file in the place of the agent's.
     OpenFile(web_sys::File),
+    /// Play what the agent keeps of the inspection that is shown.
+    PlayInspection,
+    /// Show what is played as it stood at this stop.
+    ShowStop(u32),
     /// Ask the agent for the views before this number.
     EarlierViews(u32),
     /// Load the page again.

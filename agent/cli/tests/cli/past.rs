@@ -8,8 +8,8 @@ use semascan_inspection::ports::{Catalogue, InspectionFilter, InspectionState, R
 use semascan_model::InspectionId;
 use semascan_model::finding::Finding;
 use semascan_model::record::InspectionRecord;
-use semascan_protocol::TAKES_REVIEWS;
 use semascan_protocol::server_message::Body;
+use semascan_protocol::{InspectionFile, Phase, TAKES_REVIEWS, decode_server};
 use semascan_store::data::DataFolder;
 use semascan_store::read_inspection;
 use semascan_tests::client::{Client, Holdings};
@@ -155,6 +155,28 @@ fn past_inspections_are_listed_and_everything_of_them_can_be_had() {
             agent.ask("GET", &format!("{own}/exports/{name}"), &[("If-None-Match", &file.headers["etag"])], &[]);
         assert_eq!(known.status, 304, "{name}");
     }
+    let file = |query: &str| {
+        let answer = agent.get(&format!("{own}/inspection.semascan{query}"));
+        assert_eq!(answer.status, 200, "{}", String::from_utf8_lossy(&answer.body));
+        InspectionFile::read(answer.body.into()).expect("a whole file")
+    };
+    let whole = file("?photographs=true");
+    for answer in &whole.answers {
+        assert!(answer.body == agent.get(&answer.path).body, "{}", answer.path);
+    }
+    let count = |ending: &str| whole.answers.iter().filter(|answer| answer.path.ends_with(ending)).count();
+    assert_eq!([count("/color.png"), count("/findings"), count("/reviews")], [record.views.len(), 1, 1]);
+    let progress = whole.messages.iter().rev().find_map(|message| {
+        match decode_server(&message.message).expect("a message of the stream").body {
+            Some(Body::Progress(progress)) => Some(progress),
+            _ => None,
+        }
+    });
+    let progress = progress.expect("how it ended");
+    assert_eq!((progress.phase(), progress.points), (Phase::Finished, record.points));
+    assert_eq!(whole.messages.last().map(|message| message.views), Some(record.views.len() as u32));
+    let small = file("");
+    assert_eq!((small.messages, small.answers.len()), (whole.messages, whole.answers.len() - record.views.len()));
     let described = agent.get("/api/v1/openapi.json").json();
     assert!(described["openapi"].as_str().is_some_and(|version| version.starts_with("3.1.")));
     let head = agent.ask("HEAD", &own, &[], &[]);

@@ -101,11 +101,25 @@ pub(crate) fn ask(
     let mut lines = head.lines();
     let status = lines.next().and_then(|line| line.split(' ').nth(1)).and_then(|s| s.parse().ok());
     let headers = lines.filter_map(|line| line.split_once(": "));
-    Ok(Answer {
-        status: status.ok_or_else(broken)?,
-        headers: headers.map(|(name, value)| (name.to_lowercase(), value.to_owned())).collect(),
-        body: bytes[end + 4..].to_vec(),
-    })
+    let headers: BTreeMap<_, _> = headers.map(|(name, value)| (name.to_lowercase(), value.to_owned())).collect();
+    let body = &bytes[end + 4..];
+    let in_pieces = headers.get("transfer-encoding").is_some_and(|value| value == "chunked");
+    let body = if in_pieces { joined(body).ok_or_else(broken)? } else { body.to_vec() };
+    Ok(Answer { status: status.ok_or_else(broken)?, headers, body })
+}
+
+/// A body that was sent in pieces (RFC 9112, section 7.1); `None` where its end is missing.
+fn joined(mut rest: &[u8]) -> Option<Vec<u8>> {
+    let mut body = Vec::new();
+    loop {
+        let line = rest.windows(2).position(|w| w == b"\r\n")?;
+        let length = usize::from_str_radix(std::str::from_utf8(&rest[..line]).ok()?, 16).ok()?;
+        if length == 0 {
+            return Some(body);
+        }
+        body.extend_from_slice(rest.get(line + 2..line + 2 + length)?);
+        rest = rest.get(line + 4 + length..)?;
+    }
 }
 
 /// A review of its own name.

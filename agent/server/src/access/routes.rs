@@ -65,6 +65,7 @@ const ROUTES: &[Route] = &[
     route("GET", "/api/v1/inspections/{inspection}/reviews", Least::Role(Role::Viewer)),
     route("POST", "/api/v1/inspections/{inspection}/reviews", Least::Role(Role::Reviewer)),
     route("GET", "/api/v1/inspections/{inspection}/exports/{file}", Least::Role(Role::Viewer)),
+    route("GET", "/api/v1/inspections/{inspection}/inspection.semascan", Least::Role(Role::Viewer)),
     route("GET", "/api/v1/inspections/{inspection}/report", Least::Role(Role::Viewer)),
     route("GET", "/api/v1/account-log", Least::Role(Role::Admin)),
     // What is no route of the API says so.

@@ -221,7 +221,7 @@ async fn over_tls_the_cookie_and_the_host_stay_with_tls() {
     let cookie = answer.headers()["set-cookie"].to_str().expect("text");
     assert!(cookie.starts_with("__Host-semascan-8787=") && cookie.ends_with("; Secure"), "{cookie}");
     assert!(!answer.headers().contains_key("strict-transport-security"), "not for an address");
-    for (name, value) in [("x-frame-options", "DENY"), ("referrer-policy", "no-referrer")] {
+    for (name, value) in [("x-frame-options", "SAMEORIGIN"), ("referrer-policy", "no-referrer")] {
         assert_eq!(answer.headers()[name], value);
     }
     assert!(answer.headers()["permissions-policy"].to_str().expect("text").contains("camera=()"));

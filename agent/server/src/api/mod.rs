@@ -3,7 +3,7 @@
 //!
 //! | file | what |
 //! |---|---|
-//! | `account_log.rs`, `inspections.rs`, `views.rs`, `findings.rs`, `measurements.rs`, `reviews.rs`, `trends.rs`, `exports.rs`, `report.rs` | one resource each |
+//! | `account_log.rs`, `inspections.rs`, `views.rs`, `findings.rs`, `measurements.rs`, `reviews.rs`, `trends.rs`, `exports.rs`, `inspection_file.rs`, `report.rs` | one resource each |
 //! | `request.rs` | what requests say, checked; work that blocks |
 //! | `answer.rs`, `problem.rs` | answers with entity tags; errors |
 //! | `openapi.rs` | the document that describes all this |
@@ -12,6 +12,7 @@ mod account_log;
 mod answer;
 mod exports;
 mod findings;
+mod inspection_file;
 mod inspections;
 mod measurements;
 mod openapi;
@@ -61,6 +62,7 @@ fn described() -> OpenApiRouter<Shared> {
         .routes(routes!(measurements::list))
         .routes(routes!(reviews::list, reviews::take))
         .routes(routes!(exports::file))
+        .routes(routes!(inspection_file::whole))
         .routes(routes!(report::report))
         .routes(routes!(account_log::list))
 }

@@ -4,6 +4,7 @@
 //! identifier is refused (409). It is on the disk before it is answered, and then told to all viewers.
 
 use super::super::access::{Credential, Identity};
+use super::super::past::Past;
 use super::super::server::Shared;
 use super::answer;
 use super::openapi::{long_limits, numbers};
@@ -18,6 +19,7 @@ use axum::response::{IntoResponse, Response};
 use jiff::Timestamp;
 use schemars::JsonSchema;
 use semascan_inspection::review::{ReviewError, Taken};
+use semascan_model::InspectionId;
 use semascan_model::review::{Review, ReviewEntry, Subject, SubjectState};
 use semascan_model::verdict::Decision;
 use semascan_protocol::{ReviewChange, ReviewSubject, review_subject};
@@ -92,16 +94,29 @@ pub(super) async fn list(
     let Query(query) = query.map_err(|rejection| Problem::of_query(&rejection))?;
     let after: u64 = parsed("after", query.after.as_deref())?.unwrap_or(0);
     let page = limit(query.limit.as_deref(), PAGE.0, PAGE.1)?;
-    blocking(&shared, move |past| {
-        let (record, state) = past.reviewed(id)?;
-        let logged = past.desk.log().entries(id, after.saturating_add(1), page + 1)?;
-        let is_more = logged.len() > page as usize;
-        let items: Vec<_> = logged.into_iter().take(page as usize).map(|logged| logged.entry).collect();
-        let next = items.last().map(|entry| entry.sequence).filter(|_| is_more);
-        let model = record.files.map(|files| files.generation);
-        answer::json(&headers, &ReviewList { items, next, subjects: state.subjects, model })
-    })
-    .await
+    blocking(&shared, move |past| answer::json(&headers, &page_of(past, id, after, page)?)).await
+}
+
+/// A page of the reviews of an inspection.
+fn page_of(past: &Past, id: InspectionId, after: u64, page: u32) -> Result<ReviewList, Problem> {
+    let (record, state) = past.reviewed(id)?;
+    let logged = past.desk.log().entries(id, after.saturating_add(1), page + 1)?;
+    let is_more = logged.len() > page as usize;
+    let items: Vec<_> = logged.into_iter().take(page as usize).map(|logged| logged.entry).collect();
+    let next = items.last().map(|entry| entry.sequence).filter(|_| is_more);
+    let model = record.files.map(|files| files.generation);
+    Ok(ReviewList { items, next, subjects: state.subjects, model })
+}
+
+/// All reviews of an inspection.
+pub(super) fn all(past: &Past, id: InspectionId) -> Result<ReviewList, Problem> {
+    let mut list = page_of(past, id, 0, PAGE.1)?;
+    while let Some(after) = list.next {
+        let more = page_of(past, id, after, PAGE.1)?;
+        let items = std::mem::take(&mut list.items);
+        list = ReviewList { items: [items, more.items].concat(), ..more };
+    }
+    Ok(list)
 }
 
 /// Takes a review in.

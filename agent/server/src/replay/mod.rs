@@ -1,8 +1,9 @@
 //! Past inspections, streamed as they were live: at any speed and from any event.
 //!
 //! The first viewer of one waits until its tape is made, which takes as long as the inspection took to compute; the latest tapes
-//! are kept, and every viewer has a player of its own.
+//! are kept, and every viewer has a player of its own. Of the same tapes the messages of a file are made.
 
+mod messages;
 mod player;
 mod tape;
 
@@ -14,7 +15,7 @@ use super::past::Past;
 use super::saved::publish_saved;
 use semascan_inspection::ports::PortError;
 use semascan_model::InspectionId;
-use semascan_protocol::ReviewChange;
+use semascan_protocol::{FileMessage, Phase, ReviewChange};
 use std::sync::{Arc, Mutex, PoisonError, Weak};
 use tokio::sync::{Mutex as AsyncMutex, oneshot};
 
@@ -56,8 +57,34 @@ impl Replays {
         followed.iter().filter_map(Weak::upgrade).for_each(|live| live.review(change.clone()));
     }
 
+    /// The messages of an inspection, as viewers that keep up with it are sent them; of one that cannot be made again those of its
+    /// final model.
+    ///
+    /// # Errors
+    /// [`PortError`] where there is nothing to be sent.
+    pub(super) async fn messages(&self, past: &Arc<Past>, id: InspectionId) -> Result<Vec<FileMessage>, PortError> {
+        let fault = |_| PortError::new(format!("inspection {id}"), "a fault of the program");
+        match self.tape(past, id, || true).await {
+            Ok(Some(tape)) => tokio::task::spawn_blocking(move || messages::of_tape(&tape)).await.map_err(fault),
+            Ok(None) => Ok(Vec::new()),
+            Err(error) => {
+                let past = Arc::clone(past);
+                let shown = tokio::task::spawn_blocking(move || {
+                    let live = LiveModel::new();
+                    show_final(&past, id, &live, &error);
+                    let progress = live.progress();
+                    match progress.phase() {
+                        Phase::Failed => Err(PortError::new(format!("inspection {id}"), progress.message)),
+                        _ => Ok(messages::of_model(&live)),
+                    }
+                });
+                shown.await.map_err(fault)?
+            }
+        }
+    }
+
     async fn stream(self: Arc<Self>, past: Arc<Past>, id: InspectionId, pace: Pace, live: Weak<LiveModel>) {
-        match self.tape(&past, id, &live).await {
+        match self.tape(&past, id, || live.strong_count() > 0).await {
             Ok(Some(tape)) => player::play(tape, live, pace).await,
             Ok(None) => {}
             Err(error) => {
@@ -74,15 +101,15 @@ impl Replays {
         }
     }
 
-    /// The tape of an inspection; `None` where nobody waits for it any more.
+    /// The tape of an inspection; `None` where it is not wanted any more when it is its turn.
     async fn tape(
         &self,
         past: &Arc<Past>,
         id: InspectionId,
-        live: &Weak<LiveModel>,
+        is_wanted: impl FnOnce() -> bool,
     ) -> Result<Option<Arc<Tape>>, PortError> {
         let mut tapes = self.tapes.lock().await;
-        if live.strong_count() == 0 {
+        if !is_wanted() {
             return Ok(None);
         }
         if let Some(place) = tapes.iter().position(|(own, _)| *own == id) {

@@ -1,12 +1,13 @@
 //! Paints the corrections onto the picture, and asks the agent for those that people made before.
 
-use super::{CorrectEvent, Corrections};
+use super::patch::{segment, within};
+use super::{CorrectEvent, Corrections, Tool};
 use crate::features::FeatureEvent;
 use crate::features::measure::MeasureEvent;
 use crate::features::review::ReviewEvent;
 use crate::features::section::SectionEvent;
 use crate::features::view::{Controller, Host};
-use crate::link::api::{ApiError, get};
+use crate::link::api::{Agent, ApiError};
 use crate::scene::paint::Paint;
 use crate::state::AppState;
 use leptos::prelude::{Effect, Get};
@@ -73,7 +74,7 @@ impl CorrectController {
                     known = Corrections { inspection: id, ..Corrections::default() };
                 }
                 // Without an answer the picture lacks what others painted; the findings say that the agent is away.
-                if read_on(&mut known).await.is_ok()
+                if read_on(&this.host.agent, &mut known).await.is_ok()
                     && this.host.ui.read(|s| s.features.review.case.inspection == known.inspection)
                 {
                     this.host.ui.send_feature(CorrectEvent::Known(Box::new(known)));
@@ -92,11 +93,11 @@ impl CorrectController {
 }
 
 /// Reads the log to its end.
-async fn read_on(known: &mut Corrections) -> Result<(), ApiError> {
+async fn read_on(agent: &Agent, known: &mut Corrections) -> Result<(), ApiError> {
     loop {
         let (id, after) = (&known.inspection, known.sequence);
         let path = format!("/api/v1/inspections/{id}/reviews?after={after}&limit={PAGE}");
-        let answer: LogAnswer = get(&path).await?;
+        let answer: LogAnswer = agent.get(&path).await?;
         for logged in answer.items {
             known.sequence = known.sequence.max(logged.sequence);
             if matches!(logged.review.action, ReviewAction::Relabel { .. } | ReviewAction::NewFinding { .. }) {
@@ -148,6 +149,18 @@ impl Controller for CorrectController {
         let ui = self.host.ui;
         match event {
             FeatureEvent::Review(ReviewEvent::Known(_)) => self.ask(),
+            FeatureEvent::Correct(CorrectEvent::Dotted(Some(point)))
+                if ui.read(|s| s.features.correct.tool == Some(Tool::Segment)) =>
+            {
+                let naming = ui.read(|s| s.features.correct.naming());
+                let taken = segment(&self.host.model.borrow(), point, naming);
+                ui.send_feature(CorrectEvent::Taken(taken));
+            }
+            FeatureEvent::Correct(CorrectEvent::LoopClosed) => {
+                let path = ui.read(|s| s.features.correct.path.clone());
+                let taken = within(&self.host.model.borrow(), &self.host.camera.get(), &path);
+                ui.send_feature(CorrectEvent::Taken(taken));
+            }
             // One tool has the pointer.
             FeatureEvent::Correct(CorrectEvent::Choose(Some(_))) => {
                 if ui.read(|s| s.features.measure.kind.is_some()) {

@@ -1,7 +1,8 @@
 //! What happens to the corrections.
 
-use super::{Corrections, Naming, Tool};
+use super::{Corrections, Naming, NoPatch, Patch, Tool};
 use crate::features::inspect::PickedPoint;
+use glam::Vec2;
 
 /// One thing that happens to the corrections.
 #[derive(Clone, Debug, PartialEq)]
@@ -30,6 +31,12 @@ pub enum CorrectEvent {
     Lifted(u32),
     /// The person clicked with the tool in hand: a dot of the brush, a corner of an outline.
     Dotted(Option<PickedPoint>),
+    /// The loop goes on to this place, as a share of the viewport.
+    Looped(Vec2),
+    /// The loop is closed.
+    LoopClosed,
+    /// What the tool in hand takes at once.
+    Taken(Result<Patch, NoPatch>),
     /// The outline of clicked corners is to be closed.
     Close,
     /// The last mark is taken back.

@@ -1,4 +1,4 @@
-//! A mark on the surface: a stroke of the brush, or an outline around something that was not found.
+//! A mark on the surface: a stroke of the brush, a patch that was taken at once, or an outline around something that was not found.
 
 use super::Naming;
 use crate::features::inspect::PickedPoint;
@@ -21,18 +21,24 @@ const OUTLINE_SPACING: f32 = 0.5;
 pub enum Tool {
     /// Gives the surface that it goes over another class.
     Brush,
+    /// Gives a segment another class: the connected surface that has the class of the clicked place.
+    Segment,
+    /// Gives what is seen within a loop another class.
+    Lasso,
     /// Draws around something that was not found.
     Outline,
 }
 
 impl Tool {
     /// All, in the order of the buttons.
-    pub const ALL: [Self; 2] = [Self::Brush, Self::Outline];
+    pub const ALL: [Self; 4] = [Self::Brush, Self::Segment, Self::Lasso, Self::Outline];
 
     /// Stable name for tests and styles.
     pub fn key(self) -> &'static str {
         match self {
             Self::Brush => "brush",
+            Self::Segment => "segment",
+            Self::Lasso => "lasso",
             Self::Outline => "outline",
         }
     }
@@ -41,6 +47,8 @@ impl Tool {
     pub fn label(self) -> &'static str {
         match self {
             Self::Brush => "Brush",
+            Self::Segment => "Segment",
+            Self::Lasso => "Lasso",
             Self::Outline => "New finding",
         }
     }
@@ -49,6 +57,8 @@ impl Tool {
     pub fn title(self) -> &'static str {
         match self {
             Self::Brush => "Paint another class onto the surface (Q)",
+            Self::Segment => "Give the connected surface of one class another",
+            Self::Lasso => "Give what is seen within a loop another class",
             Self::Outline => "Draw around something that was not found (Shift+Q)",
         }
     }
@@ -63,9 +73,9 @@ pub struct Mark {
     pub tool: Tool,
     /// What it says of the surface.
     pub naming: Naming,
-    /// Half the width of a stroke, metres.
+    /// Half the width of a stroke, or how far a patch reaches around its points, metres.
     pub radius: f32,
-    /// Where it goes along on the surface, metres, table frame.
+    /// Where it goes along on the surface, or what it takes of it, metres, table frame.
     pub points: Vec<Vec3>,
     /// How many of its picks lie on each component, none left out.
     pub components: BTreeMap<u16, u32>,
@@ -84,7 +94,7 @@ impl Mark {
             *self.components.entry(point.component).or_default() += 1;
         }
         let spacing = match self.tool {
-            Tool::Brush => SPACING * self.radius,
+            Tool::Brush | Tool::Segment | Tool::Lasso => SPACING * self.radius,
             Tool::Outline => OUTLINE_SPACING * point.voxel,
         };
         if let Some(last) = self.points.last().copied() {
@@ -111,7 +121,7 @@ impl Mark {
     /// Whether it says anything.
     pub fn is_whole(&self) -> bool {
         match self.tool {
-            Tool::Brush => !self.points.is_empty(),
+            Tool::Brush | Tool::Segment | Tool::Lasso => !self.points.is_empty(),
             Tool::Outline => !self.is_open && self.points.len() >= 3 && self.component().is_some(),
         }
     }
@@ -124,7 +134,7 @@ impl Mark {
         let points = self.points.iter().map(|p| p.as_dvec3().to_array()).collect();
         let name = self.naming.name(components, defects)?;
         Some(match (self.tool, self.naming) {
-            (Tool::Brush, naming) => {
+            (Tool::Brush | Tool::Segment | Tool::Lasso, naming) => {
                 let patch = SurfacePatch::Points { points, radius: f64::from(self.radius) };
                 let of = |is_named: bool| is_named.then(|| name.clone());
                 let is_component = matches!(naming, Naming::Component(_));

@@ -1,12 +1,15 @@
-//! Corrections: what the networks called wrongly is painted with a brush, what nobody found is drawn around.
+//! Corrections: what the networks called wrongly is painted with a brush, or taken at once (a segment, what is seen within a loop);
+//! what nobody found is drawn around.
 //!
 //! | module | what | runs |
 //! |---|---|---|
 //! | `naming` | [`Naming`]: the class that a mark gives | anywhere |
+//! | `patch` | surface that is taken at once | anywhere |
 //! | `mark` | [`Mark`]: a stroke or an outline on the surface, and the review that it becomes | anywhere |
 //! | `events` | what happens to the tool | anywhere |
 //! | `state` | the tool in hand, marks that are not sent, and what people painted before | anywhere |
 //! | `controller` | paints the picture, asks the agent for earlier corrections | in a browser |
+//! | `overlay` | the loop while it is drawn | in a browser |
 //! | `panel` | tool, class, width, undo, signing | in a browser |
 //!
 //! A mark changes nothing of the model as it was measured: it becomes a review, which stands in the log beside it, labels every
@@ -15,14 +18,18 @@
 mod events;
 mod mark;
 mod naming;
+pub mod patch;
 mod state;
 
 #[cfg(target_arch = "wasm32")]
 mod controller;
+#[cfg(target_arch = "wasm32")]
+mod overlay;
 #[cfg(target_arch = "wasm32")]
 mod panel;
 
 pub use events::CorrectEvent;
 pub use mark::{Mark, Tool};
 pub use naming::Naming;
+pub use patch::{NoPatch, Patch};
 pub use state::{Correct, Corrections};

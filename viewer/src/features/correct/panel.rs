@@ -1,6 +1,7 @@
 //! The panel of the corrections: tool, class and width, what is drawn, and its signing.
 
 use super::controller::CorrectController;
+use super::overlay::Loop;
 use super::{Correct, CorrectEvent, Naming, Tool};
 use crate::features::review::{Reason, ReviewEvent, Signature, Signed, Unsent, new_name};
 use crate::features::view::{Controller, FeatureView, Host};
@@ -12,6 +13,10 @@ use std::rc::Rc;
 impl FeatureView for Correct {
     fn panel(ui: Ui) -> AnyView {
         view! { <CorrectPanel ui/> }.into_any()
+    }
+
+    fn overlay(ui: Ui) -> AnyView {
+        view! { <Loop ui/> }.into_any()
     }
 
     fn controller(host: &Host) -> Option<Rc<dyn Controller>> {

@@ -1,12 +1,12 @@
 //! The tool in hand, the marks that are not sent yet, and what people corrected before.
 
-use super::{CorrectEvent, Mark, Naming, Tool};
+use super::{CorrectEvent, Mark, Naming, NoPatch, Patch, Tool};
 use crate::display::{ColorMode, ColorScheme, Display};
 use crate::features::Feature;
 use crate::features::inspect::PickedPoint;
 use crate::render::FrameContent;
 use crate::render::segment::Segment;
-use glam::{DVec3, Vec3};
+use glam::{DVec3, Vec2, Vec3};
 use semascan_model::review::ReviewAction;
 use std::collections::BTreeMap;
 
@@ -14,6 +14,8 @@ use std::collections::BTreeMap;
 const RADII: [f32; 9] = [0.5e-3, 0.75e-3, 1e-3, 1.5e-3, 2e-3, 3e-3, 5e-3, 7.5e-3, 10e-3];
 /// Most marks that are not sent.
 const MOST: usize = 200;
+/// Most corners of a loop.
+const MOST_CORNERS: usize = 5000;
 
 /// Corrections that are in the log of an inspection, in its order.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -47,8 +49,10 @@ pub struct Correct {
     pub shows_earlier: bool,
     /// Marks made so far.
     made: u32,
-    /// The last pick lay beside the model.
-    pub missed: bool,
+    /// Why the last place or loop took nothing.
+    pub missed: Option<NoPatch>,
+    /// The loop that is being drawn, as shares of the viewport.
+    pub path: Vec<Vec2>,
 }
 
 impl Default for Correct {
@@ -63,7 +67,8 @@ impl Default for Correct {
             earlier: Corrections::default(),
             shows_earlier: true,
             made: 0,
-            missed: false,
+            missed: None,
+            path: Vec::new(),
         }
     }
 }
@@ -75,7 +80,8 @@ impl Feature for Correct {
         match event {
             CorrectEvent::Choose(tool) => {
                 self.tool = *tool;
-                self.missed = false;
+                self.missed = None;
+                self.path.clear();
                 self.close();
                 self.show_classes(display);
             }
@@ -104,7 +110,7 @@ impl Feature for Correct {
             CorrectEvent::Drawn { number, point } => {
                 let mark = self.marks.iter_mut().find(|mark| mark.number == *number);
                 if let (Some(mark), Some(point)) = (mark, point) {
-                    self.missed = false;
+                    self.missed = None;
                     mark.extend(point);
                 }
             }
@@ -112,6 +118,17 @@ impl Feature for Correct {
                 self.marks.iter_mut().filter(|mark| mark.number == *number).for_each(|mark| mark.is_open = false);
             }
             CorrectEvent::Dotted(point) => self.dot(point.as_ref()),
+            CorrectEvent::Looped(at) => {
+                if self.path.len() < MOST_CORNERS && at.is_finite() {
+                    self.path.push(*at);
+                }
+            }
+            // The controller looks for what is seen within the loop.
+            CorrectEvent::LoopClosed => {}
+            CorrectEvent::Taken(taken) => {
+                self.path.clear();
+                self.take(taken);
+            }
             CorrectEvent::Close => self.close(),
             CorrectEvent::Undo => {
                 // A stroke beside the model is nothing to take back.
@@ -201,9 +218,12 @@ impl Correct {
         let open = self.marks.last().filter(|mark| mark.is_open && mark.tool == Tool::Outline);
         match (self.tool, open) {
             (None, _) => "",
-            _ if self.missed => "Nothing lies there. Draw on the model.",
+            _ if self.missed == Some(NoPatch::Nothing) => "Nothing lies there. Draw on the model.",
+            _ if self.missed == Some(NoPatch::Large) => "That is more than can be taken at once. Take a part of it.",
             _ if self.marks.len() >= MOST => "So many marks are kept: sign these first.",
             (Some(Tool::Brush), _) => "Drag over the surface, or click. The right button turns the view.",
+            (Some(Tool::Segment), _) => "Click a segment: all connected surface of its class is taken.",
+            (Some(Tool::Lasso), _) => "Drag around what is seen. The right button turns the view.",
             (Some(Tool::Outline), None) => "Drag around it, or click its corners. The right button turns the view.",
             (Some(Tool::Outline), Some(mark)) if mark.points.len() < 3 => "Click the next corner.",
             (Some(Tool::Outline), Some(_)) => "Click the next corner, or close the outline.",
@@ -235,10 +255,21 @@ impl Correct {
         self.marks.last_mut()
     }
 
+    /// Takes a patch at once.
+    fn take(&mut self, taken: &Result<Patch, NoPatch>) {
+        self.missed = taken.as_ref().err().copied();
+        let Some(tool) = self.tool else { return };
+        let (number, patch) = (self.next_number(), taken.as_ref().ok());
+        if let Some((mark, patch)) = patch.and_then(|patch| Some((self.begin_mark(number, tool, false)?, patch))) {
+            mark.points.clone_from(&patch.points);
+            mark.radius = patch.radius;
+        }
+    }
+
     fn dot(&mut self, point: Option<&PickedPoint>) {
         let Some(tool) = self.tool else { return };
-        self.missed = point.is_none();
-        let Some(point) = point else { return };
+        self.missed = point.is_none().then_some(NoPatch::Nothing);
+        let Some(point) = point.filter(|_| matches!(tool, Tool::Brush | Tool::Outline)) else { return };
         let goes_on = tool == Tool::Outline && self.is_drawing();
         let mark = match goes_on {
             true => self.marks.last_mut(),
@@ -273,13 +304,32 @@ mod tests {
     use super::super::mark::tests::pick;
     use super::*;
     use CorrectEvent::{
-        Begun, Choose, Close, Dotted, Drawn, Known, Lifted, Name, Redo, ShowEarlier, Signed, Step, Undo,
+        Begun, Choose, Close, Dotted, Drawn, Known, Lifted, LoopClosed, Looped, Name, Redo, ShowEarlier, Signed, Step,
+        Taken, Undo,
     };
 
     fn after(events: impl IntoIterator<Item = CorrectEvent>) -> (Correct, Display) {
         let (mut correct, mut display) = (Correct::default(), Display::default());
         events.into_iter().for_each(|event| correct.reduce(&event, &mut display));
         (correct, display)
+    }
+
+    #[test]
+    fn a_patch_is_one_mark_that_can_be_taken_back() {
+        let patch = Patch { points: vec![Vec3::ZERO, Vec3::X], radius: 1e-3 };
+        let taken = || Taken(Ok(patch.clone()));
+        let lasso =
+            || [Choose(Some(Tool::Lasso)), Looped(Vec2::ZERO), Looped(Vec2::ONE), Looped(Vec2::NAN), LoopClosed];
+        let (drawn, _) = after(lasso());
+        assert_eq!((drawn.path.len(), drawn.marks.len()), (2, 0));
+        let (correct, _) = after(lasso().into_iter().chain([taken(), taken(), Undo]));
+        assert_eq!((correct.path.len(), correct.marks.len(), correct.missed), (0, 1, None));
+        let mark = &correct.marks[0];
+        assert_eq!((mark.points.len(), mark.radius, mark.tool, mark.is_open), (2, 1e-3, Tool::Lasso, false));
+        let (none, _) = after(lasso().into_iter().chain([Taken(Err(NoPatch::Large))]));
+        assert_eq!((none.marks.len(), none.missed), (0, Some(NoPatch::Large)));
+        let (segment, _) = after([Choose(Some(Tool::Segment)), Dotted(Some(pick(0.0, 0.0))), taken()]);
+        assert_eq!(segment.marks.len(), 1, "the clicked place alone is no mark");
     }
 
     fn through(number: u32, x: f32) -> CorrectEvent {
@@ -323,7 +373,7 @@ mod tests {
     #[test]
     fn clicks_make_dots_and_corners() {
         let (dots, _) = after([Choose(Some(Tool::Brush)), at(0.0, 0.0), at(9.0, 0.0), Dotted(None)]);
-        assert_eq!((dots.marks.len(), dots.missed, dots.is_drawing()), (2, true, false));
+        assert_eq!((dots.marks.len(), dots.missed, dots.is_drawing()), (2, Some(NoPatch::Nothing), false));
         let corners = || [Choose(Some(Tool::Outline)), at(0.0, 0.0), at(9.0, 0.0), at(9.0, 9.0)];
         let (open, _) = after(corners());
         assert_eq!((open.marks.len(), open.marks[0].points.len(), open.is_drawing()), (1, 3, true));

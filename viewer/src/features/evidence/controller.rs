@@ -8,6 +8,7 @@ use crate::features::mesh::MeshEvent;
 use crate::features::view::{Controller, Host};
 use crate::scene::ModelChange;
 use crate::state::AppState;
+use crate::state::connection::Connection;
 use crate::ui::object_url::ObjectUrl;
 use glam::Vec3;
 use semascan_geometry::occupancy::Occupancy;
@@ -89,8 +90,11 @@ impl EvidenceController {
     }
 }
 
-/// Address of a view's photograph in full size; `None` where the page's own agent keeps none.
+/// Address of a view's photograph in full size; `None` where neither the file nor the page's own agent has one.
 pub(super) fn full_size(state: &AppState, view: u32) -> Option<String> {
+    if let Connection::File { .. } = state.connection {
+        return state.photographs.get(&view).cloned();
+    }
     let id = &state.inspection.id;
     let keeps = state.account.as_ref().is_some_and(|account| account.keeps);
     (keeps && !id.is_empty()).then(|| format!("/api/v1/inspections/{id}/views/{view}/color.png"))

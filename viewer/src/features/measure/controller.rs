@@ -7,7 +7,6 @@ use crate::features::FeatureEvent;
 use crate::features::mesh::MeshEvent;
 use crate::features::review::ReviewEvent;
 use crate::features::view::{Controller, Host};
-use crate::link::api::get;
 use crate::scene::ModelChange;
 use semascan_model::SemanticMesh;
 use std::cell::{Cell, RefCell};
@@ -40,12 +39,12 @@ impl MeasureController {
     fn ask(&self) {
         let ui = self.host.ui;
         let id = ui.read(|s| s.features.review.case.inspection.clone());
-        let asked = Rc::clone(&self.asked);
+        let (agent, asked) = (self.host.agent.clone(), Rc::clone(&self.asked));
         asked.set(asked.get() + 1);
         let mine = asked.get();
         spawn_local(async move {
             // Without an answer what is known stays; the findings say that the agent is away.
-            let answer = get::<MeasurementsAnswer>(&format!("/api/v1/inspections/{id}/measurements")).await;
+            let answer = agent.get::<MeasurementsAnswer>(&format!("/api/v1/inspections/{id}/measurements")).await;
             let is_shown = asked.get() == mine && ui.read(|s| s.features.review.case.inspection == id);
             if let (Ok(answer), true) = (answer, is_shown) {
                 ui.send_feature(MeasureEvent::Known(answer.items));

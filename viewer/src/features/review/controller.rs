@@ -7,7 +7,7 @@ use crate::camera::CameraInput;
 use crate::features::FeatureEvent;
 use crate::features::inspect::InspectEvent;
 use crate::features::view::{Controller, Host};
-use crate::link::api::{ApiError, get, post};
+use crate::link::api::{Agent, ApiError};
 use crate::scene::pick::nearest_point;
 use crate::state::notices::{Level, Topic};
 use crate::ui::Command;
@@ -60,7 +60,7 @@ impl ReviewController {
         let asked = self.asked.get();
         spawn_local(async move {
             this.host.ui.send_feature(ReviewEvent::Asked);
-            let answer = case(&id).await;
+            let answer = case(&this.host.agent, &id).await;
             if this.asked.get() != asked {
                 return;
             }
@@ -102,7 +102,7 @@ impl ReviewController {
                 let id = unsent.review.id;
                 let path = format!("/api/v1/inspections/{}/reviews", unsent.inspection);
                 let body = serde_json::to_string(&unsent.review).unwrap_or_default();
-                let event = match post::<IgnoredAny>(&path, &body).await {
+                let event = match this.host.agent.post::<IgnoredAny>(&path, &body).await {
                     Ok(_) => ReviewEvent::Sent(id),
                     Err(ApiError::Refused { reason, .. }) => ReviewEvent::Refused { id, reason },
                     Err(ApiError::Unreachable) => {
@@ -172,11 +172,11 @@ fn storage() -> Option<Storage> {
 }
 
 /// All that the agent says of an inspection's findings.
-async fn case(id: &str) -> Result<Case, ApiError> {
+async fn case(agent: &Agent, id: &str) -> Result<Case, ApiError> {
     let path = format!("/api/v1/inspections/{id}");
-    let findings: FindingsAnswer = get(&format!("{path}/findings")).await?;
-    let verdict: VerdictAnswer = get(&format!("{path}/verdict")).await?;
-    let reviews: ReviewsAnswer = get(&format!("{path}/reviews?limit=1")).await?;
+    let findings: FindingsAnswer = agent.get(&format!("{path}/findings")).await?;
+    let verdict: VerdictAnswer = agent.get(&format!("{path}/verdict")).await?;
+    let reviews: ReviewsAnswer = agent.get(&format!("{path}/reviews?limit=1")).await?;
     Ok(Case::of(id.to_owned(), findings, verdict, reviews))
 }
 

@@ -1,6 +1,7 @@
 //! Export of what is visible of the model.
 
 use crate::scene::export::{MeshFormat, PointFormat};
+use crate::state::connection::Connection;
 use crate::state::export_choice::{Detail, ExportChoice, Solids, UNITS, UP_AXES};
 use crate::state::legend::HiddenPoints;
 use crate::state::{Event, units};
@@ -9,6 +10,7 @@ use crate::ui::{Command, Ui};
 use leptos::prelude::*;
 use semascan_formats::FileFrame;
 use semascan_model::LengthUnit;
+use semascan_protocol::{FILE_ENDING, Phase};
 
 /// Why points are hidden, and how many for each reason, with the switch that shows them.
 fn reasons(hidden: HiddenPoints) -> String {
@@ -19,6 +21,39 @@ fn reasons(hidden: HiddenPoints) -> String {
     ];
     let said = reasons.into_iter().filter(|(n, _)| *n > 0).map(|(n, why)| format!(" {} {why}", units::count(n)));
     said.collect::<Vec<_>>().join(",")
+}
+
+/// The inspection as one file, which this page opens without an agent.
+#[component]
+fn WholeInspection(ui: Ui) -> impl IntoView {
+    let address = ui.part(|s| {
+        let keeps = s.account.as_ref().is_some_and(|account| account.keeps);
+        let is_over = matches!(s.progress.phase, Phase::Finished | Phase::Failed);
+        let is_agents = !matches!(s.connection, Connection::File { .. });
+        let id = &s.inspection.id;
+        (keeps && is_over && is_agents && !id.is_empty())
+            .then(|| format!("/api/v1/inspections/{id}/inspection.{FILE_ENDING}"))
+    });
+    let link = move |query: &'static str, id: &'static str, about: &'static str| {
+        view! {
+            <a
+                class="button" data-testid=id download=""
+                title="Model, views, findings and decisions in one file, which this page opens without an agent"
+                href=move || address.get().map(|address| address + query)
+            >
+                <Icon path=DOWNLOAD/>
+                <span>"Inspection" <small>{about}</small></span>
+            </a>
+        }
+    };
+    view! {
+        <Show when=move || address.get().is_some()>
+            <div class="buttons">
+                {link("?photographs=true", "export-inspection-full", "with photographs")}
+                {link("", "export-inspection", "small pictures")}
+            </div>
+        </Show>
+    }
 }
 
 /// How the files of meshes are written.
@@ -145,6 +180,7 @@ pub(super) fn ExportPanel(ui: Ui) -> impl IntoView {
                 </div>
                 <MeshChoice ui/>
             </Show>
+            <WholeInspection ui/>
             <p
                 class="empty" data-testid="export-note"
                 data-points=move || points.get().to_string() data-held=move || held.get().to_string()

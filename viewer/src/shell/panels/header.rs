@@ -17,7 +17,7 @@ pub(super) fn Header(ui: Ui) -> impl IntoView {
     let source = ui.part(|s| s.inspection.source.clone());
     let foreign = ui.part(|s| s.foreign_agent.clone());
     let dark = ui.part(|s| s.display.color_scheme() == ColorScheme::Dark);
-    let is_file = ui.part(|s| s.connection.is_file());
+    let is_file = ui.part(|s| s.connection.is_file() && !s.connection.is_recorded());
     let take_file = move |event: web_sys::Event| {
         let Some(input) = event.target().and_then(|t| t.dyn_into::<HtmlInputElement>().ok()) else { return };
         if let Some(file) = input.files().and_then(|files| files.get(0)) {
@@ -61,10 +61,10 @@ pub(super) fn Header(ui: Ui) -> impl IntoView {
         >
             <Icon path=SEARCH/>
         </button>
-        <label class="tool file-button" title="Open a model: PLY, GLB, OBJ, STL or PCD. It can be dropped onto the page, too.">
+        <label class="tool file-button" title="Open a saved inspection, or a model: PLY, GLB, OBJ, STL or PCD. It can be dropped onto the page, too.">
             <input
-                id=FILE_FIELD class="visually-hidden" type="file" accept=".ply,.glb,.gltf,.obj,.stl,.pcd" data-testid="open-file"
-                aria-label="Open a model from a file" on:change=take_file
+                id=FILE_FIELD class="visually-hidden" type="file" accept=".semascan,.ply,.glb,.gltf,.obj,.stl,.pcd" data-testid="open-file"
+                aria-label="Open an inspection or a model from a file" on:change=take_file
             />
             <Icon path=OPEN/>
         </label>
@@ -95,6 +95,7 @@ fn ConnectionStatus(ui: Ui) -> impl IntoView {
             units::sentence(reason)
         }
         Connection::File { name } => format!("{name} is shown; no agent is followed"),
+        Connection::Recorded => "What the agent keeps of the inspection is shown".into(),
         Connection::Connecting { .. } => String::new(),
     });
     view! {

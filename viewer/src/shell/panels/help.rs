@@ -86,6 +86,7 @@ const GROUPS: [(&str, &[Shortcut]); 8] = [
     (
         "Views and page",
         &[
+            (&["[", "]"], "While an inspection is played: one view back, one on"),
             (&["N"], "Next view"),
             (&["P"], "Previous view"),
             (&["Esc"], "Close the view"),

@@ -6,7 +6,7 @@
 //! | selector | what |
 //! |---|---|
 //! | `#viewport` | the canvas; `data-backend` (`webgpu`, `webgl2`, `none`), `data-points`, `data-triangles`, `data-frames`, `data-hash` and `data-agent-hash` (16 hex digits), `data-phase`, `data-connection`, `data-inspection`, `data-resumed` (how often a lost connection was resumed by difference) |
-//! | `[data-testid=connection]` | `data-state` = `connecting`, `connected`, `reconnecting`, `refused`, `broken` |
+//! | `[data-testid=connection]` | `data-state` = `connecting`, `connected`, `reconnecting`, `refused`, `file`, `recorded`, `broken` |
 //! | `[data-testid=foreign-agent]` | the agent that is followed where it is not the page's own; `data-host` |
 //! | `[data-testid=phase]` | the phase; `data-phase` as that of `progress` |
 //! | `#failure` | what `www/boot.js` says when the viewer has stopped |
@@ -61,6 +61,8 @@
 //! | `[data-testid=section-svg]`, `section-dxf` | buttons |
 //! | `[data-testid=section-read]`, `section-prompt`, `section-status`, `section-reading-<n>`, `section-label-<n>` | reading thicknesses; a reading: `data-mm`, `data-kind`; its figure in the view (0: at the pointer) |
 //! | `[data-testid=section-<x, y, z>-<from, to>]`, with `-slider` | the ends of the box |
+//! | `[data-testid=timeline]` | the timeline; `data-at`, `data-stops`; in it `timeline-load`, `timeline-place`, `timeline-slider`, `timeline-back`, `timeline-play`, `timeline-on`, `timeline-close` |
+//! | `[data-testid=export-inspection]`, `export-inspection-full` | the inspection as a file, the latter with photographs |
 //! | `[data-testid=palette]`, `palette-open`, `palette-field`, `palette-entry` | the command palette, its button, its field, what it finds |
 //! | `[data-testid=open-file]`, `close-file` | the field that files are chosen with; back to the agent |
 //! | `[data-testid=notice]` | a message; `data-level` = `info`, `warning`, `error` |

@@ -203,6 +203,9 @@ impl Empty {
                 let text = format!("{} The viewer keeps trying.", units::sentence(reason));
                 Self { busy: true, ..Self::new("reconnecting", UNLINKED, "No connection to the agent", text) }
             }
+            _ if state.features.timeline.is_open() => {
+                Self::new("before", MODEL, "Before the first view", "The model grows with the views that follow.")
+            }
             (Connection::File { name }, _) => {
                 Self { busy: true, ..Self::new("opening", MODEL, "Reading a file", format!("{name} is being read.")) }
             }

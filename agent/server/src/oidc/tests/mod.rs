@@ -146,7 +146,7 @@ fn assert_refused(reply: &Reply, status: u16, words: &str) {
     assert!(reply.cookie("-sign-in").is_some_and(|cookie| cookie.contains("=; ") && cookie.contains("Max-Age=0")));
     assert_eq!(reply.headers.iter().filter(|(name, _)| name == "set-cookie").count(), 1, "{reply:?}");
     for (name, value) in
-        [("x-frame-options", "DENY"), ("cache-control", "no-store"), ("referrer-policy", "no-referrer")]
+        [("x-frame-options", "SAMEORIGIN"), ("cache-control", "no-store"), ("referrer-policy", "no-referrer")]
     {
         assert_eq!(reply.header(name), value);
     }
