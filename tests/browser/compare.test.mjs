@@ -26,18 +26,19 @@ onEveryBackend(
   (session, backend) => {
     let page, ids;
     before(async () => {
-      page = await newPage(session.browser, { width: 1280, height: 720 });
+      // Two panes and a line between them.
+      page = await newPage(session.browser, { width: 1281, height: 720 });
       await page.goto(`${session.agent.url}/inspections.html`);
       // The one that is live has to be over before it can be compared.
-      await page.waitForFunction(
-        async () => {
-          const list = await (await fetch('api/v1/inspections')).json();
-          return list.items.length === 2 && list.items.every((item) => item.ended);
-        },
-        null,
-        { timeout: 120_000, polling: 500 },
-      );
-      ids = await page.evaluate(async () => (await (await fetch('api/v1/inspections')).json()).items.map((item) => item.id));
+      const list = async () => (await (await fetch(`${session.agent.url}/api/v1/inspections`)).json()).items;
+      const areOver = (items) => items.length === 2 && items.every((item) => item.ended);
+      let items = await list();
+      for (let tries = 0; tries < 240 && !areOver(items); tries++) {
+        await page.waitForTimeout(500);
+        items = await list();
+      }
+      assert.ok(areOver(items), JSON.stringify(items));
+      ids = items.map((item) => item.id);
     }, LIMIT);
     after(() => page?.context().close());
 

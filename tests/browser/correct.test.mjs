@@ -136,6 +136,29 @@ onEveryBackend(
       await page.keyboard.press('Escape');
     });
 
+    it('give what is seen in a loop another class, and a whole segment', LIMIT, async () => {
+      const before = share(await viewer.picture());
+      const own = unpainted.indexOf(Math.max(...unpainted));
+      await page.getByTestId('correct-lasso').click();
+      await page.getByTestId('correct-class').selectOption(`component-${classes[place.other].id}`);
+      await viewer.redrawn(() => drag([[-14, 16], [14, 16], [14, 40], [-14, 40]]));
+      await marks(1);
+      const looped = share(await viewer.picture());
+      assert.ok(looped[place.other] > before[place.other] + 150, `${before} -> ${looped}`);
+      assert.equal(await page.getByTestId('correct-loop').count(), 0, 'the loop is gone');
+      await page.getByTestId('correct-segment').click();
+      const box = await viewer.canvas.boundingBox();
+      await viewer.redrawn(() => page.mouse.click(box.x + place.x, box.y + place.y));
+      await marks(2);
+      const filled = share(await viewer.picture());
+      assert.ok(filled[own] < 0.3 * before[own], `${before} -> ${filled}`);
+      await viewer.redrawn(() => page.keyboard.press('z'));
+      await viewer.redrawn(() => page.keyboard.press('z'));
+      await marks(0);
+      assert.ok(Math.abs(share(await viewer.picture())[own] - before[own]) < 60);
+      await page.keyboard.press('Escape');
+    });
+
     it('turn the view by the right button while one draws', LIMIT, async () => {
       await viewer.canvas.focus();
       await page.keyboard.press('q');
