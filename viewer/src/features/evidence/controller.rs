@@ -90,14 +90,14 @@ impl EvidenceController {
 }
 
 /// Address of a view's photograph in full size; `None` where the page's own agent keeps none.
-pub(super) fn full_size(state: &AppState, view: u32) -> Option<String> {
+pub(crate) fn full_size(state: &AppState, view: u32) -> Option<String> {
     let id = &state.inspection.id;
     let keeps = state.account.as_ref().is_some_and(|account| account.keeps);
     (keeps && !id.is_empty()).then(|| format!("/api/v1/inspections/{id}/views/{view}/color.png"))
 }
 
 /// The small picture of a view that came over the stream.
-fn small(state: &AppState, view: u32) -> Option<ObjectUrl> {
+pub(crate) fn small(state: &AppState, view: u32) -> Option<ObjectUrl> {
     ObjectUrl::new(&state.views.get(view)?.thumbnail_jpeg, "image/jpeg")
 }
 
