@@ -112,7 +112,7 @@ impl PhotoLayers {
             let extent = Extent3d { width, height, depth_or_array_layers: 1 };
             gpu.queue.write_texture(to, pixels, rows, extent);
         }
-        *held = Held { has_pixels: true, ..Held::default() };
+        held.has_pixels = true;
     }
 
     /// Puts what the frame needs on the device; `meshes` is another number for every mesh.

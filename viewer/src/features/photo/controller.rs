@@ -195,8 +195,6 @@ impl PhotoController {
         if is_new {
             self.host.ui.send_feature(PhotoEvent::Shown { photographs, missing });
         }
-        // New pixels of the same photographs change nothing in the state.
-        (self.host.redraw)();
     }
 
     /// The picture to get next: a small one of each that has none yet, then the full sizes.
@@ -239,6 +237,8 @@ impl PhotoController {
                     this.failed.borrow_mut().insert((order.view, order.is_full));
                 }
                 this.show();
+                // New pixels of the same photographs change nothing in the state.
+                (this.host.redraw)();
             }
             this.is_loading.set(false);
         });

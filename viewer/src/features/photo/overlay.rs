@@ -28,12 +28,17 @@ fn PhotoKey(ui: Ui) -> impl IntoView {
         let views = s.features.photo.photographs.iter().map(|photograph| photograph.view.to_string());
         views.collect::<Vec<_>>().join(" ")
     });
+    // Of the first photograph, for whoever compares the picture with it.
+    let camera = ui.part(|s| {
+        let first = s.features.photo.photographs.first()?.layer.camera;
+        Some(format!("{} {} {} {}", first.focal.x, first.focal.y, first.center.x, first.center.y))
+    });
     let is_there = move || matches!(standing.get(), Standing::Loading(_) | Standing::Ready(_));
     view! {
         <Show when=move || shown.get()>
             <figure
                 class="scale is-raised" data-testid="photo-key" data-state=move || standing.get().key()
-                data-views=move || views.get()
+                data-views=move || views.get() data-camera=move || camera.get()
             >
                 <figcaption>"Photographs"</figcaption>
                 <p aria-live="polite">{move || sentence(standing.get())}</p>

@@ -74,8 +74,8 @@ mod tests {
     /// Stripes of this many pixels, whose edges are spread over `blur` pixels.
     fn stripes(blur: f32) -> Pixels {
         let value = |x: u32| {
-            let phase = (x % 16) as f32 - 8.0;
-            (127.0 + 120.0 * (phase / blur).clamp(-1.0, 1.0)) as u8
+            let from_edge = ((x % 16) as f32 - 8.0).abs() - 4.0;
+            (127.0 + 120.0 * (from_edge / blur).clamp(-1.0, 1.0)) as u8
         };
         let rgba = (0..SIZE.height).flat_map(|_| (0..SIZE.width).flat_map(|x| [value(x), value(x), value(x), 255]));
         Pixels { width: SIZE.width, height: SIZE.height, rgba: rgba.collect() }

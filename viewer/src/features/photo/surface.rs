@@ -106,16 +106,16 @@ mod tests {
         camera.set_viewport(800.0, 800.0);
         camera.look_at(Vec3::new(0.05, 0.04, 0.5), Vec3::new(0.05, 0.05, 0.0));
         let before = surface.before(&camera);
-        let is_under = |s: &usize| surface.sample(*s).place.z < 0.01 && surface.sample(*s).place.x > 0.06;
-        assert!(before.len() > 100 && !before.iter().any(is_under), "{}", before.len());
+        let is_under = |sample: &Sample| sample.place.z < 0.01 && sample.place.x > 0.06;
+        let samples: Vec<Sample> = before.iter().map(|s| surface.sample(*s)).collect();
+        assert!(samples.len() > 100 && !samples.iter().any(is_under), "{}", samples.len());
         let pose = Pose { qx: 1.0, tx: 0.05, ty: 0.05, tz: 0.5, ..Pose::default() };
         let intrinsics = Intrinsics { width: 640, height: 480, fx: 600.0, fy: 600.0, cx: 319.5, cy: 239.5 };
         let above = PhotographCamera::from_wire(&pose, &intrinsics).expect("a camera");
         let candidates = [Candidate { view: 4, camera: above, quality: 1.0 }];
         surface.look(&candidates);
-        let samples: Vec<Sample> = before.iter().map(|s| surface.sample(*s)).collect();
         assert_eq!(choose(&candidates, &samples, |_, s| surface.is_seen(4, before[s]), camera.eye(), 3), [0]);
-        let under = (0..surface.samples.len()).filter(is_under).collect::<Vec<_>>();
+        let under: Vec<usize> = (0..surface.samples.len()).filter(|s| is_under(&surface.sample(*s))).collect();
         assert!(!under.is_empty() && !under.iter().any(|s| surface.is_seen(4, *s)));
         assert!(!surface.is_seen(5, 0), "nobody looked");
     }
