@@ -49,9 +49,12 @@ impl Default for Display {
 }
 
 impl Display {
-    /// Gives the colours another meaning; deviations without a reference are refused, and with one they show the mesh,
-    /// as they are the mesh's.
+    /// Gives the colours another meaning; deviations without a reference are refused. Deviations and photographs show the mesh, as
+    /// they lie on it.
     pub fn set_color_mode(&mut self, mode: ColorMode) {
+        if mode == ColorMode::Photo {
+            self.representation = Representation::Mesh;
+        }
         if mode == ColorMode::Deviation {
             if !self.has_reference {
                 return;

@@ -4,7 +4,7 @@ use super::{Feature, FeatureEvent};
 use crate::camera::OrbitCamera;
 use crate::link::api::Agent;
 use crate::mesh_worker::MeshWorker;
-use crate::scene::{HeldMesh, HeldModel, HeldPaint, HeldPhotograph, ModelChange};
+use crate::scene::{HeldLayers, HeldMesh, HeldModel, HeldPaint, HeldPhotograph, ModelChange};
 use crate::ui::Ui;
 use leptos::prelude::{AnyView, IntoAny};
 use std::cell::{Cell, RefCell};
@@ -43,6 +43,13 @@ pub trait Controller {
     fn model_changed(&self, change: ModelChange) {
         let _ = change;
     }
+
+    /// A frame was drawn.
+    ///
+    /// * `is_still`: whether nothing has moved for a while.
+    fn drawn(&self, is_still: bool) {
+        let _ = is_still;
+    }
 }
 
 /// What the page lends to controllers.
@@ -56,6 +63,8 @@ pub struct Host {
     pub mesh: Rc<RefCell<HeldMesh>>,
     /// The photograph as held.
     pub photograph: Rc<RefCell<HeldPhotograph>>,
+    /// The photographs that colour the mesh, as held.
+    pub layers: Rc<RefCell<HeldLayers>>,
     /// What of the surface is painted.
     pub paint: Rc<RefCell<HeldPaint>>,
     /// Where the model is seen from.

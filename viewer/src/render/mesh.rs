@@ -4,6 +4,7 @@ use super::frame::FrameUniform;
 use super::gpu::Gpu;
 use super::lookup::Lookup;
 use super::mesh_vertex::{self, MeshVertex};
+use super::photo_layers::{self, PhotoLayers};
 use super::photograph::{self, Photograph};
 use super::pick::{PICK_FORMAT, Window};
 use super::pipeline::{Primitive, buffer, uniform_entry};
@@ -48,7 +49,7 @@ pub(super) struct Mesh {
 }
 
 impl Mesh {
-    pub(super) fn new(gpu: &Gpu, frame: &FrameUniform, photograph: &Photograph) -> Self {
+    pub(super) fn new(gpu: &Gpu, frame: &FrameUniform, photograph: &Photograph, layers: &PhotoLayers) -> Self {
         let lookup = Lookup::new(gpu);
         let layout = gpu.device.create_bind_group_layout(&BindGroupLayoutDescriptor {
             label: Some("mesh"),
@@ -80,8 +81,8 @@ impl Mesh {
         ];
         let pipeline = Primitive {
             name: "mesh",
-            shader: &[photograph::SHADER, include_str!("mesh.wgsl")].concat(),
-            groups: &[&frame.layout, &layout, &photograph.layout],
+            shader: &[photograph::SHADER, photo_layers::SHADER, include_str!("mesh.wgsl")].concat(),
+            groups: &[&frame.layout, &layout, &photograph.layout, &layers.layout],
             vertices: Some(VertexBufferLayout {
                 array_stride: size_of::<MeshVertex>() as u64,
                 step_mode: VertexStepMode::Vertex,
@@ -125,6 +126,7 @@ impl Mesh {
             ColorMode::Defect => (4, 0.85),
             ColorMode::Deviation => (5, 0.5),
             ColorMode::Sigma => (6, 0.6),
+            ColorMode::Photo => (7, 0.55),
         };
         let content = Content {
             scale: [
@@ -139,10 +141,11 @@ impl Mesh {
         gpu.queue.write_buffer(&self.uniform, 0, bytemuck::bytes_of(&content));
     }
 
-    pub(super) fn draw(&self, pass: &mut RenderPass<'_>, photograph: &Photograph) {
+    pub(super) fn draw(&self, pass: &mut RenderPass<'_>, photograph: &Photograph, layers: &PhotoLayers) {
         pass.set_pipeline(&self.pipeline);
         pass.set_bind_group(1, &self.style, &[]);
         pass.set_bind_group(2, &photograph.group, &[]);
+        pass.set_bind_group(3, &layers.group, &[]);
         self.draw_ranges(pass, self.ranges());
     }
 

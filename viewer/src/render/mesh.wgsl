@@ -26,6 +26,7 @@ const CONFIDENCE: u32 = 2u;
 const VIEWS: u32 = 3u;
 const DEVIATION: u32 = 5u;
 const SIGMA: u32 = 6u;
+const PHOTO: u32 = 7u;
 
 // What is not known (color_ramp.rs).
 const UNKNOWN: vec3<f32> = vec3<f32>(140.0, 147.0, 156.0) / 255.0;
@@ -71,7 +72,7 @@ fn share_color(share: f32, label: u32) -> vec3<f32> {
 
 fn own_color(vertex: Vertex) -> vec3<f32> {
     let mode = mesh.select.x;
-    if mode == APPEARANCE {
+    if mode == APPEARANCE || mode == PHOTO {
         return vertex.color.rgb;
     }
     if mode == COMPONENT {
@@ -112,10 +113,8 @@ fn photograph_color(at: vec3<f32>, normal: vec3<f32>) -> vec4<f32> {
         return vec4<f32>(0.0);
     }
     let facing = dot((photograph.camera_from_table * vec4<f32>(normal, 0.0)).xyz, normalize(-place));
-    // On a slope the distance changes within a pixel.
-    let slope = sqrt(max(1.0 - facing * facing, 0.0)) / max(facing, 0.08);
     let texel = 1.0 / vec2<f32>(textureDimensions(distances));
-    let tolerance = photograph.size.w + 2.0 * slope * place.z * photograph.size.x * texel.x / photograph.camera.x;
+    let tolerance = distance_tolerance(photograph, facing, place.z, 2.0 * photograph.size.x * texel.x);
     let step = 0.75 * texel;
     let seen = is_seen(share + step, place.z, tolerance) + is_seen(share - step, place.z, tolerance)
         + is_seen(share + vec2<f32>(step.x, -step.y), place.z, tolerance)
@@ -137,8 +136,18 @@ fn vs_mesh(vertex: Vertex) -> Surface {
     return surface;
 }
 
+// Surface that no photograph shows: its own colour, nearly grey, with thin lines across the picture.
+fn unseen_color(color: vec3<f32>, position: vec2<f32>) -> vec3<f32> {
+    let luma = dot(color, vec3<f32>(0.2126, 0.7152, 0.0722));
+    let stripe = fract((position.x + position.y) / (7.0 * frame.viewport.w));
+    return mix(vec3<f32>(luma), color, 0.3) * select(1.0, 0.72, stripe < 0.18);
+}
+
 @fragment
 fn fs_mesh(surface: Surface) -> @location(0) vec4<f32> {
+    // Before anything is discarded: what the neighbours do counts.
+    let along_x = dpdx(surface.place);
+    let along_y = dpdy(surface.place);
     if is_cut_away(surface.place) {
         discard;
     }
@@ -151,11 +160,19 @@ fn fs_mesh(surface: Surface) -> @location(0) vec4<f32> {
     let normal = normalize((frame.view_from_table * vec4<f32>(table, 0.0)).xyz);
     let facing = dot(normal, normalize(-surface.view));
     let outward = select(-normal, normal, facing >= 0.0);
+    var covered = 0.0;
+    if mesh.select.x == PHOTO && layers.count.x > 0u {
+        let toward_eye = normalize((vec4<f32>(-surface.view, 0.0) * frame.view_from_table).xyz);
+        let photo = layers_color(surface.place, along_x, along_y, table, toward_eye);
+        color = mix(unseen_color(color, surface.position.xy), photo.rgb, photo.a);
+        covered = photo.a;
+    }
     let photo = photograph_color(surface.place, table);
     color = mix(color, photo.rgb, photo.a);
     // A photograph has its own light.
-    let shade = mix(1.0, light(outward, table, facing), mesh.scale.w * (1.0 - photo.a));
+    covered = max(covered, photo.a);
+    let shade = mix(1.0, light(outward, table, facing), mesh.scale.w * (1.0 - covered));
     // A thin dark line where what lies beyond was not observed.
-    let rim = mix(1.0, 0.45, smoothstep(0.35, 0.9, surface.normal.w));
+    let rim = mix(1.0, 0.45, smoothstep(0.35, 0.9, surface.normal.w) * select(1.0, 1.0 - covered, mesh.select.x == PHOTO));
     return vec4<f32>(srgb_from_linear(linear_from_srgb(color) * shade * rim), 1.0);
 }

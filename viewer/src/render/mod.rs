@@ -11,7 +11,8 @@
 //! | [`scale`] | round distances of grid lines |
 //! | [`device_lost`], `error` | the loss of the device; why there is no picture |
 //! | `points`, `mesh`, `background`, `turntable`, `floor`, `lines` | the primitives (browser only) |
-//! | `photograph` | a photograph on the mesh (browser only) |
+//! | `photograph`, `photo_layers` | a photograph on the mesh, several as its colours (browser only) |
+//! | `photograph_distances` | the mesh as a photograph's camera sees it (browser only) |
 //! | `cap` | what a section encloses (browser only) |
 //! | `pick` | what lies at a place of the picture: the primitives as numbers (browser only) |
 //! | `picture` | the frame's samples, shaded by their depth, on the canvas (browser only) |
@@ -76,7 +77,11 @@ mod mesh;
 #[cfg(target_arch = "wasm32")]
 mod open;
 #[cfg(target_arch = "wasm32")]
+mod photo_layers;
+#[cfg(target_arch = "wasm32")]
 mod photograph;
+#[cfg(target_arch = "wasm32")]
+mod photograph_distances;
 #[cfg(target_arch = "wasm32")]
 mod pick;
 #[cfg(target_arch = "wasm32")]
@@ -93,7 +98,7 @@ mod self_test;
 mod turntable;
 
 pub use request::{
-    BackendChoice, CameraFrustum, DrawRequest, FrameContent, ProjectedPhotograph, SectionPicture, Turntable,
+    BackendChoice, CameraFrustum, DrawRequest, FrameContent, PhotoLayer, ProjectedPhotograph, SectionPicture, Turntable,
 };
 
 pub use error::RenderError;

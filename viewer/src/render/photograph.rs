@@ -1,43 +1,27 @@
-//! A photograph on the mesh: its pixels, its camera, and the distances of the mesh as that camera sees it, by which the shader knows
-//! what the camera did not see. Distances are the bits of a float in an unsigned integer, the one format of such that WebGL2 is sure
-//! to draw on.
+//! A photograph on the mesh: its pixels, its camera, and the distances of the mesh as that camera sees it.
 
 use super::frame::FrameUniform;
 use super::gpu::Gpu;
 use super::mesh::Mesh;
-use super::pick::{PICK_FORMAT, numbers_pass};
-use super::pipeline::{DEPTH_FORMAT, Primitive, Uniform, buffer, uniform_entry};
+use super::photograph_distances::{CameraContent, DISTANCE_FORMAT, DistancePass};
+use super::pipeline::{DEPTH_FORMAT, buffer, uniform_entry};
 use super::request::{DrawRequest, ProjectedPhotograph};
 use crate::scene::photograph::Pixels;
-use bytemuck::{Pod, Zeroable};
+use bytemuck::Zeroable;
 use wgpu::{
     BindGroup, BindGroupDescriptor, BindGroupEntry, BindGroupLayout, BindGroupLayoutDescriptor, BindGroupLayoutEntry,
-    BindingResource, BindingType, Buffer, CommandEncoderDescriptor, CompareFunction, Extent3d, FilterMode,
-    PrimitiveTopology, RenderPipeline, Sampler, SamplerBindingType, SamplerDescriptor, ShaderStages,
-    TexelCopyBufferLayout, Texture, TextureDescriptor, TextureDimension, TextureFormat, TextureSampleType,
-    TextureUsages, TextureView, TextureViewDescriptor, TextureViewDimension,
+    BindingResource, BindingType, Buffer, Extent3d, FilterMode, Sampler, SamplerBindingType, SamplerDescriptor,
+    ShaderStages, TexelCopyBufferLayout, Texture, TextureDescriptor, TextureDimension, TextureFormat,
+    TextureSampleType, TextureUsages, TextureView, TextureViewDescriptor, TextureViewDimension,
 };
 
 /// What the shaders of the mesh begin with.
 pub(super) const SHADER: &str = include_str!("photograph.wgsl");
 /// Columns and rows of the distances.
 const SIDE: u32 = 1024;
-/// How far a surface may lie behind the distance at its pixel, voxels.
-const TOLERANCE: f32 = 1.5;
-
-/// See photograph.wgsl.
-#[repr(C)]
-#[derive(Clone, Copy, Pod, Zeroable)]
-pub(super) struct Content {
-    camera_from_table: [[f32; 4]; 4],
-    camera: [f32; 4],
-    size: [f32; 4],
-}
-
 /// What distances are drawn with.
 struct Distances {
-    uniform: Uniform<Content>,
-    pipeline: RenderPipeline,
+    pass: DistancePass,
     target: TextureView,
     depth: TextureView,
     /// Camera and mesh of what was drawn.
@@ -58,7 +42,7 @@ pub(super) struct Photograph {
 impl Photograph {
     pub(super) fn new(gpu: &Gpu) -> Self {
         let layout = layout(gpu);
-        let uniform = buffer::<Content>(gpu, "photograph");
+        let uniform = buffer::<CameraContent>(gpu, "photograph");
         let sampler = gpu.device.create_sampler(&SamplerDescriptor {
             label: Some("photograph"),
             mag_filter: FilterMode::Linear,
@@ -66,7 +50,7 @@ impl Photograph {
             ..SamplerDescriptor::default()
         });
         let picture = view(&texture(gpu, TextureFormat::Rgba8Unorm, (1, 1), TextureUsages::COPY_DST));
-        let none = view(&texture(gpu, PICK_FORMAT, (1, 1), TextureUsages::RENDER_ATTACHMENT));
+        let none = view(&texture(gpu, DISTANCE_FORMAT, (1, 1), TextureUsages::RENDER_ATTACHMENT));
         let group = group(gpu, &layout, &uniform, &sampler, &picture, &none);
         Self { layout, group, uniform, sampler, picture: None, distances: None }
     }
@@ -95,8 +79,8 @@ impl Photograph {
     pub(super) fn prepare(&mut self, gpu: &Gpu, frame: &FrameUniform, request: &DrawRequest, mesh: &Mesh, meshes: u64) {
         let photograph = request.content.photograph.filter(|_| self.picture.is_some() && request.content.mesh);
         let content = match &photograph {
-            Some(photograph) => Content::of(photograph, TOLERANCE * request.voxel),
-            None => Content::zeroed(),
+            Some(photograph) => CameraContent::of(&photograph.camera, photograph.strength, request.voxel),
+            None => CameraContent::zeroed(),
         };
         gpu.queue.write_buffer(&self.uniform, 0, bytemuck::bytes_of(&content));
         let (Some(photograph), Some(distances)) = (photograph, &mut self.distances) else { return };
@@ -104,54 +88,16 @@ impl Photograph {
         let of = Some((ProjectedPhotograph { strength: 0.0, ..photograph }, meshes));
         if distances.of != of {
             distances.of = of;
-            distances.uniform.write(gpu, &content);
-            distances.draw(gpu, frame, mesh);
-        }
-    }
-}
-
-impl Content {
-    fn of(photograph: &ProjectedPhotograph, tolerance: f32) -> Self {
-        let camera = &photograph.camera;
-        Self {
-            camera_from_table: camera.camera_from_table.to_cols_array_2d(),
-            camera: [camera.focal.x, camera.focal.y, camera.center.x, camera.center.y],
-            size: [camera.size.x, camera.size.y, photograph.strength, tolerance],
+            distances.pass.draw(gpu, frame, mesh, &content, &distances.target, &distances.depth);
         }
     }
 }
 
 impl Distances {
     fn new(gpu: &Gpu, frame: &FrameUniform, mesh: &Mesh) -> Self {
-        let uniform = Uniform::new(gpu, "photograph");
-        let pipeline = Primitive {
-            name: "mesh_distance",
-            shader: concat!(include_str!("photograph.wgsl"), include_str!("photograph_distance.wgsl")),
-            groups: &[&frame.layout, &uniform.layout],
-            vertices: Some(mesh.positions()),
-            topology: PrimitiveTopology::TriangleList,
-            blend: None,
-            writes_depth: true,
-            depth_compare: CompareFunction::Less,
-            target: Some(PICK_FORMAT),
-        }
-        .pipeline(gpu);
-        let target = texture(gpu, PICK_FORMAT, (SIDE, SIDE), TextureUsages::RENDER_ATTACHMENT);
+        let target = texture(gpu, DISTANCE_FORMAT, (SIDE, SIDE), TextureUsages::RENDER_ATTACHMENT);
         let depth = texture(gpu, DEPTH_FORMAT, (SIDE, SIDE), TextureUsages::RENDER_ATTACHMENT);
-        Self { uniform, pipeline, target: view(&target), depth: view(&depth), of: None }
-    }
-
-    /// Draws the whole mesh, what is hidden or cut away of it too: it hid the rest from the camera all the same.
-    fn draw(&self, gpu: &Gpu, frame: &FrameUniform, mesh: &Mesh) {
-        let mut encoder = gpu.device.create_command_encoder(&CommandEncoderDescriptor { label: Some("photograph") });
-        {
-            let mut pass = numbers_pass(&mut encoder, "photograph", &self.target, &self.depth);
-            pass.set_pipeline(&self.pipeline);
-            pass.set_bind_group(0, &frame.group, &[]);
-            pass.set_bind_group(1, &self.uniform.group, &[]);
-            mesh.draw_whole(&mut pass);
-        }
-        gpu.queue.submit([encoder.finish()]);
+        Self { pass: DistancePass::new(gpu, frame, mesh), target: view(&target), depth: view(&depth), of: None }
     }
 }
 

@@ -14,3 +14,10 @@ struct Photograph {
 fn camera_pixel(photograph: Photograph, place: vec3<f32>) -> vec2<f32> {
     return photograph.camera.xy * place.xy / place.z + photograph.camera.zw;
 }
+
+// Metres that surface may lie behind the distance at its pixel, where that pixel is `pixels` wide, counted in those of the camera's
+// picture: on a slope the distance changes within a pixel.
+fn distance_tolerance(photograph: Photograph, facing: f32, distance: f32, pixels: f32) -> f32 {
+    let slope = sqrt(max(1.0 - facing * facing, 0.0)) / max(facing, 0.08);
+    return photograph.size.w + slope * distance * pixels / photograph.camera.x;
+}

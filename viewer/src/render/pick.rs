@@ -148,7 +148,7 @@ impl Drop for Reading {
     }
 }
 
-/// A pass that draws numbers, in the format [`PICK_FORMAT`], on a target without any.
+/// A pass that draws unsigned integers on a target without any.
 pub(super) fn numbers_pass<'a>(
     encoder: &'a mut CommandEncoder,
     label: &str,

@@ -64,9 +64,9 @@ impl Picture {
         Self { pipeline, layout, uniform, nearest, coarse, fine: None, is_fine: false }
     }
 
-    /// Makes room for a frame of the canvas's size, with several samples a pixel if `fine` and there are not too many. Returns
-    /// the samples along an edge of a pixel.
-    pub(super) fn prepare(&mut self, gpu: &Gpu, fine: bool) -> u32 {
+    /// Makes room for a frame of the canvas's size, with several samples a pixel if `fine` and there are not too many, shaded by its
+    /// depth if `is_lit`. Returns the samples along an edge of a pixel.
+    pub(super) fn prepare(&mut self, gpu: &Gpu, fine: bool, is_lit: bool) -> u32 {
         let (width, height) = (gpu.config.width, gpu.config.height);
         let all = u64::from(width) * u64::from(height) * u64::from(FINE * FINE);
         let largest = width.max(height).saturating_mul(FINE);
@@ -80,7 +80,7 @@ impl Picture {
         } else if !made(&self.coarse) {
             self.coarse = Target::new(gpu, samples, &self.layout, &self.uniform, &self.nearest);
         }
-        gpu.queue.write_buffer(&self.uniform, 0, bytemuck::bytes_of(&[samples, 0, 0, 0]));
+        gpu.queue.write_buffer(&self.uniform, 0, bytemuck::bytes_of(&[samples, u32::from(is_lit), 0, 0]));
         samples
     }
 

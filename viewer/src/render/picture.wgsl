@@ -4,7 +4,7 @@
 // between surfaces become dark lines on the farther one, and hollows become darker than ridges, without any normal.
 
 struct Picture {
-    // x: samples along an edge of a pixel.
+    // Samples along an edge of a pixel; 1 if they are shaded; unused.
     samples: vec4<u32>,
 }
 
@@ -38,6 +38,9 @@ fn depth_at(at: vec2<i32>, size: vec2<f32>) -> f32 {
 
 // Beyond the rim the sampler repeats it.
 fn shade(at: vec2<i32>, size: vec2<f32>) -> f32 {
+    if picture.samples.y == 0u {
+        return 1.0;
+    }
     let depth = depth_at(at, size);
     // The ground behind everything is no surface.
     if depth >= 1.0 {

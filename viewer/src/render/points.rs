@@ -159,8 +159,8 @@ impl Points {
         let growth = if thinned > 1.0 { thinned.sqrt() * THINNED_GROWTH } else { 1.0 };
         let voxel = if request.voxel.is_finite() && request.voxel > 0.0 { request.voxel } else { 1e-3 };
         let (mode, shading) = match request.content.color_mode {
-            // The picture of the part carries its own light: only a hint of ours.
-            ColorMode::Appearance => (0, 0.55),
+            // The picture of the part carries its own light: only a hint of ours. Photographs lie on the mesh alone.
+            ColorMode::Appearance | ColorMode::Photo => (0, 0.55),
             // Deviations are those of the mesh.
             ColorMode::Component | ColorMode::Deviation => (1, 0.85),
             ColorMode::Confidence => (2, 0.6),

@@ -16,6 +16,7 @@ use super::frustum;
 use super::gpu::{Backend, Gpu};
 use super::lines::{LineBuffer, Lines};
 use super::mesh::Mesh;
+use super::photo_layers::PhotoLayers;
 use super::photograph::Photograph;
 use super::pick::{Pick, Pickable, Reading};
 use super::pick_window::WindowHit;
@@ -26,6 +27,8 @@ use super::seen::{Piece, Seen};
 use super::segment::Segment;
 use super::turntable::Turntable;
 use crate::camera::{Bounds, OrbitCamera};
+use crate::display::ColorMode;
+use crate::scene::photo_layers::{LayerSize, Upload};
 use crate::scene::photograph::Pixels;
 use glam::{Vec2, Vec3};
 use semascan_model::{SemanticCloud, SemanticMesh};
@@ -81,6 +84,7 @@ pub struct Renderer {
     points: Points,
     mesh: Mesh,
     photograph: Photograph,
+    layers: PhotoLayers,
     cap: Cap,
     turntable: Turntable,
     floor: Floor,
@@ -115,13 +119,14 @@ impl Renderer {
     /// A renderer on `gpu`, which may not draw although it was opened: see [`super::open`].
     pub(super) fn on(gpu: Gpu) -> Self {
         let frame = frame::uniform(&gpu);
-        let photograph = Photograph::new(&gpu);
+        let (photograph, layers) = (Photograph::new(&gpu), PhotoLayers::new(&gpu));
         Self {
             axes_frame: frame::uniform(&gpu),
             background: Background::new(&gpu, &frame),
             points: Points::new(&gpu, &frame),
-            mesh: Mesh::new(&gpu, &frame, &photograph),
+            mesh: Mesh::new(&gpu, &frame, &photograph, &layers),
             photograph,
+            layers,
             cap: Cap::new(&gpu, &frame),
             turntable: Turntable::new(&gpu, &frame),
             floor: Floor::new(&gpu, &frame),
@@ -220,6 +225,16 @@ impl Renderer {
         self.photograph.set(&self.gpu, &self.frame, &self.mesh, pixels);
     }
 
+    /// Makes room for the photographs that colour the mesh; what was there of another size is gone.
+    pub fn set_layer_size(&mut self, size: Option<LayerSize>) {
+        self.layers.set_size(&self.gpu, size);
+    }
+
+    /// Takes the pixels of one of them. Where it lies on the mesh is said with each frame.
+    pub fn put_layer(&mut self, upload: &Upload) {
+        self.layers.put(&self.gpu, upload);
+    }
+
     /// Asks what the last frame shows at `at` (CSS pixels from the picture's top left corner), or within a few CSS pixels
     /// of it; in the place of what was asked before. [`Renderer::picked`] answers.
     pub fn pick(&mut self, at: Vec2) {
@@ -288,7 +303,7 @@ impl Renderer {
             pass.set_bind_group(0, &self.frame.group, &[]);
             self.background.draw(&mut pass);
             match request.content.mesh {
-                true => self.mesh.draw(&mut pass, &self.photograph),
+                true => self.mesh.draw(&mut pass, &self.photograph, &self.layers),
                 false => self.points.draw(&mut pass),
             }
             self.cap.draw(&mut pass);
@@ -325,7 +340,9 @@ impl Renderer {
     /// Puts what the frame needs on the device.
     fn prepare(&mut self, request: &DrawRequest) {
         let gpu = &self.gpu;
-        self.samples = self.picture.prepare(gpu, request.is_still);
+        // Photographs have their own light.
+        let is_lit = !(request.content.mesh && request.content.color_mode == ColorMode::Photo);
+        self.samples = self.picture.prepare(gpu, request.is_still, is_lit);
         let (width, height) = self.picture.size();
         let model = request.focus.filter(|b| !b.is_empty());
         let reach = model.map_or(Bounds::EMPTY, |focus| focus.grown(REACH));
@@ -382,6 +399,7 @@ impl Renderer {
         self.background.prepare(gpu, request.content.color_scheme);
         self.points.prepare(gpu, request);
         self.photograph.prepare(gpu, &self.frame, request, &self.mesh, self.meshes);
+        self.layers.prepare(gpu, &self.frame, request, &self.mesh, self.meshes);
         self.mesh.prepare(gpu, request);
     }
 

@@ -84,6 +84,17 @@ pub struct ProjectedPhotograph {
     pub strength: f32,
 }
 
+/// One of the photographs that colour the mesh in [`ColorMode::Photo`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PhotoLayer {
+    /// Where the renderer has its pixels.
+    pub slot: u32,
+    /// The camera that took it.
+    pub camera: PhotographCamera,
+    /// How good its pixels are against those of others, 0..=1.
+    pub quality: f32,
+}
+
 /// The section of the model: its outlines, and what they enclose.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SectionPicture {
@@ -122,6 +133,8 @@ pub struct FrameContent {
     pub tolerance: f32,
     /// The photograph on the mesh; its pixels are given to the renderer.
     pub photograph: Option<ProjectedPhotograph>,
+    /// The photographs of [`ColorMode::Photo`]; their pixels are given to the renderer.
+    pub layers: Vec<PhotoLayer>,
     /// What is cut away.
     pub cut: Cut,
     /// The section of the model by the cut's plane.
@@ -157,6 +170,7 @@ impl Default for FrameContent {
             marks: Vec::new(),
             tolerance: 5e-4,
             photograph: None,
+            layers: Vec::new(),
             cut: Cut::default(),
             section: None,
         }

@@ -7,6 +7,7 @@
 //! | [`figures`] | the model's figures, for the state |
 //! | [`frame_content`] | from the state to what a frame shall show |
 //! | [`paint`] | labels that people gave to patches of the surface |
+//! | [`photo_layers`] | the photographs that colour the mesh |
 //! | [`photograph`] | the pixels of a photograph |
 //! | [`pick`] | from what the graphics device saw to what the model knows of it |
 //! | [`section_export`] | the section as a drawing |
@@ -18,6 +19,7 @@ pub mod frame_content;
 pub mod mesh;
 pub mod model;
 pub mod paint;
+pub mod photo_layers;
 pub mod photograph;
 pub mod pick;
 pub mod section_export;
@@ -25,4 +27,5 @@ pub mod section_export;
 pub use mesh::HeldMesh;
 pub use model::{HeldModel, ModelChange};
 pub use paint::HeldPaint;
+pub use photo_layers::HeldLayers;
 pub use photograph::HeldPhotograph;

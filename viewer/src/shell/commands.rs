@@ -67,7 +67,7 @@ fn of_the_view(state: &AppState) -> Vec<Offer> {
         .map(|(view, label, key)| offer("Camera", label, key, Action::Camera(CameraInput::View(view))));
     list.extend(views);
     let has_deviations = state.features.deviation.figures.is_some();
-    let modes = ColorMode::ALL.into_iter().chain(has_deviations.then_some(ColorMode::Deviation));
+    let modes = state.color_modes().into_iter().chain(has_deviations.then_some(ColorMode::Deviation));
     list.extend(modes.map(|mode| offer("Colours", mode.label(), "C", Event::ColorMode(mode))));
     let outliers = if display.outliers { "Hide outliers" } else { "Show outliers" };
     let background = if display.background { "Hide the background" } else { "Show the background" };

@@ -6,7 +6,7 @@ use crate::camera::{CameraPointer, PointerInput};
 use crate::render::seen::Seen;
 use crate::render::{BackendChoice, DrawRequest, RenderError, Renderer};
 use crate::scene::photograph::Pixels;
-use crate::scene::{HeldModel, ModelChange};
+use crate::scene::{HeldLayers, HeldModel, ModelChange};
 use crate::state::Event;
 use crate::state::connection::GraphicsStatus;
 use crate::ui::Ui;
@@ -118,6 +118,14 @@ impl Graphics {
     pub(super) fn show_photograph(&self, pixels: Option<&Pixels>) {
         if let Some(renderer) = self.renderer.borrow_mut().as_mut() {
             renderer.set_photograph(pixels);
+        }
+    }
+
+    /// Takes what is new of the photographs that colour the mesh.
+    pub(super) fn show_layers(&self, layers: &mut HeldLayers) {
+        if let Some(renderer) = self.renderer.borrow_mut().as_mut() {
+            renderer.set_layer_size(layers.size());
+            layers.take().iter().for_each(|upload| renderer.put_layer(upload));
         }
     }
 

@@ -46,8 +46,8 @@ pub fn action(key: &str, modifiers: Modifiers, focus: Focus, state: &AppState) -
     let display = &state.display;
     let event = match key {
         "?" => Event::Help(true),
-        "c" => Event::ColorMode(display.color_mode.stepped(1)),
-        "C" => Event::ColorMode(display.color_mode.stepped(-1)),
+        "c" => Event::ColorMode(display.color_mode.stepped(1, &state.color_modes())),
+        "C" => Event::ColorMode(display.color_mode.stepped(-1, &state.color_modes())),
         "a" | "A" => Event::AllComponents,
         "o" | "O" => Event::ShowOutliers(!display.outliers),
         "b" | "B" => Event::ShowBackground(!display.background),

@@ -87,7 +87,7 @@ fn draw_key(context: &CanvasRenderingContext2d, key: &ColorKey, mode: ColorMode,
         Ok(())
     };
     match key {
-        ColorKey::Appearance => write(&mut x, mode.label())?,
+        ColorKey::Appearance | ColorKey::Photographs => write(&mut x, mode.label())?,
         ColorKey::Classes { title, .. } | ColorKey::Nothing { title, .. } => write(&mut x, title)?,
         ColorKey::Ramp { title, ticks: [low, _, high], .. } => {
             write(&mut x, title)?;

@@ -23,7 +23,7 @@ use crate::render::{BackendChoice, DrawRequest};
 use crate::scene::figures::class_counts;
 use crate::scene::frame_content::frame_content;
 use crate::scene::pick::picked_point;
-use crate::scene::{HeldMesh, HeldModel, HeldPhotograph, ModelChange};
+use crate::scene::{HeldLayers, HeldMesh, HeldModel, HeldPhotograph, ModelChange};
 use crate::state::Event;
 use crate::ui::Ui;
 use glam::{Vec2, Vec3};
@@ -55,6 +55,7 @@ pub(super) struct Viewport {
     pub(super) model: Rc<RefCell<HeldModel>>,
     pub(super) mesh: Rc<RefCell<HeldMesh>>,
     photograph: Rc<RefCell<HeldPhotograph>>,
+    layers: Rc<RefCell<HeldLayers>>,
     pub(super) mesh_worker: Rc<MeshWorker>,
     pub(super) agent: Agent,
     controllers: OnceCell<Vec<Rc<dyn Controller>>>,
@@ -109,6 +110,7 @@ impl Viewport {
                 model: Rc::default(),
                 mesh: Rc::default(),
                 photograph: Rc::default(),
+                layers: Rc::default(),
                 mesh_worker: Rc::default(),
                 agent: Agent::default(),
                 controllers: OnceCell::new(),
@@ -143,6 +145,7 @@ impl Viewport {
             model: viewport.model.clone(),
             mesh: viewport.mesh.clone(),
             photograph: viewport.photograph.clone(),
+            layers: viewport.layers.clone(),
             paint: viewport.painting.paint.clone(),
             camera: viewport.camera.clone(),
             mesh_worker: viewport.mesh_worker.clone(),
@@ -425,6 +428,7 @@ impl Viewport {
         self.graphics.fill(&self.model.borrow());
         self.painting.forget();
         self.drawn_photograph.set(None);
+        self.layers.borrow_mut().forget();
         self.picks.borrow_mut().lost();
         self.redraw();
     }
@@ -569,6 +573,7 @@ impl Viewport {
                 self.graphics.show_photograph(photograph.pixels());
             }
         }
+        self.graphics.show_layers(&mut self.layers.borrow_mut());
         let (focus, bounds, voxel) = {
             let model = self.model.borrow();
             (model.focus(), model.bounds(), model.voxel())
@@ -582,6 +587,7 @@ impl Viewport {
         let content = self.ui.read(frame_content);
         let request = DrawRequest { camera, focus, bounds, voxel, point_budget, is_still, content };
         self.graphics.draw(&request, size);
+        self.controllers().iter().for_each(|controller| controller.drawn(is_still));
         if let Some(done) = self.after_drawing.get() {
             done();
         }

@@ -13,6 +13,8 @@ pub type Unknown = (&'static str, &'static str);
 pub enum ColorKey {
     /// Themselves.
     Appearance,
+    /// Photographs.
+    Photographs,
     /// Classes.
     Classes {
         /// What kind of classes.
@@ -43,6 +45,7 @@ impl ColorKey {
     pub fn of(state: &AppState) -> Self {
         match state.display.color_mode {
             ColorMode::Appearance => Self::Appearance,
+            ColorMode::Photo => Self::Photographs,
             ColorMode::Component => {
                 let shown = state.legend.listed().filter(|row| row.visible);
                 Self::Classes { title: "Component", classes: shown.map(|row| row.class.clone()).collect() }
@@ -92,6 +95,7 @@ impl ColorKey {
     pub fn entries(&self) -> Vec<(Color, String)> {
         match self {
             Self::Appearance => Vec::new(),
+            Self::Photographs => vec![(UNKNOWN, "no photograph (hatched)".to_owned())],
             Self::Classes { classes, .. } => classes.iter().map(|class| (class.color, class.name.clone())).collect(),
             Self::Ramp { unknown, .. } => {
                 unknown.iter().map(|(what, why)| (UNKNOWN, format!("{what} {why}"))).collect()
@@ -138,6 +142,7 @@ mod tests {
         assert!(names(&shown).contains(&"housing".to_owned()) && !names(&shown).contains(&"gear".to_owned()));
         assert_eq!(names(&state(ColorMode::Defect)), ["crack"]);
         assert!(names(&state(ColorMode::Appearance)).is_empty());
+        assert_eq!(names(&state(ColorMode::Photo)), ["no photograph (hatched)"]);
     }
 
     #[test]

@@ -35,7 +35,7 @@ pub mod views;
 
 pub use event::Event;
 
-use crate::display::{Display, ShareScales};
+use crate::display::{ColorMode, Display, ShareScales};
 use crate::features::Features;
 use crate::link::LinkEvent;
 use account::Account;
@@ -255,6 +255,25 @@ impl AppState {
         let count = self.legend.rows.get(usize::from(class)).map(|row| row.count).unwrap_or_default();
         let area = self.features.mesh.figures.as_ref().and_then(of).and_then(|figures| figures.area);
         ClassFigures { points: count.points, area, confidence: count.confidence }
+    }
+
+    /// Whether a view has a picture, and a camera whose pose is known.
+    pub fn has_photographs(&self) -> bool {
+        let keeps = self.account.as_ref().is_some_and(|account| account.keeps);
+        self.views.iter().any(|view| {
+            let has_picture = keeps || !view.thumbnail_jpeg.is_empty();
+            view.accepted && has_picture && view.pose.is_some() && view.intrinsics.is_some()
+        })
+    }
+
+    /// What colours can mean now, in the order of the panel; deviations have a place of their own behind these.
+    pub fn color_modes(&self) -> Vec<ColorMode> {
+        let has_photographs = self.has_photographs() || self.display.color_mode == ColorMode::Photo;
+        let mut modes = ColorMode::ALL.to_vec();
+        if has_photographs {
+            modes.insert(1, ColorMode::Photo);
+        }
+        modes
     }
 
     /// Whether there is a model to be seen, whatever of it is hidden.

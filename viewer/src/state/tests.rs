@@ -468,7 +468,7 @@ fn any_event() -> impl Strategy<Value = Event> {
         Just(Event::Graphics(GraphicsStatus::Unavailable { reason: "lost".into() })),
         prop::sample::select(ColorMode::ALL.to_vec()).prop_map(Event::ColorMode),
         prop::sample::select(Theme::ALL.to_vec()).prop_map(Event::Theme),
-        Just(Event::ColorMode(ColorMode::Deviation)),
+        prop::sample::select(vec![ColorMode::Photo, ColorMode::Deviation]).prop_map(Event::ColorMode),
         prop::sample::select(vec![Representation::Points, Representation::Mesh])
             .prop_map(|shown| Event::Feature(MeshEvent::Show(shown).into())),
         any::<u8>().prop_map(|n| Event::Feature(MeshEvent::Made { triangles: n.into() }.into())),

@@ -91,7 +91,7 @@ impl EvidenceController {
 }
 
 /// Address of a view's photograph in full size; `None` where neither the file nor the page's own agent has one.
-pub(super) fn full_size(state: &AppState, view: u32) -> Option<String> {
+pub(crate) fn full_size(state: &AppState, view: u32) -> Option<String> {
     if let Connection::File { .. } = state.connection {
         return state.photographs.get(&view).cloned();
     }
@@ -101,7 +101,7 @@ pub(super) fn full_size(state: &AppState, view: u32) -> Option<String> {
 }
 
 /// The small picture of a view that came over the stream.
-fn small(state: &AppState, view: u32) -> Option<ObjectUrl> {
+pub(crate) fn small(state: &AppState, view: u32) -> Option<ObjectUrl> {
     ObjectUrl::new(&state.views.get(view)?.thumbnail_jpeg, "image/jpeg")
 }
 

@@ -24,6 +24,10 @@ mod overlay;
 #[cfg(target_arch = "wasm32")]
 mod pixels;
 
+#[cfg(target_arch = "wasm32")]
+pub(crate) use controller::{full_size, small};
 pub use events::EvidenceEvent;
+#[cfg(target_arch = "wasm32")]
+pub(crate) use pixels::{image_at, pixels_of};
 pub use sight::{Sight, path_of, sights};
 pub use state::Evidence;

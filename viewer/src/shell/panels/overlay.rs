@@ -48,11 +48,12 @@ pub(super) fn Overlay(ui: Ui) -> impl IntoView {
     }
 }
 
-/// What the colours mean: one of six, or of seven with a reference.
+/// What the colours mean: one of those that the model has.
 #[component]
 fn ColorModes(ui: Ui) -> impl IntoView {
     let mode = ui.part(|s| s.display.color_mode);
     let has_reference = ui.part(|s| s.display.has_reference);
+    let modes = ui.part(AppState::color_modes);
     let choice = move |option: ColorMode| {
         view! {
             <label class="segment" title=option.explanation()>
@@ -69,17 +70,19 @@ fn ColorModes(ui: Ui) -> impl IntoView {
     view! {
         <fieldset class="segments is-raised" data-testid="color-modes">
             <legend class="visually-hidden">"Colour by"</legend>
-            {ColorMode::ALL.into_iter().map(choice).collect_view()}
+            <For each=move || modes.get() key=|mode| mode.key() children=choice/>
             <Show when=move || has_reference.get()>{choice(ColorMode::Deviation)}</Show>
         </fieldset>
     }
 }
 
-/// The scale of the ramp, or the defect classes. The scale of deviations is their tool's; components are in the legend.
+/// The scale of the ramp, or the defect classes. What is said of deviations and photographs is their tools'; components are in the
+/// legend.
 #[component]
 fn ColorScale(ui: Ui) -> impl IntoView {
     let key = ui.part(|s| {
-        let is_elsewhere = matches!(s.display.color_mode, ColorMode::Component | ColorMode::Deviation);
+        let is_elsewhere =
+            matches!(s.display.color_mode, ColorMode::Component | ColorMode::Deviation | ColorMode::Photo);
         Some(ColorKey::of(s)).filter(|_| !is_elsewhere)
     });
     let has_model = ui.part(AppState::has_model);
@@ -101,7 +104,7 @@ fn ColorScale(ui: Ui) -> impl IntoView {
         }
     };
     move || match key.get() {
-        None | Some(ColorKey::Appearance) => ().into_any(),
+        None | Some(ColorKey::Appearance | ColorKey::Photographs) => ().into_any(),
         Some(ColorKey::Nothing { .. }) if !has_model.get() => ().into_any(),
         Some(ColorKey::Nothing { title, unknown: why }) => view! {
             <figure class="scale is-raised" data-testid="color-scale">
