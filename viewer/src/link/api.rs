@@ -1,6 +1,7 @@
 //! The agent's REST interface, from the page: JSON in and out. Commands carry the header by which the agent tells what its own pages
 //! ask from what others make a browser send.
 
+use crate::words::t;
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use wasm_bindgen::prelude::*;
@@ -52,14 +53,14 @@ async fn answer<T: DeserializeOwned>(path: &str, options: &RequestInit) -> Resul
     let (status, text) = text(path, options).await.map_err(|_| ApiError::Unreachable)?;
     match status {
         200..=299 => serde_json::from_str(&text).map_err(|error| {
-            let reason = format!("the agent's answer is not understood: {error}");
+            let reason = t!("link.not_understood", error);
             ApiError::Refused { status, reason }
         }),
         // It is busy, or starts: later it may not be.
         429 | 502..=504 => Err(ApiError::Unreachable),
         _ => {
             let said = serde_json::from_str::<Problem>(&text).map(|problem| problem.detail);
-            let reason = said.unwrap_or_else(|_| format!("the agent answered {status}"));
+            let reason = said.unwrap_or_else(|_| t!("link.answered", status));
             Err(ApiError::Refused { status, reason })
         }
     }

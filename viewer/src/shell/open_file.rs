@@ -10,6 +10,7 @@ use crate::opened::OpenedModel;
 use crate::state::notices::{Level, Topic};
 use crate::state::{Event, units};
 use crate::ui::Command;
+use crate::words::t;
 use js_sys::Uint8Array;
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -46,17 +47,17 @@ pub(super) fn open(viewport: &Viewport, file: File) {
     let (ui, worker, name) = (viewport.ui, viewport.mesh_worker.clone(), file.name());
     ui.retract(Topic::File);
     if file.size() > LARGEST {
-        let text = format!("{name} is larger than 1 GB, which is more than a page can hold.");
+        let text = t!("file.too_large", name);
         ui.notify(Level::Error, Topic::File, text);
         return;
     }
-    ui.notify(Level::Info, Topic::File, format!("Reading {name}."));
+    ui.notify(Level::Info, Topic::File, t!("file.reading", name));
     spawn_local(async move {
         let read = match JsFuture::from(file.array_buffer()).await {
             Ok(buffer) => worker.send(&Request::Open { name, bytes: Uint8Array::new(&buffer).to_vec().into() }),
             Err(error) => {
                 web_sys::console::error_1(&error);
-                Err(format!("The browser could not read {name}."))
+                Err(t!("file.unreadable", name))
             }
         };
         if let Err(reason) = read {
@@ -78,7 +79,7 @@ pub(super) fn fetch(viewport: &Rc<Viewport>, path: String) {
                     refuse(&viewport, &reason);
                 }
             }
-            Err(reason) => refuse(&viewport, &format!("{path} could not be loaded: {reason}")),
+            Err(reason) => refuse(&viewport, &t!("file.not_loaded", path, reason)),
         }
     });
 }
@@ -86,13 +87,13 @@ pub(super) fn fetch(viewport: &Rc<Viewport>, path: String) {
 async fn fetched(path: &str) -> Result<Vec<u8>, String> {
     let said = |error: JsValue| {
         web_sys::console::error_1(&error);
-        "the server does not answer".to_owned()
+        t!("file.no_server").to_owned()
     };
     let window = web_sys::window().ok_or("the page has no window")?;
     let response = JsFuture::from(window.fetch_with_str(path)).await.map_err(said)?;
     let response: Response = response.dyn_into().map_err(said)?;
     if !response.ok() {
-        return Err(format!("the server answers {}", response.status()));
+        return Err(t!("file.server_said", status = response.status()));
     }
     let buffer = JsFuture::from(response.array_buffer().map_err(said)?).await.map_err(said)?;
     Ok(Uint8Array::new(&buffer).to_vec())
@@ -119,7 +120,7 @@ fn refuse(viewport: &Viewport, reason: &str) {
     if ui.read(|s| s.connection.is_file() && !s.has_model()) {
         ui.send(Event::from(LinkEvent::Broken { reason: reason.to_owned() }));
     } else {
-        ui.notify(Level::Error, Topic::File, format!("The file was not opened: {reason}."));
+        ui.notify(Level::Error, Topic::File, t!("file.not_opened", reason));
     }
 }
 

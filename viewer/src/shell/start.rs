@@ -10,6 +10,7 @@ use crate::scene::frame_content::frame_content;
 use crate::state::notices::{Level, Topic};
 use crate::state::{AppState, Event};
 use crate::ui::{Command, Ui};
+use crate::words::{self, t};
 use leptos::prelude::*;
 use std::cell::OnceCell;
 use std::rc::Rc;
@@ -90,7 +91,7 @@ fn run(window: &Window, document: &Document) -> Result<LiveLink, JsValue> {
         }
         Err(error) => {
             web_sys::console::error_1(&error);
-            let reason = "The part of the viewer that receives the model cannot start.".to_owned();
+            let reason = t!("link.cannot_start").to_owned();
             ui.send(Event::from(LinkEvent::Broken { reason }));
         }
     }
@@ -152,7 +153,7 @@ fn execute(viewport: &Viewport, inquiry: Option<&Inquiry>, command: Command) {
             viewport.ui.retract(Topic::EarlierViews);
             if let Some(Err(error)) = inquiry.map(|inquiry| inquiry.earlier_views(before)) {
                 web_sys::console::error_1(&error);
-                let text = "The agent cannot be asked for earlier views now. Try again once it is connected.";
+                let text = t!("link.not_now");
                 viewport.ui.notify(Level::Warning, Topic::EarlierViews, text);
             }
         }
@@ -165,6 +166,12 @@ fn execute(viewport: &Viewport, inquiry: Option<&Inquiry>, command: Command) {
         Command::ExportPoints(format) => save::save_points(viewport, format),
         Command::ExportMesh(format) => save::save_mesh(viewport, format),
         Command::ExportSection(format) => save::save_section(viewport, format),
+        Command::Language(code) => {
+            if let Some(window) = web_sys::window() {
+                // Fails only in a page that is being left anyway.
+                let _ = words::choose(&window, code);
+            }
+        }
         Command::Reload => {
             if let Some(window) = web_sys::window() {
                 // Fails only in a page that is being left anyway.

@@ -42,6 +42,8 @@ pub enum Command {
     OpenFile(web_sys::File),
     /// Ask the agent for the views before this number.
     EarlierViews(u32),
+    /// Show the page in the language of this code.
+    Language(&'static str),
     /// Load the page again.
     Reload,
 }

@@ -2,6 +2,7 @@
 
 use super::Naming;
 use crate::features::inspect::PickedPoint;
+use crate::words::t;
 use glam::Vec3;
 use semascan_model::ClassDef;
 use semascan_model::review::{ReviewAction, SurfacePatch};
@@ -40,16 +41,16 @@ impl Tool {
     /// Name for people.
     pub fn label(self) -> &'static str {
         match self {
-            Self::Brush => "Brush",
-            Self::Outline => "New finding",
+            Self::Brush => t!("correct.brush"),
+            Self::Outline => t!("correct.outline"),
         }
     }
 
     /// What it does, and its key.
     pub fn title(self) -> &'static str {
         match self {
-            Self::Brush => "Paint another class onto the surface (Q)",
-            Self::Outline => "Draw around something that was not found (Shift+Q)",
+            Self::Brush => t!("correct.brush.title"),
+            Self::Outline => t!("correct.outline.title"),
         }
     }
 }
