@@ -3,10 +3,10 @@
 //! A language is one flat file, `www/messages/CODE.json`: key to text with `{name}` placeholders; where a count decides
 //! between singular and plural, to `{"one": .., "other": ..}`, chosen by the placeholder `count`. English is compiled in, so
 //! that the page waits for nothing and works without a server; another language is handed over by the page's script before
-//! the viewer starts ([`speak`]), and what it lacks stays English.
+//! the viewer starts (`speak`), and what it lacks stays English.
 //!
 //! The texts are one constant of the program, set once before anything is shown: the language of a page changes only by
-//! loading it again, and so whoever needs a text looks it up by [`t!`] and is handed nothing.
+//! loading it again, and so whoever needs a text looks it up by `t!` and is handed nothing.
 //!
 //! | file | what |
 //! |---|---|
@@ -97,12 +97,12 @@ fn words() -> &'static Words {
     WORDS.get_or_init(Words::english)
 }
 
-/// The text of a key without placeholders. Write [`t!`].
+/// The text of a key without placeholders. Write `t!`.
 pub fn text(key: &'static str) -> &'static str {
     words().text(key)
 }
 
-/// The text of a key with its placeholders filled. Write [`t!`].
+/// The text of a key with its placeholders filled. Write `t!`.
 pub fn filled(key: &str, values: &[(&str, &dyn Display)]) -> String {
     words().filled(key, values)
 }
