@@ -3,6 +3,12 @@
 (() => {
   "use strict";
 
+  // A text of this page: in English where no other has arrived.
+  const t = (key, values = {}) => {
+    const text = document.querySelector(`#words [data-message="${key}"]`)?.textContent ?? key;
+    return text.replace(/\{(\w+)\}/g, (_, name) => values[name] ?? "");
+  };
+
   // Says in place of the model that there will be none. The panels may be gone or dead: nothing of them is used.
   const fail = (title, text) => {
     if (document.documentElement.dataset.viewer === "failed") return;
@@ -19,7 +25,7 @@
     const retry = document.createElement("button");
     retry.type = "button";
     retry.className = "button";
-    retry.textContent = "Reload";
+    retry.textContent = t("common.reload");
     retry.addEventListener("click", () => location.reload());
     box.append(heading, paragraph, retry);
     document.getElementById("boot")?.remove();
@@ -28,7 +34,7 @@
     const link = document.querySelector("[data-testid=connection]");
     if (link) {
       link.dataset.state = "broken";
-      link.textContent = "Stopped";
+      link.textContent = t("connection.broken");
     }
   };
 
@@ -36,11 +42,7 @@
   // happened is in the console. Errors of other scripts, such as extensions, are none of its business.
   const onError = (error) => {
     if (error instanceof WebAssembly.RuntimeError) {
-      fail(
-        "The viewer has stopped",
-        "An internal error ended it; what is shown is no longer live. The inspection goes on: reload the page to see it. " +
-          "If it happens again, the browser's console says what to report.",
-      );
+      fail(t("boot.stopped"), t("boot.stopped.text"));
     }
   };
   addEventListener("error", (event) => onError(event.error));
@@ -81,7 +83,7 @@
     const link = document.createElement("a");
     link.className = "text-button inspections-link";
     link.href = "inspections.html";
-    link.textContent = "Inspections";
+    link.textContent = t("inspections.title");
     document.getElementById("header")?.append(link);
   };
 
@@ -91,7 +93,7 @@
     link.className = "text-button login-link";
     link.href = "login.html";
     link.textContent = me.name;
-    link.title = `Logged in as ${me.name} (${me.role})`;
+    link.title = t("login.logged_in", { name: me.name, role: t(`role.${me.role}`) });
     document.getElementById("header")?.append(link);
   };
 
@@ -100,13 +102,16 @@
 
   const start = async () => {
     if (typeof WebAssembly !== "object") {
-      fail("This browser is too old", "The viewer needs WebAssembly.");
+      fail(t("boot.old"), t("boot.old.text"));
       return;
     }
     try {
       const asked = whoAmI();
+      const words = import("./messages.js").then((messages) => messages.spoken);
       const viewer = await import("./semascan_viewer.js");
       await viewer.default();
+      const { language, file } = await words;
+      if (file) viewer.speak(language, file);
       const me = await asked;
       if (me?.leaves) return;
       running = viewer.start();
@@ -117,10 +122,7 @@
       }
     } catch (error) {
       console.error(error);
-      fail(
-        "The viewer could not be loaded",
-        "A part of it did not arrive, or this browser does not run it. Check the connection, update the browser, then reload.",
-      );
+      fail(t("boot.not_loaded"), t("boot.not_loaded.text"));
     }
   };
 

@@ -6,6 +6,7 @@ import { mkdir } from 'node:fs/promises';
 import { after, before, describe, it } from 'node:test';
 import { Agent } from './support/agent.mjs';
 import { launch, newPage } from './support/chromium.mjs';
+import { misfits } from './support/layout.mjs';
 import { LIMIT } from './support/session.mjs';
 import { Viewer } from './support/viewer.mjs';
 
@@ -15,9 +16,6 @@ const SIZES = [
   { width: 1440, height: 900 },
   { width: 3840, height: 2160 },
 ];
-
-/** Side of the smallest target, CSS pixels. */
-const LEAST = 24;
 
 const OUT = new URL('./out/', import.meta.url);
 
@@ -49,25 +47,7 @@ describe('the layout', () => {
         assert.ok(scale.top >= picture.bottom - 1, `the scale lies over the picture: ${scale.top} < ${picture.bottom}`);
       }
 
-      const found = await page.evaluate((least) => {
-        const name = (element) => element.dataset.testid || element.id || element.className || element.tagName;
-        const seen = (element) => element.checkVisibility({ opacityProperty: false, visibilityProperty: true });
-        const small = [];
-        for (const element of document.querySelectorAll('button, input, select, a[href], summary, [role=button]')) {
-          // What a control's label covers belongs to the target.
-          const target = element.closest('label') ?? element;
-          if (!seen(target) || target.classList.contains('skip')) continue;
-          const { width, height } = target.getBoundingClientRect();
-          if (Math.min(width, height) < least - 0.01) small.push(`${name(element)}: ${width.toFixed(1)} x ${height.toFixed(1)}`);
-        }
-        const page = document.documentElement;
-        const wide = [...document.querySelectorAll('#panels *, #header *, #overlay *')].filter((element) => {
-          const { left, right, width } = element.getBoundingClientRect();
-          const scrolls = element.closest('.segments.is-raised, .strip');
-          return width > 1 && seen(element) && !scrolls && !element.closest('.visually-hidden') && (right > page.clientWidth + 1 || left < -1);
-        });
-        return { small, wide: wide.map(name), scroll: page.scrollWidth - page.clientWidth };
-      }, LEAST);
+      const found = await misfits(page);
       assert.deepEqual(found.small, [], 'targets that are too small');
       assert.deepEqual(found.wide, [], 'reaches beyond the page');
       assert.equal(found.scroll, 0, 'the page scrolls sideways');

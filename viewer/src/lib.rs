@@ -2,6 +2,7 @@
 //!
 //! | module | what | runs |
 //! |---|---|---|
+//! | `words` | the page's texts in the language that was chosen | anywhere |
 //! | `columns` | plain values and clouds as blocks of bytes | anywhere |
 //! | [`display`] | how the model is shown: data that all others speak of | anywhere |
 //! | [`camera`] | the orbit camera, its pointer and its keys | in part anywhere |
@@ -32,3 +33,4 @@ pub mod shell;
 pub mod state;
 #[cfg(target_arch = "wasm32")]
 pub mod ui;
+pub mod words;

@@ -57,14 +57,14 @@ export function launch(backend, { hardware = false } = {}) {
   return chromium.launch({ executablePath: EXECUTABLE, headless: true, args });
 }
 
-/** Opens an empty page whose looks do not depend on the machine. */
-export async function newPage(browser, viewport = VIEWPORT) {
+/** Opens an empty page whose looks and language do not depend on the machine. */
+export async function newPage(browser, viewport = VIEWPORT, locale = 'en-GB') {
   const context = await browser.newContext({
     viewport,
     deviceScaleFactor: 1,
     colorScheme: 'dark',
     reducedMotion: 'reduce',
-    locale: 'en-GB',
+    locale,
     acceptDownloads: true,
   });
   return context.newPage();

@@ -1,5 +1,7 @@
 //! What the colours of the model mean.
 
+use crate::words::t;
+
 /// What the colours of points and mesh mean.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ColorMode {
@@ -49,14 +51,14 @@ impl ColorMode {
     /// Name for people.
     pub fn label(self) -> &'static str {
         match self {
-            Self::Appearance => "Appearance",
-            Self::Photo => "Photographs",
-            Self::Component => "Component",
-            Self::Confidence => "Confidence",
-            Self::Views => "Views",
-            Self::Defect => "Defect",
-            Self::Sigma => "Uncertainty",
-            Self::Deviation => "Deviation",
+            Self::Appearance => t!("color_mode.appearance"),
+            Self::Photo => t!("color_mode.photo"),
+            Self::Component => t!("common.component"),
+            Self::Confidence => t!("common.confidence"),
+            Self::Views => t!("common.views"),
+            Self::Defect => t!("common.defect"),
+            Self::Sigma => t!("color_mode.sigma"),
+            Self::Deviation => t!("common.deviation"),
         }
     }
 
@@ -70,14 +72,14 @@ impl ColorMode {
     /// What the colours say, in a sentence.
     pub fn explanation(self) -> &'static str {
         match self {
-            Self::Appearance => "The surface as the camera saw it.",
-            Self::Photo => "The cell's own photographs on the mesh, each where it shows the surface best.",
-            Self::Component => "Each point in the colour of its component.",
-            Self::Confidence => "Share of the evidence that speaks for the point's component.",
-            Self::Views => "Number of views that saw the point.",
-            Self::Defect => "Each point in the colour of its defect.",
-            Self::Sigma => "How far the networks disagree about the point's component (sigma).",
-            Self::Deviation => "Distance of the mesh from the reference: positive outside, negative inside.",
+            Self::Appearance => t!("color_mode.appearance.what"),
+            Self::Photo => t!("color_mode.photo.what"),
+            Self::Component => t!("color_mode.component.what"),
+            Self::Confidence => t!("color_mode.confidence.what"),
+            Self::Views => t!("color_mode.views.what"),
+            Self::Defect => t!("color_mode.defect.what"),
+            Self::Sigma => t!("color_mode.sigma.what"),
+            Self::Deviation => t!("color_mode.deviation.what"),
         }
     }
 }

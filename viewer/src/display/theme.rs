@@ -1,5 +1,7 @@
 //! The theme that a person chooses, and the light or dark page that comes of it.
 
+use crate::words::t;
+
 /// Light or dark page.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Theme {
@@ -28,9 +30,9 @@ impl Theme {
     /// Name for people.
     pub fn label(self) -> &'static str {
         match self {
-            Self::System => "System",
-            Self::Light => "Light",
-            Self::Dark => "Dark",
+            Self::System => t!("theme.system"),
+            Self::Light => t!("theme.light"),
+            Self::Dark => t!("theme.dark"),
         }
     }
 

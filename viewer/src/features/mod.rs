@@ -17,6 +17,7 @@
 macro_rules! for_each_feature {
     ($then:ident) => {
         $then! {
+            tour: Tour,
             timeline: Timeline,
             review: Review,
             correct: Correct,
@@ -41,6 +42,7 @@ pub mod photo;
 pub mod review;
 pub mod section;
 pub mod timeline;
+pub mod tour;
 
 mod feature;
 mod registry;

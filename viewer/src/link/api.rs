@@ -1,6 +1,7 @@
 //! The agent's REST interface, from the page: JSON in and out. Commands carry the header by which the agent tells what its own pages
 //! ask from what others make a browser send. Where an inspection from a file is shown, the file answers.
 
+use crate::words::t;
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use std::cell::RefCell;
@@ -57,7 +58,7 @@ impl Agent {
         });
         match of_file {
             Some(Some(text)) => understood(200, &text),
-            Some(None) => Err(ApiError::Refused { status: 404, reason: "the file does not say it".into() }),
+            Some(None) => Err(ApiError::Refused { status: 404, reason: t!("link.file.silent").into() }),
             None => {
                 let options = RequestInit::new();
                 options.set_method("GET");
@@ -72,7 +73,7 @@ impl Agent {
     /// [`ApiError`]; a file takes nothing.
     pub(crate) async fn post<T: DeserializeOwned>(&self, path: &str, body: &str) -> Result<T, ApiError> {
         if self.file.borrow().is_some() {
-            return Err(ApiError::Refused { status: 405, reason: "a file takes no decisions".into() });
+            return Err(ApiError::Refused { status: 405, reason: t!("link.file.decision").into() });
         }
         let options = RequestInit::new();
         options.set_method("POST");
@@ -83,7 +84,7 @@ impl Agent {
 
 fn understood<T: DeserializeOwned>(status: u16, text: &[u8]) -> Result<T, ApiError> {
     serde_json::from_slice(text).map_err(|error| {
-        let reason = format!("the agent's answer is not understood: {error}");
+        let reason = t!("link.not_understood", error);
         ApiError::Refused { status, reason }
     })
 }
@@ -96,7 +97,7 @@ async fn answer<T: DeserializeOwned>(path: &str, options: &RequestInit) -> Resul
         429 | 502..=504 => Err(ApiError::Unreachable),
         _ => {
             let said = serde_json::from_str::<Problem>(&text).map(|problem| problem.detail);
-            let reason = said.unwrap_or_else(|_| format!("the agent answered {status}"));
+            let reason = said.unwrap_or_else(|_| t!("link.answered", status));
             Err(ApiError::Refused { status, reason })
         }
     }

@@ -1,6 +1,7 @@
 //! The page's side of the link: starts the worker, turns what it sends into [`LinkEvent`]s.
 
 use super::{LinkEvent, transfer};
+use crate::words::{hand_over, t};
 use js_sys::{ArrayBuffer, Object, Reflect, Uint8Array};
 use wasm_bindgen::prelude::*;
 use web_sys::{ErrorEvent, MessageEvent, Worker, WorkerOptions, WorkerType};
@@ -52,8 +53,7 @@ impl Link {
         let on_error = Closure::<dyn FnMut(ErrorEvent)>::new(move |error: ErrorEvent| {
             // A script that does not load comes without a message; the browser logs what there is to say.
             let why = Reflect::get(&error, &"message".into()).ok().and_then(|m| m.as_string()).unwrap_or_default();
-            let what = if why.is_empty() { "could not be loaded" } else { "has stopped because of an internal error" };
-            let reason = format!("The part of the viewer that receives the model {what}.");
+            let reason = if why.is_empty() { t!("link.not_loaded") } else { t!("link.stopped") }.to_owned();
             (sink.borrow_mut())(LinkEvent::Broken { reason });
         });
         worker.set_onerror(Some(on_error.as_ref().unchecked_ref()));
@@ -61,6 +61,7 @@ impl Link {
         let start = Object::new();
         Reflect::set(&start, &what.into(), value)?;
         Reflect::set(&start, &"module".into(), &wasm_bindgen::module())?;
+        hand_over(&start)?;
         worker.post_message(&start)?;
         Ok(Self { worker, _on_message: on_message, _on_error: on_error })
     }

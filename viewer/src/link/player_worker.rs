@@ -4,6 +4,7 @@ use super::LinkEvent;
 use super::player::Player;
 use super::session::Session;
 use super::worker::forward;
+use crate::words::t;
 use js_sys::Uint8Array;
 use semascan_protocol::InspectionFile;
 use std::cell::RefCell;
@@ -31,7 +32,7 @@ pub fn player_worker_start(file: Uint8Array) -> Result<(), JsValue> {
     let file = InspectionFile::read(file.to_vec().into()).map_err(|error| JsValue::from_str(&error.to_string()))?;
     let (player, wrong) = Player::new(file.messages);
     if wrong > 0 {
-        forward(&scope, &LinkEvent::Malformed { reason: format!("{wrong} messages of the file") }, &[]);
+        forward(&scope, &LinkEvent::Malformed { reason: t!("file.wrong", count = wrong) }, &[]);
     }
     let worker = PlayerWorker { scope: scope.clone(), player, session: Session::new(), wanted: None };
     let worker = Rc::new(RefCell::new(worker));

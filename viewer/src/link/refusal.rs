@@ -1,6 +1,8 @@
 //! Why a connection is not made, in words that say what helps. A browser tells a page next to nothing about a failed
 //! connection, so that pages cannot search a network; what is left is who was asked, and by whom.
 
+use crate::words::t;
+
 /// Host and port in the address of a stream (`ws://host:port/path`), as a browser would connect to: what stands before an
 /// `@` is a user's name. `None` if there is none.
 pub fn host_of(url: &str) -> Option<&str> {
@@ -14,16 +16,13 @@ pub fn host_of(url: &str) -> Option<&str> {
 pub fn forbidden_by_own_server(url: &str) -> String {
     let host = host_of(url).unwrap_or(url);
     let scheme = if url.starts_with("wss:") { "wss" } else { "ws" };
-    format!(
-        "the agent that serves this page does not let it follow {host}; its operator allows that by starting \
-         it with --allow-agent {scheme}://{host} on the command line"
-    )
+    t!("link.forbidden_by_server", host, scheme)
 }
 
 /// The browser itself does not try to connect to `url`.
 pub fn forbidden_by_browser(url: &str) -> String {
     let host = host_of(url).unwrap_or(url);
-    format!("the browser does not connect to {host}; a page that came over https can only use wss://")
+    t!("link.forbidden_by_browser", host)
 }
 
 /// A connection to `url` failed or broke without a word.
@@ -31,11 +30,8 @@ pub fn forbidden_by_browser(url: &str) -> String {
 /// * `own_host` and `own_origin`: of the page.
 pub fn not_reached(url: &str, own_host: &str, own_origin: &str) -> String {
     match host_of(url) {
-        Some(host) if !host.eq_ignore_ascii_case(own_host) => format!(
-            "the agent at {host} cannot be reached, or does not let pages of {own_origin} follow it; its operator allows \
-             that by starting it with --allow-origin {own_origin} on the command line"
-        ),
-        _ => "the agent cannot be reached".to_owned(),
+        Some(host) if !host.eq_ignore_ascii_case(own_host) => t!("link.host_not_reached", host, own_origin),
+        _ => t!("review.unreachable").to_owned(),
     }
 }
 

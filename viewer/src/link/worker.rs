@@ -6,6 +6,7 @@
 use super::reconnect::{Action, Reconnect, WELCOME_TIMEOUT_MS, protocol_mismatch};
 use super::session::Session;
 use super::{LinkEvent, refusal, transfer};
+use crate::words::t;
 use js_sys::{Array, ArrayBuffer, Uint8Array};
 use prost::Message;
 use semascan_protocol::SUBPROTOCOL;
@@ -92,7 +93,7 @@ impl Worker {
 
     fn receive(&mut self, data: &JsValue) {
         let Some(buffer) = data.dyn_ref::<ArrayBuffer>() else {
-            return self.send(&LinkEvent::Malformed { reason: "a text message".to_owned() });
+            return self.send(&LinkEvent::Malformed { reason: t!("link.text_message").to_owned() });
         };
         let message = Uint8Array::new(buffer).to_vec();
         let Some(event) = self.session.receive(&message) else {
@@ -119,7 +120,7 @@ fn follow(shared: &Shared, action: Action) {
                 Ok(socket) => {
                     let this = shared.clone();
                     let timer = Timer::start(&shared.borrow().scope, WELCOME_TIMEOUT_MS, move || {
-                        lose(&this, "no answer from the agent");
+                        lose(&this, t!("link.no_answer"));
                     });
                     let mut worker = shared.borrow_mut();
                     worker.socket = Some(socket);
@@ -142,7 +143,7 @@ fn follow(shared: &Shared, action: Action) {
                 Ok(timer) => worker.timer = Some(timer),
                 Err(error) => {
                     web_sys::console::error_1(&error);
-                    worker.refuse("the browser gives the page no timer".to_owned());
+                    worker.refuse(t!("link.no_timer").to_owned());
                 }
             }
         }
@@ -218,9 +219,9 @@ fn close_reason(event: &CloseEvent, worker: &Worker) -> String {
     let location = worker.scope.location();
     match (event.reason(), event.code()) {
         (reason, _) if !reason.is_empty() => reason,
-        (_, 1000 | 1001) => "the agent ended the connection".to_owned(),
+        (_, 1000 | 1001) => t!("link.ended").to_owned(),
         (_, 1006) => refusal::not_reached(&worker.url, &location.host(), &location.origin()),
-        (_, code) => format!("the connection ended with code {code}"),
+        (_, code) => t!("link.ended_with", code),
     }
 }
 

@@ -1,6 +1,7 @@
 //! The page's side of the mesh worker: starts it with the first request, hands its replies to whoever wants them.
 
 use super::message::{Reply, Request};
+use crate::words::{hand_over, t};
 use js_sys::{Array, ArrayBuffer, Object, Reflect, Uint8Array};
 use std::cell::{Cell, RefCell};
 use std::rc::Rc;
@@ -41,7 +42,7 @@ impl MeshWorker {
         let mut running = self.running.borrow_mut();
         if running.is_none() {
             let started = Running::start(self.handlers.clone());
-            *running = Some(started.map_err(|error| format!("The mesh worker cannot start: {error:?}"))?);
+            *running = Some(started.map_err(|error| t!("mesh.cannot_start", error = format!("{error:?}")))?);
             self.starts.set(self.starts.get() + 1);
         }
         Ok(())
@@ -54,7 +55,7 @@ impl MeshWorker {
     pub fn send(&self, request: &Request) -> Result<(), String> {
         self.start()?;
         match self.running.borrow().as_ref().map(|running| running.send(request)) {
-            Some(Err(error)) => Err(format!("The mesh worker cannot be reached: {error:?}")),
+            Some(Err(error)) => Err(t!("mesh.not_reached", error = format!("{error:?}"))),
             _ => Ok(()),
         }
     }
@@ -88,12 +89,13 @@ impl Running {
         let on_error = Closure::<dyn FnMut(ErrorEvent)>::new(move |error: ErrorEvent| {
             // A script that does not load comes without a message.
             let why = Reflect::get(&error, &"message".into()).ok().and_then(|m| m.as_string()).unwrap_or_default();
-            let why = if why.is_empty() { "it did not load" } else { &why };
-            call(&handlers, &Reply::Failed(format!("the mesh worker failed: {why}")));
+            let why = if why.is_empty() { t!("mesh.not_loaded") } else { &why };
+            call(&handlers, &Reply::Failed(t!("mesh.worker_failed", why)));
         });
         worker.set_onerror(Some(on_error.as_ref().unchecked_ref()));
         let start = Object::new();
         Reflect::set(&start, &"module".into(), &wasm_bindgen::module())?;
+        hand_over(&start)?;
         worker.post_message(&start)?;
         Ok(Self { worker, _on_message: on_message, _on_error: on_error })
     }

@@ -1,6 +1,8 @@
 //! Whether a reference lies where the model lies and is as large: deviations from one in another unit or frame are figures
 //! without a meaning, and nothing in a picture says so.
 
+use crate::state::units;
+use crate::words::{decimal, t};
 use semascan_model::LengthUnit;
 
 /// The box that most of a model or reference is in: centre and edges in metres, table frame.
@@ -112,36 +114,26 @@ impl Mismatch {
 
     /// What is wrong, and what helps, for people.
     pub fn sentence(&self) -> String {
-        let length =
-            |metres: f64| if metres >= 1.0 { format!("{metres:.1} m") } else { format!("{:.0} mm", metres * 1e3) };
-        let times = |ratio: f64| {
-            let (factor, word) = if ratio >= 1.0 { (ratio, "as large as") } else { (1.0 / ratio, "smaller than") };
-            let digits = usize::from(factor < 10.0);
-            format!("{factor:.digits$} times {word}")
+        let length = |metres: f64| match metres {
+            m if m >= 1.0 => format!("{} m", decimal(m, 1)),
+            m => format!("{} mm", decimal(m * 1e3, 0)),
         };
+        let times = |ratio: f64| {
+            let factor = if ratio >= 1.0 { ratio } else { 1.0 / ratio };
+            let factor = decimal(factor, usize::from(factor < 10.0));
+            if ratio >= 1.0 { t!("mismatch.larger", factor) } else { t!("mismatch.smaller", factor) }
+        };
+        let alignment = t!("mismatch.alignment");
         match self {
             Self::Unit { ratio, fits } => {
-                format!("The reference is {} the model. In {} the two would be alike.", times(*ratio), fits.name())
+                t!("mismatch.unit", times = times(*ratio), unit = units::unit_name(*fits))
             }
-            Self::Size { ratio } => format!(
-                "The reference is {} the model, and in no usual unit are the two alike: is it the same part?",
-                times(*ratio)
-            ),
-            Self::Place { distance } => format!(
-                "The reference lies {} away from the model: it is in another frame. {ALIGNMENT}",
-                length(*distance)
-            ),
-            Self::Surface { median } => format!(
-                "Half of the mesh is more than {} off the reference: it is turned or shifted, or another part. {ALIGNMENT}",
-                length(*median)
-            ),
+            Self::Size { ratio } => t!("mismatch.size", times = times(*ratio)),
+            Self::Place { distance } => t!("mismatch.place", distance = length(*distance), alignment),
+            Self::Surface { median } => t!("mismatch.surface", median = length(*median), alignment),
         }
     }
 }
-
-/// How a reference comes into the table frame.
-const ALIGNMENT: &str = "Figures in aligned frames come from “semascan evaluate MODEL REFERENCE --align”; for colours here, \
-                         the file has to be in the model's table frame.";
 
 #[cfg(test)]
 mod tests {

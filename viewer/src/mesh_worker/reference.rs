@@ -1,6 +1,7 @@
 //! A file that the mesh is compared with: a mesh, or a cloud where it has no triangles.
 
 use super::placement::Extent;
+use crate::words::t;
 use semascan_formats::offset::{common_offset, relative};
 use semascan_formats::{Geometry, ReadError, no_files};
 use semascan_geometry::measure::{NearestPoints, PseudoNormals, SurfaceIndex};
@@ -13,7 +14,7 @@ pub enum ReferenceError {
     #[error(transparent)]
     Import(#[from] ReadError),
     /// It holds nothing to compare with.
-    #[error("{name} holds neither triangles nor points")]
+    #[error("{}", t!("file.empty", name))]
     Empty {
         /// Name of the file.
         name: String,

@@ -1,6 +1,7 @@
 //! Points, surface and classes of a file.
 
 use super::spacing;
+use crate::words::t;
 use glam::Vec3;
 use semascan_formats::offset::{common_offset, relative};
 use semascan_formats::{Geometry, Piece, ReadError, no_files, ply};
@@ -25,10 +26,10 @@ pub enum OpenError {
     #[error(transparent)]
     Read(#[from] ReadError),
     /// It holds nothing.
-    #[error("{0} holds neither triangles nor points")]
+    #[error("{}", t!("file.empty", name = .0))]
     Empty(String),
     /// It holds too much.
-    #[error("{name} holds {points} points, and a page shows {MOST_POINTS} at most")]
+    #[error("{}", t!("file.too_many", name, points, most = MOST_POINTS))]
     Large {
         /// Name of the file.
         name: String,
@@ -105,7 +106,7 @@ impl OpenedModel {
     fn own(name: &str, file: ply::PlyModel) -> Self {
         let mut remarks = file.warnings;
         if file.shift != [0.0; 3] {
-            remarks.push("lies far from the origin: its coordinates are shown from its middle".into());
+            remarks.push(t!("file.far").into());
         }
         Self { name: name.to_owned(), taxonomy: file.taxonomy, voxel: 0.0, remarks, mesh: file.mesh }
     }
@@ -117,14 +118,14 @@ impl OpenedModel {
         // Of glTF metres are the rule, and no guess.
         let is_rule = unit == LengthUnit::Metres && is_gltf(name);
         if geometry.unit.is_none() && !is_rule {
-            remarks.push(format!("its lengths are taken for {}: it does not say their unit", in_words(unit)));
+            remarks.push(t!("file.unit_guessed", unit = in_words(unit)));
         }
         let offset = common_offset(&geometry.positions, unit.in_metres());
         if offset != [0.0; 3] {
-            remarks.push("lies far from the origin: its coordinates are shown from its middle".into());
+            remarks.push(t!("file.far").into());
         }
         if !geometry.textures.is_empty() {
-            remarks.push("its pictures are not shown".into());
+            remarks.push(t!("file.no_pictures").into());
         }
         let positions = relative(&geometry.positions, unit.in_metres(), offset);
         let Geometry { normals, colors, labels, confidence, flags, triangles, pieces, warnings, .. } = geometry;
@@ -235,10 +236,10 @@ fn stored(linear: f32) -> u8 {
 
 fn in_words(unit: LengthUnit) -> &'static str {
     match unit {
-        LengthUnit::Millimetres => "millimetres",
-        LengthUnit::Centimetres => "centimetres",
-        LengthUnit::Metres => "metres",
-        LengthUnit::Inches => "inches",
+        LengthUnit::Millimetres => t!("file.millimetres"),
+        LengthUnit::Centimetres => t!("file.centimetres"),
+        LengthUnit::Metres => t!("file.metres"),
+        LengthUnit::Inches => t!("file.inches"),
     }
 }
 
@@ -285,7 +286,7 @@ mod tests {
         assert_eq!(opened.mesh.vertices.labels, [1, 1, 1, 2, 2, 2]);
         assert_eq!((opened.mesh.triangles.len(), opened.mesh.vertices.normals[0]), (2, [0.0, 0.0, 1.0]));
         assert!((opened.voxel - 0.01).abs() < 1e-6, "{}: millimetres, and said so: {:?}", opened.voxel, opened.remarks);
-        assert!(opened.remarks[0].contains("millimetres"), "{:?}", opened.remarks);
+        assert!(opened.remarks[0].contains(t!("file.millimetres")), "{:?}", opened.remarks);
         let one = OpenedModel::read("box.obj", &obj[..obj.iter().position(|b| *b == b'b').expect("base") - 3]);
         assert_eq!(one.expect("a mesh").taxonomy.components.len(), 1, "one object is the part");
     }

@@ -1,5 +1,7 @@
 //! Why there is no picture: for the console which graphics interface said what, for people what helps.
 
+use crate::words::t;
+
 /// Why there is no picture.
 #[derive(Debug, thiserror::Error)]
 pub enum RenderError {
@@ -40,20 +42,16 @@ impl RenderError {
     pub fn advice(&self) -> &'static str {
         match self {
             Self::Backend { .. } | Self::SelfTest { .. } => {
-                "The graphics interface that this address asks for (renderer=) does not work in this browser. Open the \
-                 page without it, and the viewer takes what works."
+                t!("graphics.backend")
             }
             Self::Nothing { .. } => {
-                "This browser gives the page no 3D graphics. Switch on graphics (hardware) acceleration in the browser's \
-                 settings, update the graphics driver, or open the page in a current Chrome, Edge, Firefox or Safari; \
-                 then reload."
+                t!("graphics.nothing")
             }
             Self::Lost(_) => {
-                "The graphics processor stopped again and again. Close other programs that use it, update its driver, \
-                 then reload."
+                t!("graphics.lost")
             }
             Self::Page(_) => {
-                "The page's drawing area was changed from outside, perhaps by an extension. Reload the page."
+                t!("graphics.page")
             }
         }
     }

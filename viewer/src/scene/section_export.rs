@@ -4,7 +4,6 @@ use super::export::ExportFile;
 use crate::features::section::plane_name;
 use crate::state::{AppState, units};
 use semascan_formats::drawing::{Drawing, dxf, svg};
-use semascan_model::LengthUnit;
 
 /// A file to save the section to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -30,7 +29,7 @@ pub fn export_section(state: &AppState, format: SectionFormat) -> Option<ExportF
     let section = &state.features.section;
     let shown = section.shown.as_ref()?;
     // Files are in millimetres, whatever the page shows.
-    let mut notes = vec![plane_name(section, LengthUnit::Millimetres)];
+    let mut notes = vec![plane_name(section)];
     if let Some([low, high]) = section.limits {
         let mm = |corner: [f64; 3]| corner.map(|c| format!("{:.2}", c * 1e3)).join(", ");
         notes.push(format!("Box from {} to {} mm", mm(low), mm(high)));

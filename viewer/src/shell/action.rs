@@ -26,6 +26,8 @@ pub enum Action {
     SaveMesh(MeshFormat),
     /// A file to look at.
     OpenFile,
+    /// The page in the language of this code.
+    Language(&'static str),
     /// Another page of the agent.
     Page(&'static str),
 }
@@ -66,6 +68,7 @@ mod performing {
                         field.click();
                     }
                 }
+                Self::Language(code) => ui.ask(Command::Language(code)),
                 Self::Page(path) => {
                     if let Some(window) = web_sys::window() {
                         // Fails only in a page that is being left anyway.

@@ -8,12 +8,15 @@ use crate::features::FeatureEvent;
 use crate::features::correct::{CorrectEvent, Tool};
 use crate::features::evidence::EvidenceEvent;
 use crate::features::inspect::InspectEvent;
-use crate::features::measure::{KINDS, Measure, MeasureEvent};
+use crate::features::measure::{KINDS, Measure, MeasureEvent, Picking};
 use crate::features::review::{ReviewEvent, Ruling};
 use crate::features::section::SectionEvent;
 use crate::features::timeline::TimelineEvent;
+use crate::features::tour::TourEvent;
 use crate::scene::export::{MeshFormat, PointFormat};
+use crate::state::units;
 use crate::state::{AppState, Event};
+use crate::words::{self, t};
 
 /// A command as the palette shows it.
 #[derive(Clone, Debug, PartialEq)]
@@ -51,35 +54,35 @@ pub fn offers(state: &AppState) -> Vec<Offer> {
 
 /// Camera, colours, what is shown.
 fn of_the_view(state: &AppState) -> Vec<Offer> {
-    const VIEWS: [(StandardView, &str, &str); 7] = [
-        (StandardView::Isometric, "Look from above at an angle", "1"),
-        (StandardView::Front, "Look from the front", "2"),
-        (StandardView::Back, "Look from the back", "3"),
-        (StandardView::Left, "Look from the left", "4"),
-        (StandardView::Right, "Look from the right", "5"),
-        (StandardView::Top, "Look from the top", "6"),
-        (StandardView::Bottom, "Look from the bottom", "7"),
+    let views = [
+        (StandardView::Isometric, t!("command.look.isometric"), "1"),
+        (StandardView::Front, t!("command.look.front"), "2"),
+        (StandardView::Back, t!("command.look.back"), "3"),
+        (StandardView::Left, t!("command.look.left"), "4"),
+        (StandardView::Right, t!("command.look.right"), "5"),
+        (StandardView::Top, t!("command.look.top"), "6"),
+        (StandardView::Bottom, t!("command.look.bottom"), "7"),
     ];
     let display = &state.display;
-    let mut list = vec![offer("Camera", "Fit the model into view", "F", Action::Camera(CameraInput::Fit))];
-    let views = VIEWS
+    let mut list = vec![offer(t!("common.camera"), t!("command.fit"), "F", Action::Camera(CameraInput::Fit))];
+    let views = views
         .into_iter()
-        .map(|(view, label, key)| offer("Camera", label, key, Action::Camera(CameraInput::View(view))));
+        .map(|(view, label, key)| offer(t!("common.camera"), label, key, Action::Camera(CameraInput::View(view))));
     list.extend(views);
     let has_deviations = state.features.deviation.figures.is_some();
     let modes = state.color_modes().into_iter().chain(has_deviations.then_some(ColorMode::Deviation));
-    list.extend(modes.map(|mode| offer("Colours", mode.label(), "C", Event::ColorMode(mode))));
-    let outliers = if display.outliers { "Hide outliers" } else { "Show outliers" };
-    let background = if display.background { "Hide the background" } else { "Show the background" };
+    list.extend(modes.map(|mode| offer(t!("command.colours"), mode.label(), "C", Event::ColorMode(mode))));
+    let outliers = if display.outliers { t!("command.outliers.hide") } else { t!("command.outliers.show") };
+    let background = if display.background { t!("command.background.hide") } else { t!("command.background.show") };
     list.extend([
-        offer("Show", outliers, "O", Event::ShowOutliers(!display.outliers)),
-        offer("Show", background, "B", Event::ShowBackground(!display.background)),
-        offer("Show", "All components", "A", Event::AllComponents),
+        offer(t!("command.show"), outliers, "O", Event::ShowOutliers(!display.outliers)),
+        offer(t!("command.show"), background, "B", Event::ShowBackground(!display.background)),
+        offer(t!("command.show"), t!("command.all_components"), "A", Event::AllComponents),
     ]);
     let rows = state.legend.rows.iter().filter(|row| row.class.id != 0 && row.count.held > 0);
-    list.extend(
-        rows.map(|row| offer("Show", format!("Only {}", row.class.name), "", Event::OnlyComponent(row.class.id))),
-    );
+    list.extend(rows.map(|row| {
+        offer(t!("command.show"), t!("command.only", name = row.class.name), "", Event::OnlyComponent(row.class.id))
+    }));
     list
 }
 
@@ -87,17 +90,17 @@ fn of_the_view(state: &AppState) -> Vec<Offer> {
 fn of_the_model(state: &AppState) -> Vec<Offer> {
     let features = &state.features;
     let mut list = vec![
-        offer("Show", "Points", "", Action::Show(Representation::Points)),
-        offer("Show", "Mesh", "", Action::Show(Representation::Mesh)),
-        offer("Inspect", "Pick in the middle of the view", "Enter", Action::PickMiddle),
+        offer(t!("command.show"), t!("common.points"), "", Action::Show(Representation::Points)),
+        offer(t!("command.show"), t!("common.mesh"), "", Action::Show(Representation::Mesh)),
+        offer(t!("command.inspect"), t!("command.pick_middle"), "Enter", Action::PickMiddle),
     ];
     if features.inspect.picked.is_some() {
-        list.push(tool("Inspect", "Pin a label at the picked point", "L", InspectEvent::Pin));
+        list.push(tool(t!("command.inspect"), t!("command.pin"), "L", InspectEvent::Pin));
     }
     if !features.evidence.sights.is_empty() {
         let is_open = features.evidence.is_open;
-        let label = if is_open { "Close the photographs" } else { "Photographs of the picked point" };
-        list.push(tool("Inspect", label, "E", EvidenceEvent::Open(!is_open)));
+        let label = if is_open { t!("command.photographs.close") } else { t!("evidence.card") };
+        list.push(tool(t!("command.inspect"), label, "E", EvidenceEvent::Open(!is_open)));
     }
     list.extend(KINDS.into_iter().map(|kind| {
         let keys = match kind.key() {
@@ -105,37 +108,39 @@ fn of_the_model(state: &AppState) -> Vec<Offer> {
             "angle" => "G",
             _ => "",
         };
-        tool("Measure", kind.label(), keys, MeasureEvent::Choose(Some(kind)))
+        tool(t!("measure.panel"), kind.name(), keys, MeasureEvent::Choose(Some(kind)))
     }));
     if features.measure.kind.is_some() {
-        list.push(tool("Measure", "End measuring", "Esc", MeasureEvent::Choose(None)));
+        list.push(tool(t!("measure.panel"), t!("command.measure.end"), "Esc", MeasureEvent::Choose(None)));
     }
     let units = Measure::UNITS.into_iter().filter(|unit| *unit != features.measure.unit);
-    list.extend(units.map(|unit| tool("Measure", format!("Lengths in {}", unit.name()), "", MeasureEvent::Unit(unit))));
+    list.extend(units.map(|unit| {
+        tool(t!("measure.panel"), t!("command.lengths", unit = units::unit_name(unit)), "", MeasureEvent::Unit(unit))
+    }));
     let section = &features.section;
-    let plane = if section.is_on { "Take the plane away" } else { "Cut the model open by a plane" };
-    list.push(tool("Section", plane, "S", SectionEvent::Show(!section.is_on)));
+    let plane = if section.is_on { t!("command.plane.away") } else { t!("command.plane.cut") };
+    list.push(tool(t!("section.panel"), plane, "S", SectionEvent::Show(!section.is_on)));
     if section.is_on {
         list.extend([
-            tool("Section", "Across the camera's direction", "", SectionEvent::FaceCamera),
-            tool("Section", "Cut the other side away", "V", SectionEvent::Flip),
+            tool(t!("section.panel"), t!("command.face_camera"), "", SectionEvent::FaceCamera),
+            tool(t!("section.panel"), t!("command.flip"), "V", SectionEvent::Flip),
         ]);
-        let reads = if section.is_reading { "End reading thicknesses" } else { "Read thicknesses" };
-        list.push(tool("Section", reads, "W", SectionEvent::Read(!section.is_reading)));
+        let reads = if section.is_reading { t!("command.read.end") } else { t!("command.read") };
+        list.push(tool(t!("section.panel"), reads, "W", SectionEvent::Read(!section.is_reading)));
     }
-    let limits = if section.limits.is_some() { "Take the box away" } else { "Hide what lies outside a box" };
-    list.push(tool("Section", limits, "", SectionEvent::ShowLimits(section.limits.is_none())));
+    let limits = if section.limits.is_some() { t!("command.box.away") } else { t!("command.box") };
+    list.push(tool(t!("section.panel"), limits, "", SectionEvent::ShowLimits(section.limits.is_none())));
     list.extend([
-        offer("Save", "The picture with what its colours mean", "Shift H", Action::SavePicture),
-        offer("Save", "Points as PLY", "", Action::SavePoints(PointFormat::Ply)),
-        offer("Save", "Points as GLB", "", Action::SavePoints(PointFormat::Glb)),
+        offer(t!("command.save"), t!("command.save.picture"), "Shift H", Action::SavePicture),
+        offer(t!("command.save"), t!("command.save.points_ply"), "", Action::SavePoints(PointFormat::Ply)),
+        offer(t!("command.save"), t!("command.save.points_glb"), "", Action::SavePoints(PointFormat::Glb)),
     ]);
     if features.mesh.triangles > 0 {
         list.extend([
-            offer("Save", "Mesh as PLY", "", Action::SaveMesh(MeshFormat::Ply)),
-            offer("Save", "Mesh as GLB", "", Action::SaveMesh(MeshFormat::Glb)),
-            offer("Save", "Mesh as OBJ", "", Action::SaveMesh(MeshFormat::Obj)),
-            offer("Save", "Mesh as STL", "", Action::SaveMesh(MeshFormat::Stl)),
+            offer(t!("command.save"), t!("command.save.mesh_ply"), "", Action::SaveMesh(MeshFormat::Ply)),
+            offer(t!("command.save"), t!("command.save.mesh_glb"), "", Action::SaveMesh(MeshFormat::Glb)),
+            offer(t!("command.save"), t!("command.save.mesh_obj"), "", Action::SaveMesh(MeshFormat::Obj)),
+            offer(t!("command.save"), t!("command.save.mesh_stl"), "", Action::SaveMesh(MeshFormat::Stl)),
         ]);
     }
     list
@@ -147,12 +152,12 @@ fn of_the_timeline(state: &AppState) -> Vec<Offer> {
     if !timeline.is_open() {
         return Vec::new();
     }
-    let plays = if timeline.is_playing { "Pause" } else { "Play" };
+    let plays = if timeline.is_playing { t!("timeline.pause") } else { t!("timeline.play") };
     vec![
-        tool("Timeline", plays, "", TimelineEvent::Play(!timeline.is_playing)),
-        tool("Timeline", "One view back", "[", TimelineEvent::Step(-1)),
-        tool("Timeline", "One view on", "]", TimelineEvent::Step(1)),
-        tool("Timeline", "The end", "", TimelineEvent::To(timeline.last())),
+        tool(t!("timeline.panel"), plays, "", TimelineEvent::Play(!timeline.is_playing)),
+        tool(t!("timeline.panel"), t!("timeline.back.title"), "[", TimelineEvent::Step(-1)),
+        tool(t!("timeline.panel"), t!("timeline.on.title"), "]", TimelineEvent::Step(1)),
+        tool(t!("timeline.panel"), t!("timeline.end"), "", TimelineEvent::To(timeline.last())),
     ]
 }
 
@@ -162,26 +167,21 @@ fn of_the_review(state: &AppState) -> Vec<Offer> {
     let mut list = Vec::new();
     if !review.case.findings().is_empty() {
         list.extend([
-            tool("Findings", "Next finding", "J", ReviewEvent::Step(1)),
-            tool("Findings", "Previous finding", "K", ReviewEvent::Step(-1)),
+            tool(t!("review.panel"), t!("command.next_finding"), "J", ReviewEvent::Step(1)),
+            tool(t!("review.panel"), t!("command.previous_finding"), "K", ReviewEvent::Step(-1)),
         ]);
     }
     if review.is_open() && state.may_review() {
-        let about = if review.chosen().is_some() { "the chosen finding" } else { "the part" };
+        let about = if review.chosen().is_some() { t!("command.about.finding") } else { t!("command.about.part") };
         list.extend(Ruling::ALL.into_iter().map(|ruling| {
-            let does = if ruling == Ruling::Comment { "Remark on" } else { ruling.label() };
-            tool("Findings", format!("{does} {about}"), ruling.shortcut(), ReviewEvent::Draft(ruling))
+            let does = if ruling == Ruling::Comment { t!("command.remark_on") } else { ruling.label() };
+            tool(t!("review.panel"), t!("command.ruling", does, about), ruling.shortcut(), ReviewEvent::Draft(ruling))
         }));
         list.extend([
-            tool("Correct", "Brush: give the surface another class", "Q", CorrectEvent::Choose(Some(Tool::Brush))),
-            tool("Correct", "Segment: give all of it another class", "", CorrectEvent::Choose(Some(Tool::Segment))),
-            tool(
-                "Correct",
-                "Lasso: give what is seen in it another class",
-                "",
-                CorrectEvent::Choose(Some(Tool::Lasso)),
-            ),
-            tool("Correct", "Outline: draw a new finding", "Shift Q", CorrectEvent::Choose(Some(Tool::Outline))),
+            tool(t!("correct.panel"), t!("command.brush"), "Q", CorrectEvent::Choose(Some(Tool::Brush))),
+            tool(t!("correct.panel"), t!("command.segment"), "", CorrectEvent::Choose(Some(Tool::Segment))),
+            tool(t!("correct.panel"), t!("command.lasso"), "", CorrectEvent::Choose(Some(Tool::Lasso))),
+            tool(t!("correct.panel"), t!("command.outline"), "Shift Q", CorrectEvent::Choose(Some(Tool::Outline))),
         ]);
     }
     list
@@ -192,18 +192,21 @@ fn of_the_page(state: &AppState) -> Vec<Offer> {
     let mut list = Vec::new();
     if state.views.iter().len() > 0 {
         list.extend([
-            offer("Views", "Next view", "N", Event::StepView(1)),
-            offer("Views", "Previous view", "P", Event::StepView(-1)),
+            offer(t!("common.views"), t!("command.next_view"), "N", Event::StepView(1)),
+            offer(t!("common.views"), t!("command.previous_view"), "P", Event::StepView(-1)),
         ]);
     }
+    let languages = words::languages().iter().filter(|(code, _)| *code != words::language());
+    list.extend(languages.map(|(code, name)| offer(t!("language.title"), name.as_str(), "", Action::Language(code))));
     list.extend([
-        offer("Page", "Copy a link to this view", "H", Action::CopyLink),
-        offer("Page", "Open an inspection or a model from a file", "", Action::OpenFile),
-        offer("Page", "Light or dark theme", "T", Event::Theme(state.display.toggled_theme())),
-        offer("Page", "Keyboard shortcuts", "?", Event::Help(true)),
+        offer(t!("command.page"), t!("command.link"), "H", Action::CopyLink),
+        offer(t!("command.page"), t!("command.open"), "", Action::OpenFile),
+        offer(t!("command.page"), t!("command.theme"), "T", Event::Theme(state.display.toggled_theme())),
+        offer(t!("command.page"), t!("header.help"), "?", Event::Help(true)),
+        tool(t!("command.page"), t!("command.tour"), "", TourEvent::Begin),
     ]);
     if state.account.as_ref().is_some_and(|account| account.keeps) {
-        list.push(offer("Page", "All inspections", "", Action::Page("inspections.html")));
+        list.push(offer(t!("command.page"), t!("command.inspections"), "", Action::Page("inspections.html")));
     }
     list
 }

@@ -12,6 +12,7 @@ use crate::opened::OpenedModel;
 use crate::state::notices::{Level, Topic};
 use crate::state::{Event, units};
 use crate::ui::Command;
+use crate::words::t;
 use js_sys::{ArrayBuffer, Uint8Array};
 use std::rc::Rc;
 use wasm_bindgen::prelude::*;
@@ -45,17 +46,17 @@ pub(super) fn open(viewport: &Rc<Viewport>, followed: &Followed, file: File) {
     let (ui, name) = (viewport.ui, file.name());
     ui.retract(Topic::File);
     if file.size() > LARGEST {
-        let text = format!("{name} is larger than 1 GB, which is more than a page can hold.");
+        let text = t!("file.too_large", name);
         ui.notify(Level::Error, Topic::File, text);
         return;
     }
-    ui.notify(Level::Info, Topic::File, format!("Reading {name}."));
+    ui.notify(Level::Info, Topic::File, t!("file.reading", name));
     spawn_local(async move {
         match JsFuture::from(file.array_buffer()).await {
             Ok(buffer) => take(&viewport, &followed, name, &buffer.unchecked_into()),
             Err(error) => {
                 web_sys::console::error_1(&error);
-                refuse(&viewport, &format!("the browser could not read {name}"));
+                refuse(&viewport, &t!("file.unreadable", name));
             }
         }
     });
@@ -83,20 +84,28 @@ pub(super) fn fetch(viewport: &Rc<Viewport>, followed: &Followed, path: String) 
     spawn_local(async move {
         match fetched(&path).await {
             Ok(buffer) => take(&viewport, &followed, name, &buffer),
-            Err(error) => refuse(&viewport, &format!("{path} could not be loaded: {error}")),
+            Err(error) => refuse(&viewport, &t!("file.not_loaded", path, reason = error.reason())),
         }
     });
 }
 
 /// Why a file cannot be had.
-#[derive(Debug, thiserror::Error)]
+#[derive(Clone, Copy, Debug)]
 pub(super) enum FetchError {
     /// The server refused with this status.
-    #[error("the server answers {0}")]
     Refused(u16),
     /// Nothing came.
-    #[error("the server does not answer")]
     Unreachable,
+}
+
+impl FetchError {
+    /// The same for people.
+    pub(super) fn reason(self) -> String {
+        match self {
+            Self::Refused(status) => t!("file.server_said", status),
+            Self::Unreachable => t!("file.no_server").into(),
+        }
+    }
 }
 
 /// The content of what is at `path`.
@@ -140,7 +149,7 @@ fn refuse(viewport: &Viewport, reason: &str) {
     if ui.read(|s| s.connection.is_file() && !s.has_model()) {
         ui.send(Event::from(LinkEvent::Broken { reason: reason.to_owned() }));
     } else {
-        ui.notify(Level::Error, Topic::File, format!("The file was not opened: {reason}."));
+        ui.notify(Level::Error, Topic::File, t!("file.not_opened", reason));
     }
 }
 

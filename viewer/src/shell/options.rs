@@ -4,6 +4,7 @@
 use crate::display::Theme;
 use crate::link::refusal::host_of;
 use crate::render::BackendChoice;
+use crate::words::{languages, t};
 use semascan_model::InspectionId;
 
 /// Path of the live stream on the server that served the page.
@@ -40,24 +41,28 @@ impl Options {
         let backend = parameter("renderer").and_then(|value| {
             let choice = BackendChoice::from_parameter(&value);
             if choice.is_none() {
-                complaints.push(format!("renderer={value} is not known; use webgpu or webgl2."));
+                complaints.push(t!("options.renderer", value));
             }
             choice
         });
         let theme = parameter("theme").and_then(|value| {
             let theme = Theme::from_key(&value);
             if theme.is_none() {
-                complaints.push(format!("theme={value} is not known; use light, dark or system."));
+                complaints.push(t!("options.theme", value));
             }
             theme
         });
+        if let Some(value) = parameter("language").filter(|value| !languages().contains_key(value)) {
+            let known = languages().keys().map(String::as_str).collect::<Vec<_>>().join(", ");
+            complaints.push(t!("options.language", value, known));
+        }
         let own = format!("{}://{host}{STREAM_PATH}", if secure { "wss" } else { "ws" });
         let stream = match parameter("ws") {
             // Without a path, as the operator's list of agents has it, it is the stream's own.
             Some(value) if host_of(&value).is_some_and(|host| value.ends_with(host)) => format!("{value}{STREAM_PATH}"),
             Some(value) if host_of(&value).is_some() => value,
             Some(value) => {
-                complaints.push(format!("ws={value} is no address of a live stream; it begins with ws:// or wss://."));
+                complaints.push(t!("options.ws", value));
                 own
             }
             None => own,
@@ -74,7 +79,7 @@ impl Options {
                 && !path.contains(':')
                 && path.split(['/', '\\']).all(|folder| folder != "..");
             if !is_near {
-                complaints.push(format!("model={path} is no file beside this page."));
+                complaints.push(t!("options.model", path));
             }
             is_near
         });
@@ -103,20 +108,20 @@ impl Options {
 fn past_inspection(parameter: &impl Fn(&str) -> Option<String>, complaints: &mut Vec<String>) -> Option<String> {
     let inspection = parameter("inspection")?;
     let Ok(inspection) = inspection.parse::<InspectionId>() else {
-        complaints.push(format!("inspection={inspection} is no identifier of an inspection; the live one is shown."));
+        complaints.push(t!("options.inspection", inspection));
         return None;
     };
     let mut query = format!("inspection={inspection}");
     if let Some(speed) = parameter("speed") {
         match speed.parse::<f64>() {
             Ok(number) if number > 0.0 && number.is_finite() => query.push_str(&format!("&speed={number}")),
-            _ => complaints.push(format!("speed={speed} is no speed above 0; it is shown as fast as it was.")),
+            _ => complaints.push(t!("options.speed", speed)),
         }
     }
     if let Some(from) = parameter("from") {
         match from.parse::<u64>() {
             Ok(number) => query.push_str(&format!("&from={number}")),
-            Err(_) => complaints.push(format!("from={from} is no number of an event; it is shown from its beginning.")),
+            Err(_) => complaints.push(t!("options.from", from)),
         }
     }
     Some(query)

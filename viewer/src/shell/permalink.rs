@@ -6,6 +6,7 @@
 //! what lies beyond is cut away. A box is its lowest and highest corner.
 
 use crate::display::ColorMode;
+use crate::words::t;
 use glam::{DVec3, Vec3};
 use semascan_geometry::section::Plane;
 use semascan_model::finding::FindingId;
@@ -34,34 +35,34 @@ impl Permalink {
     pub fn read(parameter: impl Fn(&str) -> Option<String>, complaints: &mut Vec<String>) -> Self {
         let mut understood = |name: &str, expected: &str, is_right: bool| {
             if !is_right {
-                complaints.push(format!("The link's {name} is not understood; it is {expected}."));
+                complaints.push(t!("permalink.complaint", name, expected));
             }
         };
         let mut place = |name: &str| {
             let text = parameter(name)?;
             let place = read_place(&text);
-            understood(name, "three numbers in millimetres", place.is_some());
+            understood(name, t!("permalink.place"), place.is_some());
             place
         };
         let camera = place("eye").zip(place("target"));
         let color_mode = parameter("color").and_then(|key| {
             let mode = ColorMode::from_key(&key);
-            understood("color", "one of the colour modes", mode.is_some());
+            understood("color", t!("permalink.color"), mode.is_some());
             mode
         });
         let finding = parameter("finding").and_then(|text| {
             let finding = Uuid::parse_str(&text).ok().map(|uuid| FindingId::from_bytes(uuid.into_bytes()));
-            understood("finding", "the identifier of a finding", finding.is_some());
+            understood("finding", t!("permalink.finding"), finding.is_some());
             finding
         });
         let plane = parameter("cut").and_then(|text| {
             let plane = read_plane(&text);
-            understood("cut", "a normal and a distance in millimetres", plane.is_some());
+            understood("cut", t!("permalink.plane"), plane.is_some());
             plane
         });
         let limits = parameter("box").and_then(|text| {
             let limits = read_box(&text);
-            understood("box", "two corners in millimetres", limits.is_some());
+            understood("box", t!("permalink.box"), limits.is_some());
             limits
         });
         Self { camera, color_mode, finding, plane, limits }

@@ -10,9 +10,10 @@ use crate::state::Event;
 use crate::state::account::Account;
 use crate::state::notices::{Level, Topic};
 use crate::ui::object_url::ObjectUrl;
+use crate::words::t;
 use js_sys::{ArrayBuffer, Promise, Uint8Array};
 use semascan_model::Role;
-use semascan_protocol::{FILE_ENDING, FileAnswer, InspectionFile};
+use semascan_protocol::{FILE_ENDING, FileAnswer, FileError, InspectionFile};
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::rc::Rc;
@@ -96,7 +97,7 @@ pub(super) fn play_inspection(viewport: &Rc<Viewport>, followed: &Followed) {
         }
         let played = match fetched {
             Ok(buffer) => read(&name, &buffer).and_then(|file| Ok((file, play(&viewport, &buffer)?))),
-            Err(error) => Err(error.to_string()),
+            Err(error) => Err(error.reason()),
         };
         match played {
             // The person may look at something else by now.
@@ -108,7 +109,7 @@ pub(super) fn play_inspection(viewport: &Rc<Viewport>, followed: &Followed) {
             }
             Err(reason) => {
                 ui.send_feature(TimelineEvent::NotLoaded);
-                ui.notify(Level::Error, Topic::File, format!("The inspection cannot be played: {reason}."));
+                ui.notify(Level::Error, Topic::File, t!("timeline.not_played", reason));
             }
         }
     });
@@ -129,15 +130,24 @@ async fn rest(ms: i32) {
 
 fn read(name: &str, buffer: &ArrayBuffer) -> Result<InspectionFile, String> {
     let file = InspectionFile::read(Uint8Array::new(buffer).to_vec().into());
-    let file = file.map_err(|error| format!("{name}: {error}"))?;
-    if file.messages.is_empty() { Err(format!("{name} holds no model")) } else { Ok(file) }
+    let file = file.map_err(|error| format!("{name}: {}", in_words(&error)))?;
+    if file.messages.is_empty() { Err(t!("file.empty", name)) } else { Ok(file) }
+}
+
+fn in_words(error: &FileError) -> String {
+    match error {
+        FileError::Other => t!("file.other").into(),
+        FileError::Newer => t!("file.newer").into(),
+        FileError::Cut(count) => t!("file.cut", count),
+        FileError::Entry { entry, .. } => t!("file.entry", entry),
+    }
 }
 
 fn play(viewport: &Rc<Viewport>, buffer: &ArrayBuffer) -> Result<Link, String> {
     let follows = viewport.clone();
     Link::play(buffer, move |event| follows.handle_link(event)).map_err(|error| {
         web_sys::console::error_1(&error);
-        "the part of the viewer that receives the model cannot start".to_owned()
+        t!("file.no_player").to_owned()
     })
 }
 

@@ -4,6 +4,7 @@ use super::open_file::fetched;
 use super::viewport::Viewport;
 use crate::features::deviation::DeviationEvent;
 use crate::state::notices::{Level, Topic};
+use crate::words::t;
 use js_sys::Uint8Array;
 use leptos::prelude::{Effect, Get};
 use semascan_model::InspectionId;
@@ -31,7 +32,7 @@ pub(super) fn compare_with(viewport: &Rc<Viewport>, id: InspectionId) {
                 }
                 Err(error) => {
                     ui.send_feature(DeviationEvent::NoReference);
-                    let text = format!("The mesh of inspection {id} cannot be had: {error}.");
+                    let text = t!("reference.not_had", id, reason = error.reason());
                     ui.notify(Level::Error, Topic::Reference, text);
                 }
             }

@@ -6,6 +6,7 @@ use crate::scene::export::{ExportFile, MeshFormat, PointFormat, export_mesh, exp
 use crate::scene::section_export::{SectionFormat, export_section};
 use crate::state::notices::{Level, Topic};
 use crate::state::units;
+use crate::words::t;
 use js_sys::{Function, Promise, Reflect};
 use wasm_bindgen::prelude::*;
 use wasm_bindgen_futures::{JsFuture, spawn_local};
@@ -15,22 +16,25 @@ use web_sys::{Blob, BlobPropertyBag, Document, HtmlAnchorElement, Url};
 pub(super) fn save_points(viewport: &Viewport, format: PointFormat) {
     let cloud = viewport.model.borrow().to_cloud();
     let file = viewport.ui.read(|state| export_points(&cloud, state, format));
-    save(viewport, file.map(|file| vec![file]).map_err(|e| e.to_string()), format.mime(), "points");
+    save(viewport, file.map(|file| vec![file]).map_err(|e| e.to_string()), format.mime(), |count| {
+        t!("count.points", count)
+    });
 }
 
 /// Saves the visible components of the mesh.
 pub(super) fn save_mesh(viewport: &Viewport, format: MeshFormat) {
     let files = match viewport.mesh.borrow().mesh() {
         Some(mesh) => viewport.ui.read(|state| export_mesh(mesh, state, format)).map_err(|e| e.to_string()),
-        None => Err("there is no mesh yet".to_owned()),
+        None => Err(t!("save.no_mesh").to_owned()),
     };
-    save(viewport, files, format.mime(), "triangles");
+    save(viewport, files, format.mime(), |count| t!("count.triangles", count));
 }
 
 /// Saves the section.
 pub(super) fn save_section(viewport: &Viewport, format: SectionFormat) {
     let file = viewport.ui.read(|state| export_section(state, format));
-    save(viewport, file.map(|file| vec![file]).ok_or("there is no section yet".to_owned()), format.mime(), "outlines");
+    let files = file.map(|file| vec![file]).ok_or(t!("save.no_section").to_owned());
+    save(viewport, files, format.mime(), |count| t!("count.outlines", count));
 }
 
 /// Gives a text to the clipboard, and says so; where the browser does not let the page (it does over HTTPS and on this
@@ -45,16 +49,16 @@ pub(super) fn copy(viewport: &Viewport, text: String, file: &'static str) {
             Err(_) => false,
         };
         if copied {
-            return ui.notify(Level::Info, Topic::Export, "Copied to the clipboard.");
+            return ui.notify(Level::Info, Topic::Export, t!("save.copied"));
         }
         let (count, name) = (text.lines().count(), file.to_owned());
         let file = ExportFile { name, bytes: text.into_bytes(), count, left_out: 0 };
         match download(&document, &file, "text/csv") {
             Ok(()) => {
-                let text = format!("The browser does not let this page copy: {} was saved instead.", file.name);
+                let text = t!("save.copied_to_file", name = file.name);
                 ui.notify(Level::Info, Topic::Export, text);
             }
-            Err(error) => ui.notify(Level::Error, Topic::Export, format!("Copying failed: {}", refused(error))),
+            Err(error) => ui.notify(Level::Error, Topic::Export, t!("save.copy_failed", reason = refused(error))),
         }
     });
 }
@@ -80,13 +84,13 @@ pub(super) fn copy_link(viewport: &Viewport) {
     match address {
         Ok(page) => copy(viewport, viewport.link(&page), "semascan-link.txt"),
         Err(error) => {
-            viewport.ui.notify(Level::Error, Topic::Export, format!("There is no link: {}", refused(error)));
+            viewport.ui.notify(Level::Error, Topic::Export, t!("save.no_link", reason = refused(error)));
         }
     }
 }
 
 /// Hands files to the browser's downloads, and says so.
-fn save(viewport: &Viewport, files: Result<Vec<ExportFile>, String>, mime: &str, what: &str) {
+fn save(viewport: &Viewport, files: Result<Vec<ExportFile>, String>, mime: &str, counted: fn(String) -> String) {
     let saved = files.and_then(|files| {
         files.iter().try_for_each(|f| download(&viewport.document, f, mime).map_err(refused))?;
         Ok(files)
@@ -95,26 +99,23 @@ fn save(viewport: &Viewport, files: Result<Vec<ExportFile>, String>, mime: &str,
     match saved {
         Ok(files) => {
             for file in files {
-                let (count, size) = (units::count(file.count as u64), units::bytes(file.bytes.len() as u64));
+                let (count, size) = (counted(units::count(file.count as u64)), units::bytes(file.bytes.len() as u64));
                 let left_out = match file.left_out {
                     0 => String::new(),
-                    n => format!(" {} {what} that are hidden were left out.", units::count(n as u64)),
+                    n => t!("save.left_out", what = counted(units::count(n as u64))),
                 };
-                viewport.ui.notify(
-                    Level::Info,
-                    Topic::Export,
-                    format!("{} saved: {count} {what}, {size}.{left_out}", file.name),
-                );
+                let text = t!("save.saved", name = file.name, count, size, left_out);
+                viewport.ui.notify(Level::Info, Topic::Export, text);
             }
         }
-        Err(reason) => viewport.ui.notify(Level::Error, Topic::Export, format!("The export failed: {reason}")),
+        Err(reason) => viewport.ui.notify(Level::Error, Topic::Export, t!("save.failed", reason)),
     }
 }
 
 /// What a person is told when the browser does not take a file; the console has the details.
 fn refused(error: JsValue) -> String {
     web_sys::console::error_1(&error);
-    "the browser did not take the file; is there memory and space for it?".to_owned()
+    t!("save.refused").to_owned()
 }
 
 /// Hands `file` to the browser's downloads.

@@ -7,6 +7,7 @@ use crate::scene::export::ExportFile;
 use crate::state::color_key::ColorKey;
 use crate::state::notices::{Level, Topic};
 use crate::state::units;
+use crate::words::t;
 use js_sys::Uint8Array;
 use wasm_bindgen::prelude::*;
 use wasm_bindgen_futures::{JsFuture, spawn_local};
@@ -33,11 +34,11 @@ pub(super) fn save_picture(viewport: &Viewport) {
         };
         match saved.await {
             Ok((name, size)) => {
-                ui.notify(Level::Info, Topic::Export, format!("{name} saved: {}.", units::bytes(size as u64)));
+                ui.notify(Level::Info, Topic::Export, t!("snapshot.saved", name, size = units::bytes(size as u64)));
             }
             Err(error) => {
                 web_sys::console::error_1(&error);
-                ui.notify(Level::Error, Topic::Export, "The picture could not be saved.");
+                ui.notify(Level::Error, Topic::Export, t!("snapshot.failed"));
             }
         }
     });

@@ -10,6 +10,7 @@ use crate::scene::frame_content::frame_content;
 use crate::state::notices::{Level, Topic};
 use crate::state::{AppState, Event};
 use crate::ui::{Command, Ui};
+use crate::words::{self, t};
 use leptos::prelude::*;
 use std::cell::OnceCell;
 use std::rc::Rc;
@@ -95,7 +96,7 @@ fn run(window: &Window, document: &Document) -> Result<Followed, JsValue> {
         Ok(link) => drop(followed.replace(Some(Source::agent(link)))),
         Err(error) => {
             web_sys::console::error_1(&error);
-            let reason = "The part of the viewer that receives the model cannot start.".to_owned();
+            let reason = t!("link.cannot_start").to_owned();
             ui.send(Event::from(LinkEvent::Broken { reason }));
         }
     }
@@ -157,7 +158,7 @@ fn execute(viewport: &Rc<Viewport>, followed: &Followed, command: Command) {
             let asked = followed.borrow().as_ref().map(|source| source.link.earlier_views(before));
             if let Some(Err(error)) = asked {
                 web_sys::console::error_1(&error);
-                let text = "The agent cannot be asked for earlier views now. Try again once it is connected.";
+                let text = t!("link.not_now");
                 viewport.ui.notify(Level::Warning, Topic::EarlierViews, text);
             }
         }
@@ -176,6 +177,12 @@ fn execute(viewport: &Rc<Viewport>, followed: &Followed, command: Command) {
         Command::ExportPoints(format) => save::save_points(viewport, format),
         Command::ExportMesh(format) => save::save_mesh(viewport, format),
         Command::ExportSection(format) => save::save_section(viewport, format),
+        Command::Language(code) => {
+            if let Some(window) = web_sys::window() {
+                // Fails only in a page that is being left anyway.
+                let _ = words::choose(&window, code);
+            }
+        }
         Command::Reload => {
             if let Some(window) = web_sys::window() {
                 // Fails only in a page that is being left anyway.

@@ -3,6 +3,7 @@
 use super::AppState;
 use crate::display::color_ramp::UNKNOWN;
 use crate::display::{ColorMode, ScalarScale, color_ramp, deviation_colors};
+use crate::words::{decimal, localized, signed, t};
 use semascan_model::{ClassDef, Color};
 
 /// A colour that is on no ramp: what is not known, and why.
@@ -48,35 +49,36 @@ impl ColorKey {
             ColorMode::Photo => Self::Photographs,
             ColorMode::Component => {
                 let shown = state.legend.listed().filter(|row| row.visible);
-                Self::Classes { title: "Component", classes: shown.map(|row| row.class.clone()).collect() }
+                Self::Classes { title: t!("common.component"), classes: shown.map(|row| row.class.clone()).collect() }
             }
-            ColorMode::Defect => {
-                Self::Classes { title: "Defect", classes: state.legend.defects.iter().skip(1).cloned().collect() }
-            }
+            ColorMode::Defect => Self::Classes {
+                title: t!("common.defect"),
+                classes: state.legend.defects.iter().skip(1).cloned().collect(),
+            },
             ColorMode::Confidence => share(
-                "Confidence",
+                t!("common.confidence"),
                 state.scales.confidence,
                 |share| format!("{:.0} %", share * 100.0),
-                ("not known:", "no point has evidence for a component"),
+                (t!("color_key.not_known"), t!("color_key.no_evidence")),
             ),
             ColorMode::Sigma => share(
-                "Uncertainty (sigma)",
+                t!("common.sigma"),
                 state.scales.sigma,
-                |share| format!("{share:.3}").trim_end_matches('0').trim_end_matches('.').to_owned(),
-                ("not known:", "nobody estimated it for these labels"),
+                |share| localized(format!("{share:.3}").trim_end_matches('0').trim_end_matches('.')),
+                (t!("color_key.not_known"), t!("color_key.no_sigma")),
             ),
             ColorMode::Views => {
                 let top = state.views_scale();
                 let middle = if top.is_multiple_of(2) { (top / 2).to_string() } else { String::new() };
                 let ticks = ["0".into(), middle, top.to_string()];
-                Self::Ramp { title: "Views that saw the point".into(), ticks, unknown: None }
+                Self::Ramp { title: t!("color_key.views").into(), ticks, unknown: None }
             }
             ColorMode::Deviation => {
                 let tolerance = state.features.deviation.tolerance * 1e3;
                 let top = f64::from(deviation_colors::TOP) * tolerance;
-                let ticks = [format!("\u{2212}{top:.2}"), "0".into(), format!("+{top:.2}")];
-                let title = format!("Deviation in mm, green within \u{b1}{tolerance:.2}");
-                Self::Ramp { title, ticks, unknown: Some(("not known", "(no reference near)")) }
+                let ticks = [signed(-top, 2), "0".into(), signed(top, 2)];
+                let title = t!("color_key.deviation", tolerance = decimal(tolerance, 2));
+                Self::Ramp { title, ticks, unknown: Some((t!("common.not_known"), t!("color_key.no_reference"))) }
             }
         }
     }
@@ -112,7 +114,7 @@ fn share(title: &'static str, scale: Option<ScalarScale>, tick: fn(f32) -> Strin
     // Beyond the ends there is no other colour.
     let low = if scale.reaches_below { format!("\u{2264} {low}") } else { low };
     let high = if scale.reaches_above { format!("\u{2265} {high}") } else { high };
-    let unknown = Some(("not known", "(no evidence for a component)"));
+    let unknown = Some((t!("common.not_known"), t!("color_key.none_for_component")));
     ColorKey::Ramp { title: title.into(), ticks: [low, middle, high], unknown }
 }
 

@@ -1,6 +1,7 @@
 //! Where the link to the agent and the graphics device stand.
 
 use super::units;
+use crate::words::t;
 
 /// The link to the agent, as the person sees it.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -105,29 +106,29 @@ impl Connection {
     /// Short label for the header.
     pub fn label(&self) -> String {
         match self {
-            Self::Connecting { .. } => "Connecting".into(),
-            Self::Connected { .. } => "Connected".into(),
-            Self::Reconnecting { retry_ms: 0, .. } => "Reconnecting".into(),
+            Self::Connecting { .. } => t!("connection.connecting").into(),
+            Self::Connected { .. } => t!("connection.connected").into(),
+            Self::Reconnecting { retry_ms: 0, .. } => t!("connection.reconnecting").into(),
             Self::Reconnecting { retry_ms, .. } => {
-                format!("Reconnecting in {} s", retry_ms.div_ceil(1000))
+                t!("connection.reconnecting_in", seconds = retry_ms.div_ceil(1000))
             }
-            Self::Refused { .. } => "Refused".into(),
-            Self::File { .. } => "File".into(),
-            Self::Recorded => "Recording".into(),
-            Self::Broken { .. } => "Stopped".into(),
+            Self::Refused { .. } => t!("connection.refused").into(),
+            Self::File { .. } => t!("connection.file").into(),
+            Self::Recorded => t!("connection.recorded").into(),
+            Self::Broken { .. } => t!("connection.broken").into(),
         }
     }
 
     /// A sentence for the live region; it does not change with every second of a countdown.
     pub(super) fn sentence(&self) -> String {
         match self {
-            Self::Connecting { .. } => "Connecting to the agent.".into(),
-            Self::Connected { .. } => "Connected.".into(),
-            Self::Reconnecting { .. } => "Connection lost. Reconnecting.".into(),
-            Self::Refused { reason } => format!("The connection was refused. {}", units::sentence(reason)),
-            Self::File { name } => format!("The file {name} is shown."),
-            Self::Recorded => "The recording of the inspection is shown.".into(),
-            Self::Broken { reason } => format!("The viewer has stopped. {}", units::sentence(reason)),
+            Self::Connecting { .. } => t!("connection.said.connecting").into(),
+            Self::Connected { .. } => t!("connection.said.connected").into(),
+            Self::Reconnecting { .. } => t!("connection.said.lost").into(),
+            Self::Refused { reason } => t!("connection.was_refused", reason = units::sentence(reason)),
+            Self::File { name } => t!("connection.said.file", name),
+            Self::Recorded => t!("connection.said.recorded").into(),
+            Self::Broken { reason } => t!("connection.said.broken", reason = units::sentence(reason)),
         }
     }
 }

@@ -1,5 +1,6 @@
 //! How meshes are exported: what their formats do not say, and how fine they are.
 
+use crate::words::t;
 use semascan_formats::{FileFrame, UpAxis};
 use semascan_model::LengthUnit;
 
@@ -44,7 +45,7 @@ impl Detail {
     pub fn key(self) -> &'static str {
         match self {
             Self::Full => "full",
-            Self::Half => "half",
+            Self::Half => t!("export.detail.half"),
             Self::Tenth => "tenth",
         }
     }
@@ -52,9 +53,9 @@ impl Detail {
     /// Name for people.
     pub fn label(self) -> &'static str {
         match self {
-            Self::Full => "all",
-            Self::Half => "half",
-            Self::Tenth => "a tenth",
+            Self::Full => t!("export.detail.full"),
+            Self::Half => t!("export.detail.half"),
+            Self::Tenth => t!("export.detail.tenth"),
         }
     }
 
@@ -83,8 +84,8 @@ impl Solids {
     /// Name for people.
     pub fn label(self) -> &'static str {
         match self {
-            Self::ByComponent => "one by component",
-            Self::One => "one for all",
+            Self::ByComponent => t!("export.solids.components"),
+            Self::One => t!("export.solids.one"),
         }
     }
 }

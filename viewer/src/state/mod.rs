@@ -38,6 +38,7 @@ pub use event::Event;
 use crate::display::{ColorMode, Display, ShareScales};
 use crate::features::Features;
 use crate::link::LinkEvent;
+use crate::words::t;
 use account::Account;
 use connection::{Connection, GraphicsStatus};
 use export_choice::ExportChoice;
@@ -183,7 +184,7 @@ impl AppState {
             LinkEvent::Cleared(inspection) => self.begin(inspection),
             LinkEvent::Message(message) => self.reduce_message(message),
             LinkEvent::Malformed { reason } => {
-                let text = format!("A message of the agent was not understood: {reason}");
+                let text = t!("notice.malformed", reason);
                 self.notices.push(Level::Warning, Topic::Malformed, text);
             }
             // The model follows these.
@@ -209,7 +210,7 @@ impl AppState {
                 self.timings.report(report);
                 self.views.report(report);
                 if report.domain() == Domain::Outside {
-                    let text = "A view is unlike those that the networks were trained for: its labels do not count.";
+                    let text = t!("notice.domain");
                     self.notices.push(Level::Warning, Topic::Domain, text.into());
                 }
             }
@@ -334,11 +335,11 @@ impl AppState {
         }
         self.review_changes += 1;
         let subject = match change.subject.as_ref().and_then(|subject| subject.kind.as_ref()) {
-            Some(review_subject::Kind::Component(name)) => format!("component {name}"),
-            Some(review_subject::Kind::Finding(_)) => "a finding".to_owned(),
-            Some(review_subject::Kind::Part(_)) | None => "the part".to_owned(),
+            Some(review_subject::Kind::Component(name)) => t!("notice.component", name),
+            Some(review_subject::Kind::Finding(_)) => t!("notice.finding").to_owned(),
+            Some(review_subject::Kind::Part(_)) | None => t!("notice.part").to_owned(),
         };
-        let action = change.action.replace('_', " ");
+        let action = action_name(&change.action);
         let mut text = format!("{}: {action}, {subject}", change.person);
         if !change.reason.is_empty() {
             text.push_str(&format!(" ({})", change.reason));
@@ -346,7 +347,7 @@ impl AppState {
         if change.conflicts_with.is_empty() {
             self.notices.push(Level::Info, Topic::Review, text);
         } else {
-            text.push_str(". It contradicts another decision: neither counts until one names both.");
+            text.push_str(t!("notice.contradiction"));
             self.notices.push(Level::Warning, Topic::Review, text);
         }
     }
@@ -354,9 +355,24 @@ impl AppState {
     fn announce_phase(&mut self, before: Phase) {
         if self.progress.phase == Phase::Failed && before != Phase::Failed {
             let why = &self.progress.message;
-            let text =
-                if why.is_empty() { "The inspection failed.".into() } else { format!("The inspection failed: {why}") };
+            let text = if why.is_empty() { t!("notice.failed").to_owned() } else { t!("notice.failed_because", why) };
             self.notices.push(Level::Error, Topic::Outcome, text);
         }
+    }
+}
+
+/// What somebody did, within a sentence; of a later agent as it says it.
+fn action_name(action: &str) -> String {
+    match action {
+        "accept" => t!("action.accept").to_owned(),
+        "rework" => t!("action.rework").to_owned(),
+        "reject" => t!("action.reject").to_owned(),
+        "comment" => t!("action.comment").to_owned(),
+        "reclassify" => t!("action.reclassify").to_owned(),
+        "relabel" => t!("action.relabel").to_owned(),
+        "new_finding" => t!("action.new_finding").to_owned(),
+        "measure" => t!("action.measure").to_owned(),
+        "withdraw" => t!("action.withdraw").to_owned(),
+        other => other.replace('_', " "),
     }
 }

@@ -1,5 +1,6 @@
 //! Where the inspection stands.
 
+use crate::words::t;
 use semascan_protocol::{self as wire, Phase};
 
 /// Where the inspection stands; the latest [`wire::Progress`], made consistent.
@@ -48,12 +49,12 @@ impl Standing {
     /// Name for people.
     pub fn label(self) -> &'static str {
         match self {
-            Self::Known(Phase::Unspecified) => "Unknown",
-            Self::Known(Phase::Waiting) => "Waiting",
-            Self::Known(Phase::Running) => "Running",
-            Self::Known(Phase::Finished) => "Finished",
-            Self::Known(Phase::Failed) => "Failed",
-            Self::Unknown => "Not known",
+            Self::Known(Phase::Unspecified) => t!("standing.unknown"),
+            Self::Known(Phase::Waiting) => t!("standing.waiting"),
+            Self::Known(Phase::Running) => t!("standing.running"),
+            Self::Known(Phase::Finished) => t!("standing.finished"),
+            Self::Known(Phase::Failed) => t!("standing.failed"),
+            Self::Unknown => t!("standing.not_known"),
         }
     }
 }
@@ -96,15 +97,15 @@ impl RunProgress {
     /// A sentence for the live region.
     pub(super) fn sentence(&self) -> String {
         let views = match self.views_expected {
-            0 => format!("{} views", self.views_done),
-            n => format!("{} of {n} views", self.views_done),
+            0 => t!("progress.said.views", done = self.views_done),
+            all => t!("progress.said.of_views", done = self.views_done, all),
         };
         match self.phase {
             Phase::Unspecified => String::new(),
-            Phase::Waiting => "No inspection is running.".into(),
-            Phase::Running => format!("Inspection running: {views}."),
-            Phase::Finished => format!("Inspection finished: {views}, {} rejected.", self.views_rejected),
-            Phase::Failed => format!("Inspection failed: {}", self.message),
+            Phase::Waiting => t!("progress.said.waiting").into(),
+            Phase::Running => t!("progress.said.running", views),
+            Phase::Finished => t!("progress.said.finished", views, rejected = self.views_rejected),
+            Phase::Failed => t!("progress.said.failed", reason = self.message),
         }
     }
 }

@@ -4,6 +4,7 @@
 //! report (and after a reconnection with the report alone). Durations are therefore kept by view and stage, so that
 //! each counts once.
 
+use crate::words::t;
 use semascan_protocol::{Stage, StageEvent, StageState, ViewReport};
 use std::collections::BTreeMap;
 
@@ -14,13 +15,13 @@ pub const STAGES: [Stage; 6] =
 /// Name of a stage for people.
 pub fn stage_label(stage: Stage) -> &'static str {
     match stage {
-        Stage::Unspecified => "Other",
-        Stage::Acquire => "Acquire",
-        Stage::Segment => "Segment",
-        Stage::Register => "Register",
-        Stage::Fuse => "Fuse",
-        Stage::Publish => "Publish",
-        Stage::Refine => "Refine",
+        Stage::Unspecified => t!("stage.other"),
+        Stage::Acquire => t!("stage.acquire"),
+        Stage::Segment => t!("stage.segment"),
+        Stage::Register => t!("stage.register"),
+        Stage::Fuse => t!("stage.fuse"),
+        Stage::Publish => t!("stage.publish"),
+        Stage::Refine => t!("stage.refine"),
     }
 }
 

@@ -1,10 +1,21 @@
 //! Lengths, areas, counts and durations as people read them. The model is in metres and seconds; the screen shows
 //! millimetres, groups digits by narrow spaces (ISO 80000-1) and never shows more digits than a figure is worth.
 
+use crate::words::{decimal, t};
+use semascan_model::LengthUnit;
+
 /// Narrow no-break space between groups of digits.
 const GROUP: char = '\u{202f}';
 /// No-break space between figure and unit.
 const UNIT: char = '\u{a0}';
+
+/// A unit of length as people read it.
+pub fn unit_name(unit: LengthUnit) -> &'static str {
+    match unit {
+        LengthUnit::Inches => t!("unit.inch"),
+        unit => unit.name(),
+    }
+}
 
 /// `1234567` as `1 234 567`.
 pub fn count(n: u64) -> String {
@@ -24,9 +35,9 @@ pub fn length(metres: f64) -> String {
     let mm = metres * 1e3;
     match mm.abs() {
         a if !a.is_finite() => "–".into(),
-        a if a < 10.0 => format!("{mm:.2}{UNIT}mm"),
-        a if a < 1000.0 => format!("{mm:.1}{UNIT}mm"),
-        _ => format!("{mm:.0}{UNIT}mm"),
+        a if a < 10.0 => format!("{}{UNIT}mm", decimal(mm, 2)),
+        a if a < 1000.0 => format!("{}{UNIT}mm", decimal(mm, 1)),
+        _ => format!("{}{UNIT}mm", decimal(mm, 0)),
     }
 }
 
@@ -36,7 +47,7 @@ pub fn area(square_metres: f64) -> String {
     match mm2 {
         a if !a.is_finite() => "–".into(),
         a if a < 99.5 => format!("{a:.0}{UNIT}mm²"),
-        a if a < 99_950.0 => format!("{:.1}{UNIT}cm²", a / 100.0),
+        a if a < 99_950.0 => format!("{}{UNIT}cm²", decimal(a / 100.0, 1)),
         a => format!("{}{UNIT}cm²", count((a / 100.0).round() as u64)),
     }
 }
@@ -56,9 +67,9 @@ pub fn duration(us: u64) -> String {
     let ms = us as f64 / 1e3;
     match us {
         0..1_000 => format!("{us}{UNIT}µs"),
-        1_000..9_950 => format!("{ms:.1}{UNIT}ms"),
+        1_000..9_950 => format!("{}{UNIT}ms", decimal(ms, 1)),
         9_950..999_500 => format!("{ms:.0}{UNIT}ms"),
-        _ => format!("{:.2}{UNIT}s", ms / 1e3),
+        _ => format!("{}{UNIT}s", decimal(ms / 1e3, 2)),
     }
 }
 
@@ -67,7 +78,7 @@ pub fn bytes(n: u64) -> String {
     match n as f64 {
         b if b < 1e3 => format!("{n}{UNIT}B"),
         b if b < 1e6 => format!("{:.0}{UNIT}kB", b / 1e3),
-        b => format!("{:.1}{UNIT}MB", b / 1e6),
+        b => format!("{}{UNIT}MB", decimal(b / 1e6, 1)),
     }
 }
 

@@ -1,5 +1,6 @@
 //! The captured views, as the agent reported them.
 
+use crate::words::t;
 use semascan_protocol::{Domain, Intrinsics, Pose, ViewPage, ViewReport};
 use std::sync::Arc;
 
@@ -66,10 +67,10 @@ impl ViewOverlay {
     /// Name for people.
     pub fn label(self) -> &'static str {
         match self {
-            Self::None => "Picture",
-            Self::Labels => "Labels",
-            Self::Sigma => "Uncertainty",
-            Self::Contribution => "Colour or depth",
+            Self::None => t!("views.overlay.none"),
+            Self::Labels => t!("views.overlay.labels"),
+            Self::Sigma => t!("views.overlay.sigma"),
+            Self::Contribution => t!("views.overlay.contribution"),
         }
     }
 }

@@ -46,6 +46,8 @@ pub enum Command {
     ShowStop(u32),
     /// Ask the agent for the views before this number.
     EarlierViews(u32),
+    /// Show the page in the language of this code.
+    Language(&'static str),
     /// Load the page again.
     Reload,
 }

@@ -2,6 +2,7 @@
 
 use super::Naming;
 use crate::features::inspect::PickedPoint;
+use crate::words::t;
 use glam::Vec3;
 use semascan_model::ClassDef;
 use semascan_model::review::{ReviewAction, SurfacePatch};
@@ -46,20 +47,20 @@ impl Tool {
     /// Name for people.
     pub fn label(self) -> &'static str {
         match self {
-            Self::Brush => "Brush",
-            Self::Segment => "Segment",
-            Self::Lasso => "Lasso",
-            Self::Outline => "New finding",
+            Self::Brush => t!("correct.brush"),
+            Self::Segment => t!("correct.segment"),
+            Self::Lasso => t!("correct.lasso"),
+            Self::Outline => t!("correct.outline"),
         }
     }
 
     /// What it does, and its key.
     pub fn title(self) -> &'static str {
         match self {
-            Self::Brush => "Paint another class onto the surface (Q)",
-            Self::Segment => "Give the connected surface of one class another",
-            Self::Lasso => "Give what is seen within a loop another class",
-            Self::Outline => "Draw around something that was not found (Shift+Q)",
+            Self::Brush => t!("correct.brush.title"),
+            Self::Segment => t!("correct.segment.title"),
+            Self::Lasso => t!("correct.lasso.title"),
+            Self::Outline => t!("correct.outline.title"),
         }
     }
 }

@@ -6,6 +6,7 @@ use super::{Correct, CorrectEvent, Naming, Tool};
 use crate::features::review::{Reason, ReviewEvent, Signature, Signed, Unsent, new_name};
 use crate::features::view::{Controller, FeatureView, Host};
 use crate::ui::Ui;
+use crate::words::{localized, t};
 use leptos::prelude::*;
 use semascan_model::ClassDef;
 use std::rc::Rc;
@@ -67,7 +68,7 @@ fn CorrectPanel(ui: Ui) -> impl IntoView {
                 class="panel" aria-labelledby="correct-title" data-testid="correct"
                 data-marks=move || marks.get().to_string() data-earlier=move || earlier.get().to_string()
             >
-                <header class="panel-head"><h2 id="correct-title">"Correct"</h2></header>
+                <header class="panel-head"><h2 id="correct-title">{t!("correct.panel")}</h2></header>
                 <div class="buttons">{Tool::ALL.into_iter().map(choice).collect_view()}</div>
                 <Show when=move || tool.get().is_some()>
                     <ClassChoice ui/>
@@ -78,24 +79,21 @@ fn CorrectPanel(ui: Ui) -> impl IntoView {
                             class="button" type="button" data-testid="correct-close"
                             on:click=move |_| ui.send_feature(CorrectEvent::Close)
                         >
-                            "Close the outline"
+                            {t!("correct.close")}
                         </button>
                     </Show>
                 </Show>
                 <Show when=move || has_marks.get() || can_redo.get()>
                     <div class="row-actions">
-                        {act(CorrectEvent::Undo, "correct-undo", "Take the last mark back (Z)", "Undo", has_marks)}
-                        {act(CorrectEvent::Redo, "correct-redo", "And forth again (Shift+Z)", "Redo", can_redo.into())}
-                        {act(CorrectEvent::Discard, "correct-discard", "Take all marks back", "Discard all", has_marks)}
+                        {act(CorrectEvent::Undo, "correct-undo", t!("correct.undo.title"), t!("correct.undo"), has_marks)}
+                        {act(CorrectEvent::Redo, "correct-redo", t!("correct.redo.title"), t!("correct.redo"), can_redo.into())}
+                        {act(CorrectEvent::Discard, "correct-discard", t!("correct.discard.title"), t!("correct.discard"), has_marks)}
                     </div>
                 </Show>
                 <Show when=move || has_marks.get()><SignForm ui/></Show>
                 <Show when=move || earlier.get() != 0>
                     <label class="switch-row">
-                        <span>{move || match earlier.get() {
-                            1 => "1 earlier correction".to_owned(),
-                            count => format!("{count} earlier corrections"),
-                        }}</span>
+                        <span>{move || t!("correct.earlier", count = earlier.get())}</span>
                         <input
                             class="switch" type="checkbox" role="switch" data-testid="correct-earlier"
                             prop:checked=move || shows_earlier.get()
@@ -132,7 +130,7 @@ fn ClassChoice(ui: Ui) -> impl IntoView {
     };
     view! {
         <label class="field-row">
-            <span>{move || if tool.get() == Some(Tool::Outline) { "It is" } else { "The surface is" }}</span>
+            <span>{move || if tool.get() == Some(Tool::Outline) { t!("correct.it_is") } else { t!("correct.surface_is") }}</span>
             <select
                 data-testid="correct-class"
                 on:change=move |e| {
@@ -144,10 +142,10 @@ fn ClassChoice(ui: Ui) -> impl IntoView {
                 {move || {
                     let (components, defects) = classes.get();
                     match tool.get() {
-                        Some(Tool::Outline) => options(&defects, Naming::Defect, "something to look at").into_any(),
+                        Some(Tool::Outline) => options(&defects, Naming::Defect, t!("correct.unnamed")).into_any(),
                         _ => view! {
-                            <optgroup label="Defect">{options(&defects, Naming::Defect, "sound")}</optgroup>
-                            <optgroup label="Component">{options(&components, Naming::Component, "no component")}</optgroup>
+                            <optgroup label=t!("common.defect")>{options(&defects, Naming::Defect, t!("correct.sound"))}</optgroup>
+                            <optgroup label=t!("common.component")>{options(&components, Naming::Component, t!("correct.no_component"))}</optgroup>
                         }
                         .into_any(),
                     }
@@ -173,10 +171,10 @@ fn Width(ui: Ui) -> impl IntoView {
     };
     view! {
         <div class="field-row">
-            <span>"Width"</span>
-            {step(-1, "correct-narrower", "Narrower ([)", "−")}
-            <output data-testid="correct-width">{move || format!("{} mm", width.get())}</output>
-            {step(1, "correct-wider", "Wider (])", "+")}
+            <span>{t!("correct.width")}</span>
+            {step(-1, "correct-narrower", t!("correct.narrower"), "−")}
+            <output data-testid="correct-width">{move || format!("{} mm", localized(&width.get().to_string()))}</output>
+            {step(1, "correct-wider", t!("correct.wider"), "+")}
         </div>
     }
 }
@@ -185,13 +183,10 @@ fn Width(ui: Ui) -> impl IntoView {
 #[component]
 fn SignForm(ui: Ui) -> impl IntoView {
     let whole = ui.part(|s| s.features.correct.marks.iter().filter(|mark| mark.is_whole()).count());
-    let button = Signal::derive(move || match whole.get() {
-        1 => "Sign 1 mark".to_owned(),
-        count => format!("Sign {count} marks"),
-    });
+    let button = Signal::derive(move || t!("correct.sign", count = whole.get()));
     view! {
         <Signature
-            ui id="correct" label="Sign the corrections".to_owned() because="Because".to_owned() reason=Reason::Free button
+            ui id="correct" label=t!("correct.sign.label").to_owned() because=t!("common.because").to_owned() reason=Reason::Free button
             is_ready=Signal::derive(move || whole.get() != 0) on_sign=UnsyncCallback::new(move |signed| sign(ui, &signed))
         />
     }

@@ -6,6 +6,7 @@ use crate::features::Feature;
 use crate::features::inspect::PickedPoint;
 use crate::render::FrameContent;
 use crate::render::segment::Segment;
+use crate::words::t;
 use glam::{DVec3, Vec2, Vec3};
 use semascan_model::review::ReviewAction;
 use std::collections::BTreeMap;
@@ -218,15 +219,15 @@ impl Correct {
         let open = self.marks.last().filter(|mark| mark.is_open && mark.tool == Tool::Outline);
         match (self.tool, open) {
             (None, _) => "",
-            _ if self.missed == Some(NoPatch::Nothing) => "Nothing lies there. Draw on the model.",
-            _ if self.missed == Some(NoPatch::Large) => "That is more than can be taken at once. Take a part of it.",
-            _ if self.marks.len() >= MOST => "So many marks are kept: sign these first.",
-            (Some(Tool::Brush), _) => "Drag over the surface, or click. The right button turns the view.",
-            (Some(Tool::Segment), _) => "Click a segment: all connected surface of its class is taken.",
-            (Some(Tool::Lasso), _) => "Drag around what is seen. The right button turns the view.",
-            (Some(Tool::Outline), None) => "Drag around it, or click its corners. The right button turns the view.",
-            (Some(Tool::Outline), Some(mark)) if mark.points.len() < 3 => "Click the next corner.",
-            (Some(Tool::Outline), Some(_)) => "Click the next corner, or close the outline.",
+            _ if self.missed == Some(NoPatch::Nothing) => t!("correct.missed"),
+            _ if self.missed == Some(NoPatch::Large) => t!("correct.large"),
+            _ if self.marks.len() >= MOST => t!("correct.full"),
+            (Some(Tool::Brush), _) => t!("correct.prompt.brush"),
+            (Some(Tool::Segment), _) => t!("correct.prompt.segment"),
+            (Some(Tool::Lasso), _) => t!("correct.prompt.lasso"),
+            (Some(Tool::Outline), None) => t!("correct.prompt.outline"),
+            (Some(Tool::Outline), Some(mark)) if mark.points.len() < 3 => t!("correct.prompt.corner"),
+            (Some(Tool::Outline), Some(_)) => t!("correct.prompt.close"),
         }
     }
 

@@ -6,6 +6,7 @@ use crate::features::mesh::MeshEvent;
 use crate::features::view::{Controller, Host};
 use crate::mesh_worker::{Reply, Request};
 use crate::state::notices::{Level, Topic};
+use crate::words::t;
 use std::cell::RefCell;
 use std::rc::Rc;
 use std::sync::Arc;
@@ -40,7 +41,7 @@ impl DeviationController {
                 DeviationEvent::Reference(reference.clone())
             }
             Reply::NoReference(reason) => {
-                ui.notify(Level::Error, Topic::Reference, format!("No reference: {reason}"));
+                ui.notify(Level::Error, Topic::Reference, t!("deviation.no_reference", reason));
                 DeviationEvent::NoReference
             }
             Reply::Deviation { of_vertices, figures } => {

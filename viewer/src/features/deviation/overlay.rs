@@ -4,6 +4,7 @@
 
 use crate::display::{ColorMode, deviation_colors};
 use crate::ui::Ui;
+use crate::words::{localized, t};
 use leptos::prelude::*;
 
 /// Four tolerances to either side, in millimetres.
@@ -17,15 +18,15 @@ pub(super) fn DeviationScale(ui: Ui) -> impl IntoView {
     view! {
         <Show when=move || shown.get()>
             <figure class="scale is-raised is-wide" data-testid="color-scale">
-                <figcaption>"Deviation, mm"</figcaption>
+                <figcaption>{t!("deviation.scale")}</figcaption>
                 <div class="scale-ramp" aria-hidden="true" style:background-image=deviation_colors::css_gradient()></div>
                 <div class="scale-ticks is-banded">
                     {move || ticks().into_iter().map(|text| view! { <span>{text}</span> }).collect_view()}
                 </div>
                 {move || is_doubtful.get().then(|| view! {
-                    <p class="scale-unknown" data-testid="scale-doubt">"The reference does not lie on the model: see the panel."</p>
+                    <p class="scale-unknown" data-testid="scale-doubt">{t!("deviation.doubt")}</p>
                 })}
-                <div class="scale-ticks"><span>"inside"</span><span>"within"</span><span>"outside"</span></div>
+                <div class="scale-ticks"><span>{t!("deviation.inside")}</span><span>{t!("deviation.within")}</span><span>{t!("deviation.outside")}</span></div>
             </figure>
         </Show>
     }
@@ -34,6 +35,5 @@ pub(super) fn DeviationScale(ui: Ui) -> impl IntoView {
 /// A deviation in metres as signed millimetres, no longer than needed.
 fn tick(metres: f64) -> String {
     let millimetres = metres * 1e3;
-    // Minus is a sign, not a hyphen.
-    format!("{millimetres:+.3}").trim_end_matches('0').trim_end_matches('.').replace('-', "\u{2212}")
+    localized(format!("{millimetres:+.3}").trim_end_matches('0').trim_end_matches('.'))
 }

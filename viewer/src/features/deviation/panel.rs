@@ -10,6 +10,7 @@ use crate::state::notices::{Level, Topic};
 use crate::state::units;
 use crate::ui::Ui;
 use crate::ui::icons::{Icon, WARNING};
+use crate::words::{decimal, signed, t};
 use leptos::prelude::*;
 use semascan_model::LengthUnit;
 use std::rc::Rc;
@@ -49,17 +50,17 @@ fn DeviationPanel(ui: Ui) -> impl IntoView {
     };
     view! {
         <section class="panel" aria-labelledby="deviation-title">
-            <header class="panel-head"><h2 id="deviation-title">"Deviation"</h2></header>
+            <header class="panel-head"><h2 id="deviation-title">{t!("common.deviation")}</h2></header>
             <div class="switch-row">
                 <span>
                     {move || match (reading.get(), reference.get()) {
-                        (Some(name), _) => view! { {format!("Reading {name}")} <small>""</small> }.into_any(),
+                        (Some(name), _) => view! { {t!("deviation.reading", name)} <small>""</small> }.into_any(),
                         (None, Some(reference)) => {
                             let about = description(&reference);
                             view! { <span data-testid="reference">{reference.name}</span> <small>{about}</small> }.into_any()
                         }
                         (None, None) => {
-                            view! { "Compare" <small>"with a mesh or cloud in the table frame"</small> }.into_any()
+                            view! { {t!("deviation.compare")} <small>{t!("deviation.compare.with")}</small> }.into_any()
                         }
                     }}
                 </span>
@@ -69,7 +70,7 @@ fn DeviationPanel(ui: Ui) -> impl IntoView {
                             class="text-button" type="button" data-testid="reference-forget"
                             on:click=move |_| ui.send_feature(DeviationEvent::Removed)
                         >
-                            "Remove"
+                            {t!("deviation.remove")}
                         </button>
                     </Show>
                     <label class="text-button file-button" class:is-disabled=move || !has_model.get()>
@@ -77,7 +78,7 @@ fn DeviationPanel(ui: Ui) -> impl IntoView {
                             class="visually-hidden" type="file" accept=ACCEPT data-testid="reference-file"
                             prop:disabled=move || !has_model.get() on:change=take_file
                         />
-                        {move || if reference.get().is_some() { "Change" } else { "Load" }}
+                        {move || if reference.get().is_some() { t!("deviation.change") } else { t!("deviation.load") }}
                     </label>
                 </span>
             </div>
@@ -95,16 +96,16 @@ fn DeviationPanel(ui: Ui) -> impl IntoView {
 fn UnitChoice(ui: Ui) -> impl IntoView {
     let chosen = ui.part(|s| s.features.deviation.unit);
     let option = move |unit: LengthUnit| {
-        view! { <option value=unit.name() prop:selected=move || chosen.get() == Some(unit)>{unit.name()}</option> }
+        view! { <option value=unit.name() prop:selected=move || chosen.get() == Some(unit)>{units::unit_name(unit)}</option> }
     };
     let choose = move |event: web_sys::Event| {
         ui.send_feature(DeviationEvent::Unit(LengthUnit::parse(&event_target_value(&event))));
     };
     view! {
         <label class="switch-row">
-            <span>"Unit of the file" <small>"of its lengths"</small></span>
+            <span>{t!("deviation.unit")} <small>{t!("deviation.unit.of")}</small></span>
             <select class="number" data-testid="reference-unit" on:change=choose>
-                <option value="" prop:selected=move || chosen.get().is_none()>"automatic"</option>
+                <option value="" prop:selected=move || chosen.get().is_none()>{t!("deviation.unit.automatic")}</option>
                 {LengthUnit::ALL.into_iter().map(option).collect_view()}
             </select>
         </label>
@@ -123,7 +124,7 @@ fn Doubts(ui: Ui) -> impl IntoView {
                 class="button" type="button" data-testid="reference-unit-offer"
                 on:click=move |_| ui.send_feature(DeviationEvent::Unit(Some(fits)))
             >
-                {format!("Take it for {}", fits.name())}
+                {t!("deviation.take_for", unit = units::unit_name(fits))}
             </button>
         }),
         _ => None,
@@ -135,7 +136,7 @@ fn Doubts(ui: Ui) -> impl IntoView {
                 <div>
                     <p>
                         {mismatch.sentence()}
-                        {(!shown.get()).then_some(" The mesh is not coloured by deviations that mean nothing.")}
+                        {(!shown.get()).then_some(t!("deviation.not_coloured"))}
                     </p>
                     {other_unit(mismatch)}
                 </div>
@@ -148,7 +149,7 @@ fn Doubts(ui: Ui) -> impl IntoView {
                     {warnings.get().into_iter().take(MOST_WARNINGS).map(|w| view! { <p>{units::sentence(&w)}</p> }).collect_view()}
                     {move || {
                         let more = warnings.with(Vec::len).saturating_sub(MOST_WARNINGS);
-                        (more > 0).then(|| view! { <p>{format!("And {more} more.")}</p> })
+                        (more > 0).then(|| view! { <p>{t!("deviation.more", count = more)}</p> })
                     }}
                 </div>
             </div>
@@ -172,20 +173,14 @@ fn Figures(ui: Ui) -> impl IntoView {
         move || figures.get().map(|f| format!("{:.4}", f64::from(of(&f)) * 1e3))
     };
     let size = move |of: fn(&DeviationFigures) -> f32| {
-        move || figures.get().map_or_else(|| "–".to_owned(), |f| format!("{:.3} mm", f64::from(of(&f)) * 1e3))
+        move || figures.get().map_or_else(|| "–".to_owned(), |f| format!("{} mm", decimal(f64::from(of(&f)) * 1e3, 3)))
     };
     let signed = move |of: fn(&DeviationFigures) -> f32| {
-        move || {
-            figures.get().map_or_else(
-                || "–".to_owned(),
-                // Minus is a sign, not a hyphen.
-                |f| format!("{:+.3} mm", f64::from(of(&f)) * 1e3).replace('-', "\u{2212}"),
-            )
-        }
+        move || figures.get().map_or_else(|| "–".to_owned(), |f| format!("{} mm", signed(f64::from(of(&f)) * 1e3, 3)))
     };
     view! {
         <label class="switch-row">
-            <span>"Tolerance" <small>"plus and minus, millimetres"</small></span>
+            <span>{t!("deviation.tolerance")} <small>{t!("deviation.tolerance.unit")}</small></span>
             <input
                 class="number" type="number" min="0.001" max="100" step="0.05" data-testid="tolerance"
                 prop:value=move || format!("{}", (tolerance.get() * 1e6).round() / 1e3) on:change=set_tolerance
@@ -195,24 +190,24 @@ fn Figures(ui: Ui) -> impl IntoView {
             class="figures is-signed" data-testid="deviation" data-mean-mm=data(|f| f.mean) data-rms-mm=data(|f| f.rms)
             data-p95-mm=data(|f| f.p95)
         >
-            <div><dt>"Mean"</dt><dd>{signed(|f| f.mean)}</dd></div>
-            <div><dt>"RMS"</dt><dd>{size(|f| f.rms)}</dd></div>
+            <div><dt>{t!("deviation.mean")}</dt><dd>{signed(|f| f.mean)}</dd></div>
+            <div><dt>{t!("deviation.rms")}</dt><dd>{size(|f| f.rms)}</dd></div>
             <div><dt>"95 %"</dt><dd>{size(|f| f.p95)}</dd></div>
-            <div><dt>"Least"</dt><dd>{signed(|f| f.range[0])}</dd></div>
-            <div><dt>"Most"</dt><dd>{signed(|f| f.range[1])}</dd></div>
+            <div><dt>{t!("deviation.least")}</dt><dd>{signed(|f| f.range[0])}</dd></div>
+            <div><dt>{t!("deviation.most")}</dt><dd>{signed(|f| f.range[1])}</dd></div>
         </dl>
     }
 }
 
 /// What a reference holds, and in which unit.
 fn description(reference: &ReferenceInfo) -> String {
-    let (count, what) = match reference.triangles {
-        0 => (reference.points, "points"),
-        triangles => (triangles, "triangles"),
+    let what = match reference.triangles {
+        0 => t!("count.points", count = units::count(reference.points.into())),
+        triangles => t!("count.triangles", count = units::count(triangles.into())),
     };
-    let unit = reference.unit.name();
-    let unit = if reference.is_guess { format!("taken for {unit} by its size") } else { format!("in {unit}") };
-    format!("{} {what}, {unit}", units::count(count.into()))
+    let unit = units::unit_name(reference.unit);
+    let unit = if reference.is_guess { t!("deviation.guessed", unit) } else { t!("deviation.in_unit", unit) };
+    format!("{what}, {unit}")
 }
 
 /// Reads a file and compares with it from then on.
@@ -228,7 +223,7 @@ fn read_file(ui: Ui, file: File) {
             }
             Err(error) => {
                 web_sys::console::error_1(&error);
-                ui.notify(Level::Error, Topic::Reference, format!("No reference: the browser could not read {name}."));
+                ui.notify(Level::Error, Topic::Reference, t!("deviation.unreadable", name));
                 ui.send_feature(DeviationEvent::NoReference);
             }
         }

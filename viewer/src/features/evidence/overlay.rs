@@ -8,6 +8,7 @@ use crate::state::{Event, units};
 use crate::ui::icons::{CAMERA, CLOSE, Icon, NEXT, PREVIOUS};
 use crate::ui::object_url::ObjectUrl;
 use crate::ui::{Command, Ui};
+use crate::words::{decimal, t};
 use leptos::prelude::*;
 use std::rc::Rc;
 use wasm_bindgen::JsCast;
@@ -45,15 +46,14 @@ fn Offer(ui: Ui) -> impl IntoView {
     let count = ui.part(|s| s.features.evidence.sights.len());
     view! {
         <button
-            class="evidence-offer is-raised" type="button" data-testid="evidence-open" title="Show the photographs (E)"
+            class="evidence-offer is-raised" type="button" data-testid="evidence-open" title=t!("evidence.show")
             prop:disabled=move || count.get() == 0 on:click=move |_| ui.send_feature(EvidenceEvent::Open(true))
         >
             <Icon path=CAMERA/>
             <span>
                 {move || match count.get() {
-                    0 => "No photograph shows this point".to_owned(),
-                    1 => "1 photograph shows this point".to_owned(),
-                    count => format!("{count} photographs show this point"),
+                    0 => t!("evidence.none_shows").to_owned(),
+                    count => t!("evidence.count", count),
                 }}
             </span>
         </button>
@@ -80,28 +80,28 @@ fn Card(ui: Ui) -> impl IntoView {
         }
     };
     view! {
-        <section class="detail" data-testid="evidence" aria-label="Photographs of the picked point" on:keydown=on_key>
+        <section class="detail" data-testid="evidence" aria-label=t!("evidence.card") on:keydown=on_key>
             <header class="detail-head">
                 <h2 aria-live="polite">
                     {move || match place.get() {
-                        (_, 0) => "No photograph".to_owned(),
-                        (place, count) => format!("Photograph {} of {count}", place + 1),
+                        (_, 0) => t!("evidence.none").to_owned(),
+                        (place, count) => t!("evidence.place", number = place + 1, all = count),
                     }}
                 </h2>
                 <button
-                    class="tool" type="button" aria-label="Better photograph" title="Better photograph (,)"
+                    class="tool" type="button" aria-label=t!("evidence.better") title=t!("evidence.better.title")
                     prop:disabled=move || place.get().1 < 2 on:click=step(-1)
                 >
                     <Icon path=PREVIOUS/>
                 </button>
                 <button
-                    class="tool" type="button" aria-label="Next photograph" title="Next photograph (.)"
+                    class="tool" type="button" aria-label=t!("evidence.next") title=t!("evidence.next.title")
                     prop:disabled=move || place.get().1 < 2 on:click=step(1)
                 >
                     <Icon path=NEXT/>
                 </button>
                 <button
-                    class="tool" type="button" aria-label="Close" title="Close (E)" data-testid="evidence-close"
+                    class="tool" type="button" aria-label=t!("common.close") title=t!("evidence.close") data-testid="evidence-close"
                     on:click=move |_| ui.send_feature(EvidenceEvent::Open(false))
                 >
                     <Icon path=CLOSE/>
@@ -110,7 +110,7 @@ fn Card(ui: Ui) -> impl IntoView {
             {move || match shown.get() {
                 Some(sight) => view! { <Photograph ui sight/> <Use ui sight/> }.into_any(),
                 None => view! {
-                    <p class="evidence-none">"Every camera looked past this point, or something stood before it."</p>
+                    <p class="evidence-none">{t!("evidence.unseen")}</p>
                 }.into_any(),
             }}
         </section>
@@ -177,7 +177,7 @@ fn Photograph(ui: Ui, sight: Sight) -> impl IntoView {
             style:aspect-ratio=format!("{} / {}", size.x, size.y)
         >
             {move || address().map(|src| view! {
-                <img class="picture-photo" src=src alt=format!("Photograph of view {}", view + 1) draggable="false" style:transform=shift/>
+                <img class="picture-photo" src=src alt=t!("evidence.alt", number = view + 1) draggable="false" style:transform=shift/>
             })}
             {move || outline.get().map(|path| view! {
                 <svg
@@ -191,21 +191,21 @@ fn Photograph(ui: Ui, sight: Sight) -> impl IntoView {
             <span class="evidence-mark" aria-hidden="true" style:left=move || mark(0) style:top=move || mark(1)></span>
         </div>
         <fieldset class="segments detail-overlays">
-            <legend class="visually-hidden">"How much of it"</legend>
-            {choice(true, "Around the point", "near")}
-            {choice(false, "Whole picture", "whole")}
+            <legend class="visually-hidden">{t!("evidence.how_much")}</legend>
+            {choice(true, t!("evidence.near"), "near")}
+            {choice(false, t!("evidence.whole"), "whole")}
         </fieldset>
         <dl class="detail-figures">
-            <div><dt>"View"</dt><dd>{view + 1}</dd></div>
-            <div><dt>"Off the normal"</dt><dd>{format!("{degrees:.0}°")}</dd></div>
-            <div><dt>"Distance"</dt><dd>{units::length(sight.distance.into())}</dd></div>
-            <div><dt>"Pixels per mm"</dt><dd>{format!("{:.2}", sight.pixels_per_millimetre)}</dd></div>
+            <div><dt>{t!("common.view")}</dt><dd>{view + 1}</dd></div>
+            <div><dt>{t!("evidence.off_normal")}</dt><dd>{format!("{degrees:.0}°")}</dd></div>
+            <div><dt>{t!("evidence.distance")}</dt><dd>{units::length(sight.distance.into())}</dd></div>
+            <div><dt>{t!("evidence.pixels")}</dt><dd>{decimal(sight.pixels_per_millimetre, 2)}</dd></div>
         </dl>
         <Show when=move || loaded.get() == Some(false)>
-            <p class="evidence-note">"Only the small picture: this agent keeps none in full size (it does with --data)."</p>
+            <p class="evidence-note">{t!("evidence.small")}</p>
         </Show>
         <Show when=move || missing.get()>
-            <p class="evidence-note">"The picture itself is not there: the agent has dropped it."</p>
+            <p class="evidence-note">{t!("evidence.dropped")}</p>
         </Show>
     }
 }
@@ -223,15 +223,15 @@ fn Use(ui: Ui, sight: Sight) -> impl IntoView {
     };
     view! {
         <div class="evidence-use">
-            <button class="text-button" type="button" data-testid="evidence-look" on:click=look>"Look from there"</button>
+            <button class="text-button" type="button" data-testid="evidence-look" on:click=look>{t!("evidence.look")}</button>
             <button
                 class="text-button" type="button" data-testid="evidence-view" on:click=move |_| ui.send(Event::SelectView(Some(sight.view)))
             >
-                "Open the view"
+                {t!("evidence.open")}
             </button>
         </div>
         <label class="switch-row">
-            <span>"Lay it onto the mesh"</span>
+            <span>{t!("evidence.project")}</span>
             <input
                 class="switch" type="checkbox" role="switch" data-testid="evidence-project"
                 prop:checked=move || is_projected.get() prop:disabled=move || !has_pixels.get()
@@ -240,7 +240,7 @@ fn Use(ui: Ui, sight: Sight) -> impl IntoView {
         </label>
         <Show when=move || is_projected.get()>
             <label class="switch-row">
-                <span>"Strength"</span>
+                <span>{t!("evidence.strength")}</span>
                 <input
                     type="range" min="0" max="1" step="0.05" data-testid="evidence-strength"
                     prop:value=move || strength.get().to_string()

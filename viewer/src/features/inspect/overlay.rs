@@ -8,6 +8,7 @@ use crate::display::css_color;
 use crate::state::AppState;
 use crate::ui::icons::{CLOSE, Icon, PIN};
 use crate::ui::{Ui, anchor_place};
+use crate::words::t;
 use leptos::prelude::*;
 
 /// Everything that the tool lays over the 3D view.
@@ -17,7 +18,7 @@ pub(super) fn InspectOverlay(ui: Ui) -> impl IntoView {
         let inspect = &s.features.inspect;
         match &inspect.picked {
             Some(point) => words::sentence(s, point),
-            None if inspect.missed => "Nothing lies there.".to_owned(),
+            None if inspect.missed => t!("inspect.missed").to_owned(),
             None => String::new(),
         }
     });
@@ -98,14 +99,14 @@ fn CardOf(ui: Ui, point: PickedPoint) -> impl IntoView {
     let outdated = ui.part(|s| s.features.inspect.outdated);
     let [x, y, z] = point.position;
     let instance = match point.instance {
-        0 => "not told apart".to_owned(),
+        0 => t!("inspect.no_instance").to_owned(),
         number => number.to_string(),
     };
     let surface = if point.on_mesh { "mesh" } else { "points" };
     let row = |name: &'static str, value: AnyView| view! { <div><dt>{name}</dt><dd>{value}</dd></div> };
     view! {
         <section
-            class="card is-raised" aria-label="Picked point" data-testid="inspect-card" data-component=point.component
+            class="card is-raised" aria-label=t!("inspect.card") data-testid="inspect-card" data-component=point.component
             data-x-mm=format!("{:.4}", f64::from(x) * 1e3) data-y-mm=format!("{:.4}", f64::from(y) * 1e3)
             data-z-mm=format!("{:.4}", f64::from(z) * 1e3) data-surface=surface
         >
@@ -113,35 +114,35 @@ fn CardOf(ui: Ui, point: PickedPoint) -> impl IntoView {
                 <span class="scale-dot" style:background-color=move || color.get()></span>
                 <h2 title=move || name.get()>{move || name.get()}</h2>
                 <button
-                    class="tool" type="button" data-testid="inspect-pin" aria-label="Pin a label here" title="Pin a label (L)"
+                    class="tool" type="button" data-testid="inspect-pin" aria-label=t!("inspect.pin") title=t!("inspect.pin.title")
                     prop:disabled=move || !can_pin.get() on:click=move |_| ui.send_feature(InspectEvent::Pin)
                 >
                     <Icon path=PIN/>
                 </button>
                 <button
-                    class="tool" type="button" data-testid="inspect-close" aria-label="Close" title="Close (Esc)"
+                    class="tool" type="button" data-testid="inspect-close" aria-label=t!("common.close") title=t!("common.close_esc")
                     on:click=move |_| ui.send_feature(InspectEvent::Close)
                 >
                     <Icon path=CLOSE/>
                 </button>
             </header>
             <dl class="card-figures">
-                {row("Confidence", words::confidence(&point).into_any())}
-                {row("Uncertainty (sigma)", words::sigma(&point).into_any())}
-                {row("Defect", (move || defect.get()).into_any())}
-                {row("Views that saw it", point.views.to_string().into_any())}
-                {row("Instance", instance.into_any())}
-                {point.deviation.map(|metres| row("Deviation", words::deviation(metres).into_any()))}
+                {row(t!("common.confidence"), words::confidence(&point).into_any())}
+                {row(t!("common.sigma"), words::sigma(&point).into_any())}
+                {row(t!("common.defect"), (move || defect.get()).into_any())}
+                {row(t!("inspect.views"), point.views.to_string().into_any())}
+                {row(t!("inspect.instance"), instance.into_any())}
+                {point.deviation.map(|metres| row(t!("common.deviation"), words::deviation(metres).into_any()))}
             </dl>
-            <dl class="card-place" aria-label="Coordinates in the table frame, millimetres">
+            <dl class="card-place" aria-label=t!("inspect.place")>
                 {["x", "y", "z"].into_iter().zip(point.position).map(|(axis, metres)| view! {
                     <div><dt>{axis}</dt><dd>{words::millimetres(metres)}</dd></div>
                 }).collect_view()}
-                <div class="card-unit"><dt class="visually-hidden">"Unit"</dt><dd>"mm, table frame"</dd></div>
+                <div class="card-unit"><dt class="visually-hidden">{t!("inspect.unit")}</dt><dd>{t!("inspect.frame")}</dd></div>
             </dl>
-            {point.mark().map(|mark| view! { <p class="card-note">{format!("This point is {mark}.")}</p> })}
+            {point.mark().map(|mark| view! { <p class="card-note">{t!("inspect.mark", mark)}</p> })}
             <Show when=move || outdated.get()>
-                <p class="card-note">"The model has changed since: pick again for what it is now."</p>
+                <p class="card-note">{t!("inspect.outdated")}</p>
             </Show>
         </section>
     }

@@ -5,6 +5,7 @@ use super::{Inspect, InspectEvent, overlay, words};
 use crate::features::view::{Controller, FeatureView, Host};
 use crate::ui::Ui;
 use crate::ui::icons::{CLOSE, Icon};
+use crate::words::t;
 use leptos::prelude::*;
 use std::rc::Rc;
 
@@ -29,12 +30,12 @@ fn LabelsPanel(ui: Ui) -> impl IntoView {
         <Show when=move || !labels.with(Vec::is_empty)>
             <section class="panel" aria-labelledby="labels-title" data-testid="labels">
                 <header class="panel-head">
-                    <h2 id="labels-title">"Labels"</h2>
+                    <h2 id="labels-title">{t!("inspect.labels")}</h2>
                     <button
-                        class="text-button" type="button" data-testid="labels-remove-all" title="Remove all (Shift+Delete)"
+                        class="text-button" type="button" data-testid="labels-remove-all" title=t!("inspect.remove_all.title")
                         on:click=move |_| ui.send_feature(InspectEvent::RemoveAll)
                     >
-                        "Remove all"
+                        {t!("common.remove_all")}
                     </button>
                 </header>
                 <ul class="entries">
@@ -45,11 +46,11 @@ fn LabelsPanel(ui: Ui) -> impl IntoView {
                                 {move || ui.follow(|s| words::component(s, &label.point))}
                                 <small>
                                     {format!(" {} mm", label.point.position.map(words::millimetres).join(", "))}
-                                    {label.outdated.then_some(", of an earlier model")}
+                                    {label.outdated.then_some(t!("common.of_earlier_model"))}
                                 </small>
                             </span>
                             <button
-                                class="tool" type="button" aria-label=format!("Remove label {}", label.number)
+                                class="tool" type="button" aria-label=t!("inspect.remove", number = label.number)
                                 on:click=move |_| ui.send_feature(InspectEvent::Remove(label.number))
                             >
                                 <Icon path=CLOSE/>

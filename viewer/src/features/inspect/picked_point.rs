@@ -1,5 +1,6 @@
 //! A point of the surface that a person picked, and all that the model knows of it.
 
+use crate::words::t;
 use semascan_model::{PointFlags, SemanticPoint};
 
 /// A place on the surface.
@@ -62,9 +63,9 @@ impl PickedPoint {
     pub fn mark(&self) -> Option<&'static str> {
         let has = |bits| self.flags.has(bits);
         match () {
-            () if has(PointFlags::BACKGROUND) => Some("outside the measuring volume"),
-            () if has(PointFlags::OUTLIER) => Some("an outlier"),
-            () if has(PointFlags::UNCERTAIN) => Some("seen only by uncertain pixels"),
+            () if has(PointFlags::BACKGROUND) => Some(t!("inspect.mark.background")),
+            () if has(PointFlags::OUTLIER) => Some(t!("inspect.mark.outlier")),
+            () if has(PointFlags::UNCERTAIN) => Some(t!("inspect.mark.uncertain")),
             () => None,
         }
     }

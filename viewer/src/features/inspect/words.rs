@@ -3,16 +3,14 @@
 use super::PickedPoint;
 use crate::state::AppState;
 use crate::state::units;
-
-/// Minus is a sign, not a hyphen.
-const MINUS: char = '\u{2212}';
+use crate::words::{decimal, signed, t};
 
 /// Name of the component; what has none is unlabelled.
 pub fn component(state: &AppState, point: &PickedPoint) -> String {
     match state.legend.rows.get(usize::from(point.component)) {
         Some(row) if point.component != 0 => row.class.name.clone(),
-        None if point.component != 0 => format!("class {}", point.component),
-        _ => "unlabelled".into(),
+        None if point.component != 0 => t!("common.class", number = point.component),
+        _ => t!("common.unlabelled").into(),
     }
 }
 
@@ -21,7 +19,7 @@ pub fn defect(state: &AppState, point: &PickedPoint) -> Option<String> {
     let name = match state.legend.defects.get(usize::from(point.defect)) {
         _ if point.defect == 0 => return None,
         Some(class) => class.name.clone(),
-        None => format!("class {}", point.defect),
+        None => t!("common.class", number = point.defect),
     };
     Some(format!("{name}, {}", units::percent(point.defect_confidence.into())))
 }
@@ -29,40 +27,38 @@ pub fn defect(state: &AppState, point: &PickedPoint) -> Option<String> {
 /// The defect, or why there is none.
 pub fn defect_or_none(state: &AppState, point: &PickedPoint) -> String {
     defect(state, point).unwrap_or_else(|| match state.legend.defects.len() {
-        0 | 1 => "not looked for".into(),
-        _ => "none".into(),
+        0 | 1 => t!("inspect.not_looked_for").into(),
+        _ => t!("inspect.no_defect").into(),
     })
 }
 
 /// The confidence in the component.
 pub fn confidence(point: &PickedPoint) -> String {
-    point.confidence.map_or_else(|| "not known".into(), |share| units::percent(share.into()))
+    point.confidence.map_or_else(|| t!("common.not_known").into(), |share| units::percent(share.into()))
 }
 
 /// The uncertainty of the component.
 pub fn sigma(point: &PickedPoint) -> String {
-    point.sigma.map_or_else(|| "not known".into(), |sigma| format!("{sigma:.3}"))
+    point.sigma.map_or_else(|| t!("common.not_known").into(), |sigma| decimal(sigma, 3))
 }
 
 /// A coordinate in metres as signed millimetres.
 pub fn millimetres(metres: f32) -> String {
-    format!("{:.2}", f64::from(metres) * 1e3).replace('-', &MINUS.to_string())
+    decimal(f64::from(metres) * 1e3, 2)
 }
 
 /// A deviation in metres as millimetres with its sign.
 pub fn deviation(metres: f32) -> String {
-    format!("{:+.3}\u{a0}mm", f64::from(metres) * 1e3).replace('-', &MINUS.to_string())
+    format!("{}\u{a0}mm", signed(f64::from(metres) * 1e3, 3))
 }
 
 /// The whole in a sentence, for a screen reader.
 pub fn sentence(state: &AppState, point: &PickedPoint) -> String {
     let [x, y, z] = point.position.map(millimetres);
-    let defect = defect(state, point).map(|defect| format!(" Defect {defect}.")).unwrap_or_default();
-    format!(
-        "{}, confidence {}.{defect} x {x}, y {y}, z {z} millimetres.",
-        units::sentence(&component(state, point)).trim_end_matches('.'),
-        confidence(point)
-    )
+    let defect = defect(state, point).map(|defect| t!("inspect.spoken.defect", defect)).unwrap_or_default();
+    let component = units::sentence(&component(state, point));
+    let component = component.trim_end_matches('.');
+    t!("inspect.spoken", component, confidence = confidence(point), defect, x, y, z)
 }
 
 #[cfg(test)]

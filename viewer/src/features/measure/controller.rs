@@ -8,6 +8,7 @@ use crate::features::mesh::MeshEvent;
 use crate::features::review::ReviewEvent;
 use crate::features::view::{Controller, Host};
 use crate::scene::ModelChange;
+use crate::words::t;
 use semascan_model::SemanticMesh;
 use std::cell::{Cell, RefCell};
 use std::rc::Rc;
@@ -56,17 +57,17 @@ impl MeasureController {
     fn look_up(&self, kind: Kind, place: [f32; 3]) -> Result<super::Taken, String> {
         if self.host.ui.read(|s| s.features.mesh.is_wanted() || s.features.mesh.is_running()) {
             self.prepare(kind);
-            return Err("The mesh is being made: pick again in a moment.".into());
+            return Err(t!("measure.mesh_first").into());
         }
         let mesh = self.host.mesh.borrow();
-        let held = mesh.mesh().ok_or("There is no mesh.")?;
+        let held = mesh.mesh().ok_or(t!("mesh.none"))?;
         let mut survey = self.survey.borrow_mut();
         if survey.as_ref().is_none_or(|(revision, _)| *revision != mesh.revision()) {
             *survey = Some((mesh.revision(), Survey::new(held.clone(), self.host.model.borrow().voxel())));
         }
         match survey.as_ref() {
             Some((_, survey)) => survey.take(kind, &self.host.ui.read(|s| s.features.measure.taken.clone()), place),
-            None => Err("There is no mesh.".into()),
+            None => Err(t!("mesh.none").into()),
         }
     }
 }

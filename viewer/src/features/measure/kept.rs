@@ -1,7 +1,7 @@
 //! Measurements that are kept with the inspection: made of those in the list, and read as the agent gives them.
 
 use super::measurement::in_words;
-use super::{Kind, Measurement, Taken};
+use super::{Kind, Measurement, Picking, Taken};
 use semascan_geometry::fit::Element;
 use semascan_geometry::measure::dimensions::Estimate;
 use semascan_model::LengthUnit;
@@ -67,7 +67,7 @@ fn rounded(place: [f32; 3]) -> [f64; 3] {
 pub fn value_and_uncertainty(record: &MeasurementRecord, unit: LengthUnit) -> String {
     match record.figure {
         Some(Quantity { value, expanded }) => in_words(record.kind, value, expanded, unit).1,
-        None => record.kind.label().into(),
+        None => record.kind.name().into(),
     }
 }
 
@@ -75,7 +75,7 @@ pub fn value_and_uncertainty(record: &MeasurementRecord, unit: LengthUnit) -> St
 pub fn value(record: &MeasurementRecord, unit: LengthUnit) -> String {
     match record.figure {
         Some(Quantity { value, expanded }) => in_words(record.kind, value, expanded, unit).0,
-        None => record.kind.label().into(),
+        None => record.kind.name().into(),
     }
 }
 

@@ -1,5 +1,6 @@
 //! What can be measured, and what a person picks for it.
 
+use crate::words::t;
 use semascan_geometry::fit::ElementKind;
 pub use semascan_model::measurement::MeasurementKind as Kind;
 
@@ -7,6 +8,10 @@ pub use semascan_model::measurement::MeasurementKind as Kind;
 pub trait Picking {
     /// What it does, with its key where it has one.
     fn title(self) -> &'static str;
+    /// Its name.
+    fn name(self) -> &'static str;
+    /// Its name within a sentence.
+    fn name_within(self) -> &'static str;
     /// Name of the element that is fitted, within a sentence.
     fn element_name(self) -> &'static str;
     /// The element that is fitted where a person clicks; `None` where the point itself is picked.
@@ -33,22 +38,50 @@ pub const KINDS: [Kind; 9] = [
 impl Picking for Kind {
     fn title(self) -> &'static str {
         match self {
-            Self::Distance => "Distance of two points or elements (M)",
-            Self::Angle => "Angle of three points or two elements (G)",
-            Self::Step => "Height of one plane above another",
-            Self::Plane => "Fit a plane to the surface around a point",
-            Self::Cylinder => "Fit a cylinder to the surface around a point",
-            Self::Sphere => "Fit a sphere to the surface around a point",
-            Self::Circle => "Fit a circle to the nearest rim of a plane",
-            Self::Area => "Area of the surface up to its edges",
-            Self::Along => "Shortest way between two points along the surface",
+            Self::Distance => t!("measure.title.distance"),
+            Self::Angle => t!("measure.title.angle"),
+            Self::Step => t!("measure.title.step"),
+            Self::Plane => t!("measure.title.plane"),
+            Self::Cylinder => t!("measure.title.cylinder"),
+            Self::Sphere => t!("measure.title.sphere"),
+            Self::Circle => t!("measure.title.circle"),
+            Self::Area => t!("measure.title.area"),
+            Self::Along => t!("measure.title.along"),
+        }
+    }
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Distance => t!("measure.kind.distance"),
+            Self::Angle => t!("measure.kind.angle"),
+            Self::Step => t!("measure.kind.step"),
+            Self::Plane => t!("measure.kind.plane"),
+            Self::Cylinder => t!("measure.kind.cylinder"),
+            Self::Sphere => t!("measure.kind.sphere"),
+            Self::Circle => t!("measure.kind.circle"),
+            Self::Area => t!("measure.kind.area"),
+            Self::Along => t!("measure.kind.along"),
+        }
+    }
+
+    fn name_within(self) -> &'static str {
+        match self {
+            Self::Distance => t!("measure.within.distance"),
+            Self::Angle => t!("measure.within.angle"),
+            Self::Step => t!("measure.within.step"),
+            Self::Plane => t!("measure.within.plane"),
+            Self::Cylinder => t!("measure.within.cylinder"),
+            Self::Sphere => t!("measure.within.sphere"),
+            Self::Circle => t!("measure.within.circle"),
+            Self::Area => t!("measure.within.area"),
+            Self::Along => t!("measure.within.along"),
         }
     }
 
     fn element_name(self) -> &'static str {
         match self {
-            Self::Step => "plane",
-            kind => kind.key(),
+            Self::Step => Self::Plane.name_within(),
+            kind => kind.name_within(),
         }
     }
 

@@ -1,14 +1,14 @@
 //! One measurement: what was picked for it, its figures with their uncertainties, and how these are written.
 
-use super::{Kind, Line, Taken};
+use super::{Kind, Line, Picking, Taken};
+use crate::state::units;
+use crate::words::decimal;
+use crate::words::t;
 use semascan_geometry::fit::{self, Feature, Fit, Relation};
 use semascan_geometry::measure::dimensions::{self, Estimate};
 use semascan_model::LengthUnit;
 use semascan_model::measurement::Dimension;
 use semascan_model::review::ReviewId;
-
-/// Minus is a sign, not a hyphen.
-const MINUS: &str = "\u{2212}";
 
 /// One measurement.
 #[derive(Clone, Debug, PartialEq)]
@@ -97,12 +97,12 @@ impl Measurement {
 
     /// The figure in words: `12.3 mm`, with `R` before a radius.
     pub fn value(&self, unit: LengthUnit) -> String {
-        self.written(unit).map_or_else(|| self.kind.label().into(), |(value, _)| value)
+        self.written(unit).map_or_else(|| self.kind.name().into(), |(value, _)| value)
     }
 
     /// The figure with its expanded uncertainty (k = 2): `12.3 ± 1.1 mm`.
     pub fn value_and_uncertainty(&self, unit: LengthUnit) -> String {
-        self.written(unit).map_or_else(|| self.kind.label().into(), |(_, whole)| whole)
+        self.written(unit).map_or_else(|| self.kind.name().into(), |(_, whole)| whole)
     }
 
     /// Of the distance of two points the way along each axis in words, without unit.
@@ -114,15 +114,14 @@ impl Measurement {
     /// What it is of, in words: the elements between which it was taken, or how well its own element fits.
     pub fn note(&self, unit: LengthUnit) -> Option<String> {
         if let Some(fit) = self.fit() {
-            let length = |metres: f64| {
-                format!("{:.*}", if unit == LengthUnit::Inches { 4 } else { 2 }, metres / unit.in_metres())
-            };
-            return Some(format!(
-                "{} points, {} left out; residual {} rms, {} at most",
-                fit.used,
-                fit.left_out,
-                length(fit.rms),
-                length(fit.largest)
+            let decimals = if unit == LengthUnit::Inches { 4 } else { 2 };
+            let length = |metres: f64| decimal(metres / unit.in_metres(), decimals);
+            return Some(t!(
+                "measure.fit",
+                used = fit.used,
+                left_out = fit.left_out,
+                rms = length(fit.rms),
+                most = length(fit.largest)
             ));
         }
         let of: Vec<String> = self
@@ -166,8 +165,8 @@ pub(super) fn in_words(kind: Kind, value: f64, expanded: Option<f64>, unit: Leng
     let radius = if kind.is_radius() { "R\u{a0}" } else { "" };
     // No space before a degree sign.
     let unit = match dimension {
-        Dimension::Length => format!("\u{a0}{}", unit.name()),
-        Dimension::Area => format!("\u{a0}{}²", unit.name()),
+        Dimension::Length => format!("\u{a0}{}", units::unit_name(unit)),
+        Dimension::Area => format!("\u{a0}{}²", units::unit_name(unit)),
         Dimension::Angle => "°".into(),
     };
     let whole = match expanded {
@@ -188,12 +187,13 @@ impl Taken {
 
     /// What it is, within a sentence.
     fn name(&self) -> &'static str {
-        self.fit().map_or("point", |fit| match fit.element {
-            fit::Element::Plane(_) => "plane",
-            fit::Element::Cylinder(_) => "cylinder",
-            fit::Element::Sphere(_) => "sphere",
-            fit::Element::Circle(_) => "circle",
-        })
+        match self.fit().map(|fit| &fit.element) {
+            None => t!("measure.within.point"),
+            Some(fit::Element::Plane(_)) => t!("measure.within.plane"),
+            Some(fit::Element::Cylinder(_)) => t!("measure.within.cylinder"),
+            Some(fit::Element::Sphere(_)) => t!("measure.within.sphere"),
+            Some(fit::Element::Circle(_)) => t!("measure.within.circle"),
+        }
     }
 }
 
@@ -201,7 +201,7 @@ impl Taken {
 fn in_digits(value: f64, uncertainty: f64) -> (String, String) {
     let magnitude = if uncertainty > 0.0 { uncertainty.log10().floor() } else { -3.0 };
     let decimals = (1.0 - magnitude).clamp(0.0, 5.0) as usize;
-    (format!("{value:.decimals$}").replace('-', MINUS), format!("{uncertainty:.decimals$}"))
+    (decimal(value, decimals), decimal(uncertainty, decimals))
 }
 
 #[cfg(test)]

@@ -4,8 +4,10 @@ use super::controller::MeasureController;
 use super::kept_panel::Kept;
 use super::{KINDS, Kind, Measure, MeasureEvent, Measurement, Picking, csv, kept, overlay};
 use crate::features::view::{Controller, FeatureView, Host};
+use crate::state::units;
 use crate::ui::icons::{CLOSE, Icon};
 use crate::ui::{Command, Ui};
+use crate::words::t;
 use leptos::prelude::*;
 use semascan_model::LengthUnit;
 use semascan_model::measurement::Dimension;
@@ -39,7 +41,7 @@ fn MeasurePanel(ui: Ui) -> impl IntoView {
                 aria-pressed=move || is_chosen().to_string() prop:disabled=move || !has_model.get()
                 on:click=move |_| ui.send_feature(MeasureEvent::Choose((!is_chosen()).then_some(option)))
             >
-                {option.label()}
+                {option.name()}
             </button>
         }
     };
@@ -48,7 +50,7 @@ fn MeasurePanel(ui: Ui) -> impl IntoView {
             class="panel" aria-labelledby="measure-title" data-testid="measure"
             data-kind=move || kind.get().map_or("none", Kind::key)
         >
-            <header class="panel-head"><h2 id="measure-title">"Measure"</h2> <UnitChoice ui/></header>
+            <header class="panel-head"><h2 id="measure-title">{t!("measure.panel")}</h2> <UnitChoice ui/></header>
             <div class="buttons measure-kinds">{KINDS.into_iter().map(choice).collect_view()}</div>
             <p class="empty measure-prompt" role="status" data-testid="measure-prompt">{move || prompt.get()}</p>
             <Show when=move || has_any.get()><List ui/></Show>
@@ -69,13 +71,13 @@ fn UnitChoice(ui: Ui) -> impl IntoView {
                     prop:checked=move || unit.get() == option
                     on:change=move |_| ui.send_feature(MeasureEvent::Unit(option))
                 />
-                <span>{option.name()}</span>
+                <span>{units::unit_name(option)}</span>
             </label>
         }
     };
     view! {
         <fieldset class="segments">
-            <legend class="visually-hidden">"Unit of lengths"</legend>
+            <legend class="visually-hidden">{t!("measure.unit")}</legend>
             {Measure::UNITS.into_iter().map(choice).collect_view()}
         </fieldset>
     }
@@ -90,29 +92,27 @@ fn List(ui: Ui) -> impl IntoView {
         ui.ask(Command::Copy { text, file: "measurements.csv" });
     };
     view! {
-        <ul class="entries" aria-label="Measurements">
+        <ul class="entries" aria-label=t!("measure.list")>
             <For each=move || list.get() key=|m| (m.number, m.outdated, m.kept) let:measurement>
                 <Entry ui measurement/>
             </For>
         </ul>
         <details class="measure-how">
-            <summary>"± is the expanded uncertainty, k = 2"</summary>
-            <p>"Points: the voxel grid, each within half a voxel along each axis."</p>
+            <summary>{t!("measure.how")}</summary>
+            <p>{t!("measure.how.points")}</p>
             <p>
-                "Elements: how their points scatter, those within four voxels counted once; and what all points or all views of one "
-                "side share: 0.06 voxels each along the surface's normal, and a turn of half a milliradian. Circles on rims: half a "
-                "voxel more."
+                {t!("measure.how.elements")}
             </p>
-            <p>"Areas: the rim within half a voxel, and 1.5 % for the convention of areas."</p>
-            <p>"The scale of the depth camera is not in it."</p>
+            <p>{t!("measure.how.areas")}</p>
+            <p>{t!("measure.how.scale")}</p>
         </details>
         <div class="switch-row">
-            <button class="text-button" type="button" data-testid="measure-copy" on:click=copy>"Copy as CSV"</button>
+            <button class="text-button" type="button" data-testid="measure-copy" on:click=copy>{t!("measure.copy")}</button>
             <button
                 class="text-button" type="button" data-testid="measure-remove-all"
                 on:click=move |_| ui.send_feature(MeasureEvent::RemoveAll)
             >
-                "Remove all"
+                {t!("common.remove_all")}
             </button>
         </div>
     }
@@ -133,7 +133,7 @@ fn Entry(ui: Ui, measurement: Measurement) -> impl IntoView {
     let uncertainty = estimate.and_then(|e| of(measurement.dimension(), e.expanded()));
     let can_be_used = measurement.fit().is_some() && !outdated;
     let points = measurement.fit().map(|fit| fit.used.to_string());
-    let name = (!kept::is_plain(kind)).then(|| kind.label());
+    let name = (!kept::is_plain(kind)).then(|| kind.name());
     let is_kept = measurement.kept.is_some();
     let (figure, axes, note) = (measurement.clone(), measurement.clone(), measurement);
     view! {
@@ -144,27 +144,27 @@ fn Entry(ui: Ui, measurement: Measurement) -> impl IntoView {
         >
             <span class="entry-number">{number}</span>
             <span class="entry-text">
-                <span class="visually-hidden">{kind.label()} " "</span>
+                <span class="visually-hidden">{kind.name()} " "</span>
                 {move || figure.value_and_uncertainty(unit.get())}
                 <small>
                     {move || axes.axes(unit.get()).map(|[x, y, z]| format!("x {x}, y {y}, z {z}"))}
                     {name}
-                    {outdated.then_some(", of an earlier model")}
-                    {is_kept.then_some(", kept")}
+                    {outdated.then_some(t!("common.of_earlier_model"))}
+                    {is_kept.then_some(t!("measure.entry.kept"))}
                     {move || note.note(unit.get()).map(|note| format!("{}{note}", if name.is_some() { ": " } else { "" }))}
                 </small>
             </span>
             <Show when=move || can_be_used && picking.get()>
                 <button
                     class="text-button" type="button" data-testid=format!("measure-use-{number}")
-                    aria-label=format!("Pick {} {number}", kind.element_name())
+                    aria-label=t!("measure.pick", element = kind.element_name(), number)
                     on:click=move |_| ui.send_feature(MeasureEvent::Use(number))
                 >
-                    "Pick"
+                    {t!("measure.pick.short")}
                 </button>
             </Show>
             <button
-                class="tool" type="button" aria-label=format!("Remove measurement {number}")
+                class="tool" type="button" aria-label=t!("measure.remove", number)
                 on:click=move |_| ui.send_feature(MeasureEvent::Remove(number))
             >
                 <Icon path=CLOSE/>

@@ -6,6 +6,7 @@ use crate::features::Feature;
 use crate::features::inspect::PickedPoint;
 use crate::render::FrameContent;
 use crate::render::segment::Segment;
+use crate::words::t;
 use glam::Vec3;
 use semascan_model::LengthUnit;
 use semascan_model::measurement::KeptMeasurement;
@@ -157,7 +158,7 @@ impl Measure {
     fn pick(&mut self, point: Option<&PickedPoint>) {
         self.missed.clear();
         match (self.kind, point) {
-            (Some(_), None) => self.missed = "Nothing lies there. Pick a place on the model.".into(),
+            (Some(_), None) => self.missed = t!("measure.missed").into(),
             (Some(kind), Some(_)) if kind.needs_mesh() => self.surveying = self.list.len() < MOST,
             (Some(_), Some(point)) => self.take(Taken::point(point)),
             (None, _) => {}
@@ -173,7 +174,7 @@ impl Measure {
             return;
         }
         if kind == Kind::Step && element.kind != Kind::Plane {
-            self.missed = "A step lies between two planes.".into();
+            self.missed = t!("measure.step_needs_planes").into();
             return;
         }
         if let [one] = element.taken.as_slice() {
@@ -207,8 +208,8 @@ impl Measure {
             && measurement.taken.iter().any(|t| !t.is_point())
         {
             self.missed = match kind {
-                Kind::Angle => "These have no angle: a point or sphere has no direction.".into(),
-                _ => "These have no distance: they meet.".into(),
+                Kind::Angle => t!("measure.no_angle").into(),
+                _ => t!("measure.no_distance").into(),
             };
             return;
         }
@@ -240,24 +241,24 @@ impl Measure {
         let text = match (self.kind, self.taken.len()) {
             (None, _) => "",
             _ if !self.missed.is_empty() => &self.missed,
-            _ if full => "The list is full: remove a measurement first.",
-            (Some(kind), _) if kind.needs_mesh() && !has_mesh => "The mesh is being made.",
-            _ if self.surveying => "Fitting ...",
-            (Some(Kind::Distance), 0) => "Pick the first point, or an element of the list.",
-            (Some(Kind::Distance), _) => "Pick the second point, or an element of the list.",
-            (Some(Kind::Angle), 0) => "Pick a point on the first side, or an element of the list.",
-            (Some(Kind::Angle), _) if !self.taken[0].is_point() => "Pick the second element of the list.",
-            (Some(Kind::Angle), 1) => "Pick the vertex.",
-            (Some(Kind::Angle), _) => "Pick a point on the second side.",
-            (Some(Kind::Step), 0) => "Pick a place on the plane that heights are taken from.",
-            (Some(Kind::Step), _) => "Pick a place on the other plane.",
-            (Some(Kind::Plane), _) => "Pick a place on a plane.",
-            (Some(Kind::Cylinder), _) => "Pick a place on a cylinder.",
-            (Some(Kind::Sphere), _) => "Pick a place on a sphere.",
-            (Some(Kind::Circle), _) => "Pick a place on a plane, beside its rim.",
-            (Some(Kind::Area), _) => "Pick a place on the surface.",
-            (Some(Kind::Along), 0) => "Pick the first point.",
-            (Some(Kind::Along), _) => "Pick the second point.",
+            _ if full => t!("measure.full"),
+            (Some(kind), _) if kind.needs_mesh() && !has_mesh => t!("mesh.being_made"),
+            _ if self.surveying => t!("measure.fitting"),
+            (Some(Kind::Distance), 0) => t!("measure.prompt.distance_first"),
+            (Some(Kind::Distance), _) => t!("measure.prompt.distance_second"),
+            (Some(Kind::Angle), 0) => t!("measure.prompt.angle_first"),
+            (Some(Kind::Angle), _) if !self.taken[0].is_point() => t!("measure.prompt.angle_element"),
+            (Some(Kind::Angle), 1) => t!("measure.prompt.vertex"),
+            (Some(Kind::Angle), _) => t!("measure.prompt.angle_second"),
+            (Some(Kind::Step), 0) => t!("measure.prompt.step_first"),
+            (Some(Kind::Step), _) => t!("measure.prompt.step_second"),
+            (Some(Kind::Plane), _) => t!("measure.prompt.plane"),
+            (Some(Kind::Cylinder), _) => t!("measure.prompt.cylinder"),
+            (Some(Kind::Sphere), _) => t!("measure.prompt.sphere"),
+            (Some(Kind::Circle), _) => t!("measure.prompt.circle"),
+            (Some(Kind::Area), _) => t!("measure.prompt.area"),
+            (Some(Kind::Along), 0) => t!("measure.prompt.along_first"),
+            (Some(Kind::Along), _) => t!("measure.prompt.along_second"),
         };
         text.into()
     }

@@ -2,7 +2,8 @@
 
 use super::taken::{Line, Taken};
 use super::{Kind, Picking, ghost};
-use semascan_geometry::fit::{Feature, MeshRegions, SurfaceErrors};
+use crate::words::t;
+use semascan_geometry::fit::{Feature, FitError, MeshRegions, SurfaceErrors};
 use semascan_geometry::measure::dimensions::{self, Estimate};
 use semascan_geometry::measure::{SurfaceWays, seen_vertex_areas};
 use semascan_model::SemanticMesh;
@@ -35,7 +36,7 @@ impl<M: Deref<Target = SemanticMesh>> Survey<M> {
     /// # Errors
     /// In words for the person, why it gives nothing.
     pub fn take(&self, kind: Kind, before: &[Taken], place: [f32; 3]) -> Result<Taken, String> {
-        let vertex = self.nearest(place).ok_or("The mesh is empty.")?;
+        let vertex = self.nearest(place).ok_or(t!("measure.mesh_empty"))?;
         match kind.element() {
             Some(element) => {
                 let errors = SurfaceErrors::of_voxels(self.voxel.into());
@@ -43,7 +44,7 @@ impl<M: Deref<Target = SemanticMesh>> Survey<M> {
                 let region = self
                     .regions
                     .grow(vertex, element, &errors)
-                    .map_err(|error| format!("No {name} there: {error}."))?;
+                    .map_err(|error| t!("measure.no_element", element = name, why = why(error)))?;
                 let points: Vec<[f32; 3]> = region.vertices.iter().map(|v| self.position(*v)).collect();
                 let mut lines = self.rim(&region.vertices);
                 lines.extend(ghost::lines(&region.fit.element, &points));
@@ -73,7 +74,7 @@ impl<M: Deref<Target = SemanticMesh>> Survey<M> {
         };
         let Some(start) = before.first() else { return Ok(end) };
         let ways = SurfaceWays::new(self.regions.mesh(), self.voxel);
-        let way = ways.shortest(start.place, place).ok_or("No way leads there along the surface.")?;
+        let way = ways.shortest(start.place, place).ok_or(t!("measure.no_way"))?;
         let lines = way.points.windows(2).map(|pair| [pair[0], pair[1]]).collect();
         Ok(Taken { figure: Some(way.length), lines, ..end })
     }
@@ -124,6 +125,16 @@ impl<M: Deref<Target = SemanticMesh>> Survey<M> {
 
     fn position(&self, v: u32) -> [f32; 3] {
         self.regions.mesh().vertices.positions[v as usize]
+    }
+}
+
+/// Why an element cannot be fitted, within a sentence.
+fn why(error: FitError) -> &'static str {
+    match error {
+        FitError::TooFewPoints => t!("measure.fit.too_few"),
+        FitError::Collinear => t!("measure.fit.line"),
+        FitError::ArcTooShort => t!("measure.fit.short"),
+        FitError::NotThisForm => t!("measure.fit.form"),
     }
 }
 

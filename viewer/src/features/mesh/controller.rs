@@ -6,6 +6,7 @@ use crate::features::view::{Controller, Host};
 use crate::mesh_worker::{Reply, Request};
 use crate::scene::ModelChange;
 use crate::state::notices::{Level, Topic};
+use crate::words::t;
 use semascan_geometry::measure::model_figures;
 use std::cell::{Cell, RefCell};
 use std::collections::BTreeSet;
@@ -74,7 +75,7 @@ impl MeshController {
             }
             Reply::Cancelled => MeshEvent::Cancelled,
             Reply::Failed(reason) => {
-                ui.notify(Level::Error, Topic::Mesh, format!("There is no mesh: {reason}"));
+                ui.notify(Level::Error, Topic::Mesh, t!("mesh.failed", reason));
                 // A worker that failed may have lost what it knew.
                 self.host.mesh_worker.stop();
                 MeshEvent::Cancelled

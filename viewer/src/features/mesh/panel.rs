@@ -6,6 +6,7 @@ use crate::display::Representation;
 use crate::features::view::{Controller, FeatureView, Host};
 use crate::state::units;
 use crate::ui::Ui;
+use crate::words::t;
 use leptos::prelude::*;
 use std::rc::Rc;
 
@@ -24,7 +25,7 @@ fn MeshPanel(ui: Ui) -> impl IntoView {
     let mesh = ui.part(|s| s.features.mesh.clone());
     let note = move || match mesh.with(|m| m.triangles) {
         0 => String::new(),
-        triangles => format!("{} triangles", units::count(triangles)),
+        triangles => t!("count.triangles", count = units::count(triangles)),
     };
     view! {
         <section
@@ -38,15 +39,15 @@ fn MeshPanel(ui: Ui) -> impl IntoView {
             data-outdated=move || mesh.with(|m| m.outdated.to_string())
         >
             <header class="panel-head">
-                <h2 id="surface-title">"Surface"</h2>
+                <h2 id="surface-title">{t!("mesh.panel")}</h2>
                 <span class="panel-note">{note}</span>
             </header>
             <fieldset class="switch-row">
-                <legend class="visually-hidden">"Show the model as"</legend>
-                <span aria-hidden="true">"Show as"</span>
+                <legend class="visually-hidden">{t!("mesh.show_as.legend")}</legend>
+                <span aria-hidden="true">{t!("mesh.show_as")}</span>
                 <div class="segments">
-                    <Choice ui representation=Representation::Points id="show-points" name="Points"/>
-                    <Choice ui representation=Representation::Mesh id="show-mesh" name="Mesh"/>
+                    <Choice ui representation=Representation::Points id="show-points" name=t!("common.points")/>
+                    <Choice ui representation=Representation::Mesh id="show-mesh" name=t!("common.mesh")/>
                 </div>
             </fieldset>
             <MeshingRow ui/>
@@ -93,25 +94,25 @@ fn MeshingRow(ui: Ui) -> impl IntoView {
         <Show when=move || running.get().is_some()>
             <div class="switch-row">
                 <progress
-                    class="meter" data-testid="mesh-progress" aria-label="Meshing" max="100"
+                    class="meter" data-testid="mesh-progress" aria-label=t!("mesh.meshing") max="100"
                     prop:value=move || running.get().map_or(0, |(done, total)| done * 100 / total)
                 ></progress>
                 <button
                     class="text-button" type="button" data-testid="mesh-cancel"
                     on:click=move |_| ui.send_feature(MeshEvent::CancelRequested)
                 >
-                    "Cancel"
+                    {t!("common.cancel")}
                 </button>
             </div>
         </Show>
         <Show when=move || outdated.get()>
             <div class="switch-row">
-                <span>"The model has changed" <small>"since this mesh was made"</small></span>
+                <span>{t!("mesh.outdated")} <small>{t!("mesh.outdated.since")}</small></span>
                 <button
                     class="text-button" type="button" data-testid="mesh-update"
                     on:click=move |_| ui.send_feature(MeshEvent::Requested)
                 >
-                    "Update"
+                    {t!("mesh.update")}
                 </button>
             </div>
         </Show>

@@ -7,6 +7,7 @@ use super::{Photo, Standing};
 use crate::display::ColorMode;
 use crate::features::view::{Controller, FeatureView, Host};
 use crate::ui::Ui;
+use crate::words::t;
 use leptos::prelude::*;
 use std::rc::Rc;
 
@@ -40,27 +41,23 @@ fn PhotoKey(ui: Ui) -> impl IntoView {
                 class="scale is-raised" data-testid="photo-key" data-state=move || standing.get().key()
                 data-views=move || views.get() data-camera=move || camera.get()
             >
-                <figcaption>"Photographs"</figcaption>
+                <figcaption>{t!("color_mode.photo")}</figcaption>
                 <p aria-live="polite">{move || sentence(standing.get())}</p>
                 <Show when=is_there>
-                    <p class="scale-unknown"><span class="scale-dot is-hatched"></span><span>{UNSEEN}</span></p>
+                    <p class="scale-unknown"><span class="scale-dot is-hatched"></span><span>{t!("photo.unseen")}</span></p>
                 </Show>
             </figure>
         </Show>
     }
 }
 
-/// What the hatched surface is.
-const UNSEEN: &str = "No photograph shows it";
-
 /// What is so, or what to do.
 fn sentence(standing: Standing) -> String {
     match standing {
-        Standing::NoPhotographs => "No view has a picture and a known pose.".into(),
-        Standing::Points => "They lie on the mesh: show it under Surface.".into(),
-        Standing::NoMesh => "The mesh is being made.".into(),
-        Standing::Loading(count) => format!("{count} on the mesh, more are loading."),
-        Standing::Ready(1) => "1 on the mesh, chosen for this view.".into(),
-        Standing::Ready(count) => format!("{count} on the mesh, chosen for this view."),
+        Standing::NoPhotographs => t!("photo.none").into(),
+        Standing::Points => t!("photo.points").into(),
+        Standing::NoMesh => t!("photo.no_mesh").into(),
+        Standing::Loading(count) => t!("photo.loading", count),
+        Standing::Ready(count) => t!("photo.ready", count),
     }
 }

@@ -11,6 +11,7 @@ use crate::link::api::{Agent, ApiError};
 use crate::scene::pick::nearest_point;
 use crate::state::notices::{Level, Topic};
 use crate::ui::Command;
+use crate::words::t;
 use glam::{DVec3, Vec3};
 use leptos::prelude::{Effect, Get, set_timeout};
 use semascan_model::finding::RegionFigures;
@@ -84,7 +85,7 @@ impl ReviewController {
             }
             let event = match answer {
                 Ok(case) => ReviewEvent::Known(Box::new(case)),
-                Err(ApiError::Unreachable) => ReviewEvent::Unknown("the agent cannot be reached".into()),
+                Err(ApiError::Unreachable) => ReviewEvent::Unknown(t!("review.unreachable").into()),
                 Err(ApiError::Refused { reason, .. }) => ReviewEvent::Unknown(reason),
             };
             this.host.ui.send_feature(event);
@@ -120,7 +121,7 @@ impl ReviewController {
                 };
                 if let ReviewEvent::Refused { reason, .. } = &event {
                     let said = &unsent.review.reason;
-                    let text = format!("The decision was not taken: {reason}. What you wrote: “{said}”");
+                    let text = t!("review.refused", reason, said);
                     this.host.ui.notify(Level::Error, Topic::Decision, text);
                 }
                 this.host.ui.send_feature(event);
@@ -160,7 +161,7 @@ impl ReviewController {
         let text = self.host.ui.read(|s| serde_json::to_string(&s.features.review.unsent));
         let kept = text.ok().zip(storage()).map(|(text, storage)| storage.set_item(UNSENT_KEY, &text));
         if !matches!(kept, Some(Ok(()))) {
-            let text = "The browser keeps nothing for this page: do not close it until your decisions have arrived.";
+            let text = t!("review.not_kept");
             self.host.ui.notify(Level::Warning, Topic::Decision, text);
         }
     }

@@ -1,6 +1,7 @@
 //! A decision before it is sent, and one that has not arrived yet.
 
 use super::Case;
+use crate::words::t;
 use semascan_model::finding::FindingId;
 use semascan_model::review::{Review, ReviewAction, ReviewId, Subject};
 use serde::{Deserialize, Serialize};
@@ -45,10 +46,10 @@ impl Ruling {
     /// Name for people.
     pub fn label(self) -> &'static str {
         match self {
-            Self::Accept => "Accept",
-            Self::Rework => "Rework",
-            Self::Reject => "Reject",
-            Self::Comment => "Remark",
+            Self::Accept => t!("ruling.accept"),
+            Self::Rework => t!("ruling.rework"),
+            Self::Reject => t!("ruling.reject"),
+            Self::Comment => t!("ruling.comment"),
         }
     }
 
@@ -94,8 +95,8 @@ impl Draft {
     pub fn words(&self) -> String {
         match (&self.action, self.ruling()) {
             (_, Some(ruling)) => ruling.label().to_owned(),
-            (ReviewAction::Reclassify { defect: Some(defect), .. }, _) => format!("Call it {defect}:"),
-            _ => "Found in error:".to_owned(),
+            (ReviewAction::Reclassify { defect: Some(defect), .. }, _) => t!("review.call_it", defect),
+            _ => t!("review.in_error").to_owned(),
         }
     }
 

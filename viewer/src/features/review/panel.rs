@@ -5,6 +5,7 @@ use super::{Draft, Reason, Review, ReviewEvent, Ruling, Signature, Signed, Stand
 use crate::features::view::{Controller, FeatureView, Host};
 use crate::state::AppState;
 use crate::ui::Ui;
+use crate::words::t;
 use leptos::prelude::*;
 use semascan_model::finding::FindingKind;
 use semascan_model::review::Subject;
@@ -37,20 +38,17 @@ fn ReviewPanel(ui: Ui) -> impl IntoView {
         <Show when=move || is_shown.get() || unsent.get() != 0>
             <section class="panel" aria-labelledby="review-title" data-testid="review" data-unsent=move || unsent.get().to_string()>
                 <header class="panel-head">
-                    <h2 id="review-title">"Findings"</h2>
+                    <h2 id="review-title">{t!("review.panel")}</h2>
                     {move || decision.get().map(|decision| view! { <Badge decision testid="verdict"/> })}
                 </header>
-                {move || failed.get().map(|reason| view! { <p class="empty">{format!("The agent did not say: {reason}.")}</p> })}
+                {move || failed.get().map(|reason| view! { <p class="empty">{t!("review.not_said", reason)}</p> })}
                 <List ui/>
                 <Chosen ui/>
                 <Rulings ui/>
                 <DraftForm ui/>
                 <Show when=move || unsent.get() != 0>
                     <p class="empty" role="status" data-testid="unsent">
-                        {move || match unsent.get() {
-                            1 => "1 decision waits for the agent; it is kept here.".to_owned(),
-                            count => format!("{count} decisions wait for the agent; they are kept here."),
-                        }}
+                        {move || t!("review.waiting", count = unsent.get())}
                     </p>
                 </Show>
             </section>
@@ -95,12 +93,10 @@ fn List(ui: Ui) -> impl IntoView {
     let nothing = ui.part(|s| {
         let review = &s.features.review;
         match (&review.standing, &review.case.findings, &review.case.not_looked) {
-            (Standing::Known, _, Some(why)) => Some(format!("Nobody looked for defects: {why}.")),
-            (Standing::Known, Some(findings), None) if findings.is_empty() => Some("Nothing was found.".into()),
-            (Standing::Known, None, None) => {
-                Some("Nothing is known of findings, which is no sign that there are none.".into())
-            }
-            (Standing::Asked, None, _) => Some("Asking the agent …".into()),
+            (Standing::Known, _, Some(why)) => Some(t!("review.not_looked", why)),
+            (Standing::Known, Some(findings), None) if findings.is_empty() => Some(t!("review.nothing").into()),
+            (Standing::Known, None, None) => Some(t!("review.nothing_known").into()),
+            (Standing::Asked, None, _) => Some(t!("review.asking").into()),
             _ => None,
         }
     });
@@ -117,11 +113,11 @@ fn List(ui: Ui) -> impl IntoView {
                         <span class="entry-number">{i + 1}</span>
                         <span class="finding-name">{name.clone()} " " <small>{area}</small></span>
                         {match (is_contested, decision) {
-                            (true, _) => view! { <span class="decision" data-decision="person">"contested"</span> }.into_any(),
+                            (true, _) => view! { <span class="decision" data-decision="person">{t!("review.contested")}</span> }.into_any(),
                             (false, Some(decision)) => view! { <Badge decision/> }.into_any(),
                             (false, None) => ().into_any(),
                         }}
-                        {is_decided.then(|| view! { <span class="visually-hidden">"decided by a person"</span> })}
+                        {is_decided.then(|| view! { <span class="visually-hidden">{t!("review.by_person")}</span> })}
                     </button>
                 </li>
             }).collect_view()}
@@ -131,7 +127,7 @@ fn List(ui: Ui) -> impl IntoView {
                 class="text-button" type="button" data-testid="findings-all" aria-expanded=move || shows_all.get().to_string()
                 on:click=move |_| shows_all.update(|all| *all = !*all)
             >
-                {move || if shows_all.get() { "Show fewer".into() } else { format!("Show all {}", rows.with(Vec::len)) }}
+                {move || if shows_all.get() { t!("review.fewer").into() } else { t!("review.all", count = rows.with(Vec::len)) }}
             </button>
         </Show>
     }
@@ -185,7 +181,7 @@ fn ClassChoice(ui: Ui) -> impl IntoView {
             };
             view! {
                 <label class="field-row">
-                    <span>"It is"</span>
+                    <span>{t!("correct.it_is")}</span>
                     <select
                         data-testid="finding-class"
                         on:change=move |e| {
@@ -193,9 +189,9 @@ fn ClassChoice(ui: Ui) -> impl IntoView {
                             ui.send_feature(ReviewEvent::Reclassify(Some(name).filter(|name| !name.is_empty())));
                         }
                     >
-                        {is_unnamed.then(|| view! { <option selected=true disabled=true>"something to look at"</option> })}
+                        {is_unnamed.then(|| view! { <option selected=true disabled=true>{t!("correct.unnamed")}</option> })}
                         {names.into_iter().map(option).collect_view()}
-                        <option value="">"nothing: found in error"</option>
+                        <option value="">{t!("review.in_error.choice")}</option>
                     </select>
                 </label>
             }
@@ -209,8 +205,8 @@ fn Rulings(ui: Ui) -> impl IntoView {
     let may = ui.part(AppState::may_review);
     let is_open = ui.part(|s| s.features.review.is_open());
     let about = ui.part(|s| match s.features.review.chosen() {
-        Some((place, _)) => format!("Decide about finding {}", place + 1),
-        None => "Decide about the part".to_owned(),
+        Some((place, _)) => t!("review.decide.finding", number = place + 1),
+        None => t!("review.decide.part").to_owned(),
     });
     let ruling = ui.part(|s| s.features.review.draft.as_ref().and_then(Draft::ruling));
     view! {
@@ -230,7 +226,7 @@ fn Rulings(ui: Ui) -> impl IntoView {
             </div>
         </Show>
         <Show when=move || is_open.get() && !may.get()>
-            <p class="empty">"Your role reads findings and does not decide about them."</p>
+            <p class="empty">{t!("review.may_not")}</p>
         </Show>
     }
 }
@@ -255,8 +251,8 @@ fn DraftForm(ui: Ui) -> impl IntoView {
             };
             view! {
                 <Signature
-                    ui id="draft" label=format!("{words}: {about}") because=format!("{words} {about}, because")
-                    reason=Reason::Needed button="Sign".to_owned() is_ready=true on_sign=UnsyncCallback::new(decide)
+                    ui id="draft" label=t!("review.draft", what = words, about) because=t!("review.draft.because", what = words, about)
+                    reason=Reason::Needed button=t!("common.sign").to_owned() is_ready=true on_sign=UnsyncCallback::new(decide)
                     on_cancel=UnsyncCallback::new(move |()| ui.send_feature(ReviewEvent::Discard))
                 />
             }
@@ -268,10 +264,10 @@ fn DraftForm(ui: Ui) -> impl IntoView {
 fn about(ui: Ui, subject: &Subject) -> String {
     match subject {
         Subject::Finding { finding } => ui.read(|s| match s.features.review.case.finding(*finding) {
-            Some((place, _)) => format!("finding {}", place + 1),
-            None => "the finding".to_owned(),
+            Some((place, _)) => t!("review.about.number", number = place + 1),
+            None => t!("review.about.finding").to_owned(),
         }),
         Subject::Component { component } => component.clone(),
-        Subject::Part => "the part".to_owned(),
+        Subject::Part => t!("review.about.part").to_owned(),
     }
 }

@@ -5,6 +5,7 @@
 
 use super::ReviewEvent;
 use crate::ui::Ui;
+use crate::words::t;
 use leptos::prelude::*;
 
 /// What a person gives with their signature.
@@ -77,12 +78,12 @@ pub fn Signature(
                 <span>{because}</span>
                 <input
                     type="text" data-testid=format!("{id}-reason") maxlength="2000" autocomplete="off" node_ref=field
-                    placeholder=(reason == Reason::Free).then_some("not needed")
+                    placeholder=(reason == Reason::Free).then_some(t!("review.not_needed"))
                     on:input=move |event| why.set(event_target_value(&event))
                 />
             </label>
             <label>
-                <span>"Your name"</span>
+                <span>{t!("review.name")}</span>
                 <input
                     type="text" data-testid=format!("{id}-person") maxlength="200" autocomplete="name" prop:readonly=is_known
                     prop:value=move || person.get() on:input=move |event| person.set(event_target_value(&event))
@@ -94,7 +95,7 @@ pub fn Signature(
                 </button>
                 {on_cancel.map(|cancel| view! {
                     <button class="text-button" type="button" data-testid=format!("{id}-cancel") on:click=move |_| cancel.run(())>
-                        "Cancel"
+                        {t!("common.cancel")}
                     </button>
                 })}
             </div>

@@ -1,5 +1,6 @@
 //! Findings and decisions in words and figures.
 
+use crate::words::{decimal, t};
 use semascan_model::finding::{Finding, FindingKind, Quantity};
 use semascan_model::verdict::Decision;
 
@@ -7,13 +8,13 @@ use semascan_model::verdict::Decision;
 pub fn finding(finding: &Finding) -> String {
     let kind = match &finding.kind {
         FindingKind::Defect { defect } => defect.name.as_str(),
-        FindingKind::Completeness { missing: true, .. } => "not seen",
-        FindingKind::Completeness { .. } => "not wholly seen",
-        FindingKind::Deviation { .. } => "off the reference",
+        FindingKind::Completeness { missing: true, .. } => t!("review.not_seen"),
+        FindingKind::Completeness { .. } => t!("review.not_wholly_seen"),
+        FindingKind::Deviation { .. } => t!("review.off_reference"),
         FindingKind::Drawn { defect: Some(defect), .. } => defect.name.as_str(),
-        FindingKind::Drawn { defect: None, .. } => "remark",
+        FindingKind::Drawn { defect: None, .. } => t!("review.remark.within"),
     };
-    format!("{kind} on {}", finding.component.name)
+    t!("review.finding", kind, component = finding.component.name)
 }
 
 /// The area of a finding, where it has one.
@@ -26,16 +27,16 @@ pub fn figures(finding: &Finding) -> Vec<(&'static str, String)> {
     let Some(region) = &finding.region else { return Vec::new() };
     let depth = region.depth.reference.or(region.depth.fitted);
     let mut list = vec![
-        ("Area", format!("{} mm²", figure(region.area, 1e6))),
-        ("Length", format!("{} mm", figure(region.length, 1e3))),
-        ("Width", format!("{} mm", figure(region.width, 1e3))),
+        (t!("common.area"), format!("{} mm²", figure(region.area, 1e6))),
+        (t!("common.length"), format!("{} mm", figure(region.length, 1e3))),
+        (t!("correct.width"), format!("{} mm", figure(region.width, 1e3))),
     ];
     list.push(match (depth, &region.depth.unknown) {
-        (Some(depth), _) => ("Depth", format!("{} mm", figure(depth, 1e3))),
-        (None, Some(why)) => ("Depth", format!("not known: {why}")),
-        (None, None) => ("Depth", "not known".into()),
+        (Some(depth), _) => (t!("review.depth"), format!("{} mm", figure(depth, 1e3))),
+        (None, Some(why)) => (t!("review.depth"), t!("review.depth_unknown", why)),
+        (None, None) => (t!("review.depth"), t!("common.not_known").into()),
     });
-    list.push(("Confidence", format!("{:.2}", region.confidence.mean)));
+    list.push((t!("common.confidence"), decimal(region.confidence.mean, 2)));
     list
 }
 
@@ -47,18 +48,18 @@ pub fn figure(quantity: Quantity, factor: f64) -> String {
     let magnitude = if worth > 0.0 { worth.log10().floor() } else { 0.0 };
     let decimals = (1.0 - magnitude).clamp(0.0, 4.0) as usize;
     match expanded {
-        Some(expanded) if expanded > 0.0 => format!("{value:.decimals$} ± {expanded:.decimals$}"),
-        _ => format!("{value:.decimals$}"),
+        Some(expanded) if expanded > 0.0 => format!("{} ± {}", decimal(value, decimals), decimal(expanded, decimals)),
+        _ => decimal(value, decimals),
     }
 }
 
 /// What a decision is called.
 pub fn decision(decision: Decision) -> &'static str {
     match decision {
-        Decision::Accept => "accept",
-        Decision::Rework => "rework",
-        Decision::Person => "a person decides",
-        Decision::Reject => "reject",
+        Decision::Accept => t!("decision.accept"),
+        Decision::Rework => t!("decision.rework"),
+        Decision::Person => t!("decision.person"),
+        Decision::Reject => t!("decision.reject"),
     }
 }
 

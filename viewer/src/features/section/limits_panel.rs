@@ -4,9 +4,11 @@
 
 use super::{SectionEvent, words};
 use crate::ui::Ui;
+use crate::words::t;
 use leptos::prelude::*;
 
 const AXES: [&str; 3] = ["x", "y", "z"];
+/// Stable names of the ends for tests.
 const ENDS: [&str; 2] = ["from", "to"];
 /// Steps of a slider.
 const STEPS: f64 = 400.0;
@@ -18,7 +20,7 @@ pub(super) fn LimitsRows(ui: Ui) -> impl IntoView {
     let can_be = ui.part(|s| s.features.section.extent.is_some());
     view! {
         <label class="switch-row">
-            <span>"Box" <small>"hides what lies outside"</small></span>
+            <span>{t!("section.box")} <small>{t!("section.box.what")}</small></span>
             <input
                 class="switch" type="checkbox" role="switch" data-testid="section-box"
                 prop:checked=move || is_on.get() prop:disabled=move || !can_be.get()
@@ -26,7 +28,7 @@ pub(super) fn LimitsRows(ui: Ui) -> impl IntoView {
             />
         </label>
         <Show when=move || is_on.get()>
-            <div class="section-box" role="group" aria-label="Box">
+            <div class="section-box" role="group" aria-label=t!("section.box")>
                 {(0..3).flat_map(|axis| (0..2).map(move |end| (axis, end))).map(|(axis, end)| view! {
                     <EndRow ui axis end/>
                 }).collect_view()}
@@ -48,18 +50,18 @@ fn EndRow(ui: Ui, axis: usize, end: usize) -> impl IntoView {
         let at = value * unit.get_untracked().in_metres();
         ui.send_feature(SectionEvent::Limit { axis, end, at });
     };
-    let name = format!("{} {}", AXES[axis], ENDS[end]);
+    let name = format!("{} {}", AXES[axis], [t!("section.from"), t!("section.to")][end]);
     view! {
         <span class="section-end" aria-hidden="true">{name.clone()}</span>
         <input
             type="range" class="slider" data-testid=format!("section-{}-{}-slider", AXES[axis], ENDS[end])
-            aria-label=format!("Box, {name}") aria-valuetext=move || words::length(at.get(), unit.get())
+            aria-label=t!("section.box.end", name) aria-valuetext=move || words::length(at.get(), unit.get())
             prop:min=move || (range.get()[0] / one()).to_string() prop:max=move || (range.get()[1] / one()).to_string()
             prop:step=move || ((range.get()[1] - range.get()[0]) / one() / STEPS).max(1e-6).to_string()
             prop:value=move || range.with(|_| (at.get() / one()).to_string()) on:input=send
         />
         <input
-            class="number" type="number" step="any" aria-label=format!("Box, {name}")
+            class="number" type="number" step="any" aria-label=t!("section.box.end", name)
             data-testid=format!("section-{}-{}", AXES[axis], ENDS[end])
             prop:value=move || words::number(at.get(), unit.get()) on:change=send
         />

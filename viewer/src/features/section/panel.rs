@@ -8,6 +8,7 @@ use crate::features::view::{Controller, FeatureView, Host};
 use crate::scene::section_export::SectionFormat;
 use crate::ui::icons::{CLOSE, DOWNLOAD, Icon};
 use crate::ui::{Command, Ui};
+use crate::words::t;
 use leptos::prelude::*;
 use std::rc::Rc;
 
@@ -43,18 +44,18 @@ fn SectionPanel(ui: Ui) -> impl IntoView {
             data-open=move || shown.get().map(|(_, open)| open.to_string())
         >
             <header class="panel-head">
-                <h2 id="section-title">"Section"</h2>
+                <h2 id="section-title">{t!("section.panel")}</h2>
                 <Show when=move || is_active.get()>
                     <button
                         class="text-button" type="button" data-testid="section-reset"
                         on:click=move |_| ui.send_feature(SectionEvent::Reset)
                     >
-                        "Reset"
+                        {t!("section.reset")}
                     </button>
                 </Show>
             </header>
             <label class="switch-row">
-                <span>"Plane" <small>"cuts the model open (S)"</small></span>
+                <span>{t!("section.plane")} <small>{t!("section.plane.what")}</small></span>
                 <input
                     class="switch" type="checkbox" role="switch" data-testid="section-plane"
                     prop:checked=move || is_on.get() prop:disabled=move || !has_model.get() && !is_on.get()
@@ -99,13 +100,13 @@ fn Figures(ui: Ui) -> impl IntoView {
                     class="figures section-figures" data-testid="section-figures"
                     data-length-mm=format!("{:.4}", length * 1e3) data-area-mm2=format!("{:.4}", area * 1e6)
                 >
-                    <div><dt>"Length of outlines"</dt><dd>{words::length(length, unit)}</dd></div>
-                    <div><dt>"Enclosed area"</dt><dd>{words::area(area, unit)}</dd></div>
+                    <div><dt>{t!("section.length")}</dt><dd>{words::length(length, unit)}</dd></div>
+                    <div><dt>{t!("section.area")}</dt><dd>{words::area(area, unit)}</dd></div>
                 </dl>
             })}
             <div class="buttons section-files">
-                {save(SectionFormat::Svg, "section-svg", "SVG", "drawing, mm")}
-                {save(SectionFormat::Dxf, "section-dxf", "DXF", "for CAD, mm")}
+                {save(SectionFormat::Svg, "section-svg", "SVG", t!("section.svg"))}
+                {save(SectionFormat::Dxf, "section-dxf", "DXF", t!("section.dxf"))}
             </div>
         </Show>
     }
@@ -126,20 +127,20 @@ fn Readings(ui: Ui) -> impl IntoView {
                 prop:disabled=move || !can_read.get()
                 on:click=move |_| ui.send_feature(SectionEvent::Read(!reads.get()))
             >
-                "Read thickness (W)"
+                {t!("section.read")}
             </button>
             <Show when=move || { list.with(Vec::len) > 1 }>
                 <button
                     class="text-button" type="button" data-testid="section-remove-all"
                     on:click=move |_| ui.send_feature(SectionEvent::RemoveAll)
                 >
-                    "Remove all"
+                    {t!("common.remove_all")}
                 </button>
             </Show>
         </div>
         <p class="empty measure-prompt" role="status" data-testid="section-prompt">{move || prompt.get()}</p>
         <Show when=move || !list.with(Vec::is_empty)>
-            <ul class="entries" aria-label="Readings of the section">
+            <ul class="entries" aria-label=t!("section.readings")>
                 <For each=move || list.get() key=|reading| reading.number let:reading>
                     <Entry ui reading/>
                 </For>
@@ -154,7 +155,7 @@ fn Entry(ui: Ui, reading: Reading) -> impl IntoView {
     let between = ui.part(move |s| {
         let name = |label: u16| s.legend.rows.get(usize::from(label)).map(|row| row.class.name.clone());
         let [from, to] = reading.ends.map(|end| name(end.label).filter(|_| end.label > 0));
-        let [from, to] = [from, to].map(|name| name.unwrap_or_else(|| "unlabelled".into()));
+        let [from, to] = [from, to].map(|name| name.unwrap_or_else(|| t!("common.unlabelled").into()));
         if from == to { from } else { format!("{from} – {to}") }
     });
     let estimate = reading.estimate();
@@ -162,7 +163,7 @@ fn Entry(ui: Ui, reading: Reading) -> impl IntoView {
     view! {
         <li
             class="entry" data-testid=format!("section-reading-{number}")
-            data-mm=format!("{:.4}", estimate.value * 1e3) data-kind=reading.kind.label().to_lowercase()
+            data-mm=format!("{:.4}", estimate.value * 1e3) data-kind=reading.kind.key()
         >
             <span class="entry-number">{number}</span>
             <span class="entry-text">
@@ -170,7 +171,7 @@ fn Entry(ui: Ui, reading: Reading) -> impl IntoView {
                 <small>{reading.kind.label()} ", " {move || between.get()}</small>
             </span>
             <button
-                class="tool" type="button" aria-label=format!("Remove reading {number}")
+                class="tool" type="button" aria-label=t!("section.remove", number)
                 on:click=move |_| ui.send_feature(SectionEvent::Remove(number))
             >
                 <Icon path=CLOSE/>

@@ -3,7 +3,9 @@
 #![allow(unreachable_pub)] // The component macro makes a public structure of the properties.
 
 use super::{Direction, SectionEvent};
+use crate::state::units;
 use crate::ui::Ui;
+use crate::words::t;
 use leptos::prelude::*;
 
 /// Steps of the slider: as fine as a pixel of it.
@@ -28,7 +30,7 @@ fn DirectionRow(ui: Ui) -> impl IntoView {
             <label class="segment">
                 <input
                     type="radio" name="section-axis" value=option.key() data-testid=format!("section-{}", option.key())
-                    aria-label=format!("Across the {} axis", option.key())
+                    aria-label=t!("section.across.axis", axis = option.key())
                     prop:checked=move || direction.get() == option.key()
                     on:change=move |_| ui.send_feature(SectionEvent::Turn(option))
                 />
@@ -42,11 +44,11 @@ fn DirectionRow(ui: Ui) -> impl IntoView {
             ui.send_feature(SectionEvent::Turn(Direction::Surface { normal, through }));
         }
     };
-    let why_not = move || picked.get().is_none().then_some("Pick a point first");
+    let why_not = move || picked.get().is_none().then_some(t!("section.pick_first"));
     view! {
         <fieldset class="switch-row">
-            <legend class="visually-hidden">"The plane lies across"</legend>
-            <span aria-hidden="true">"Across"</span>
+            <legend class="visually-hidden">{t!("section.across.legend")}</legend>
+            <span aria-hidden="true">{t!("section.across")}</span>
             <div class="segments">{Direction::AXES.into_iter().map(axis).collect_view()}</div>
         </fieldset>
         <div class="buttons section-ways">
@@ -55,14 +57,14 @@ fn DirectionRow(ui: Ui) -> impl IntoView {
                 aria-pressed=move || (direction.get() == "camera").to_string()
                 on:click=move |_| ui.send_feature(SectionEvent::FaceCamera)
             >
-                "Facing the camera"
+                {t!("section.camera")}
             </button>
             <button
                 class="button" type="button" data-testid="section-surface" title=why_not
                 aria-pressed=move || (direction.get() == "surface").to_string()
                 prop:disabled=move || picked.get().is_none() on:click=at_point
             >
-                "At the picked point"
+                {t!("section.surface")}
             </button>
         </div>
     }
@@ -87,24 +89,24 @@ fn OffsetRow(ui: Ui) -> impl IntoView {
     view! {
         <div class="section-offset">
             <input
-                type="range" class="slider" data-testid="section-slider" aria-label="Offset of the plane"
+                type="range" class="slider" data-testid="section-slider" aria-label=t!("section.offset")
                 aria-valuetext=move || super::words::length(offset.get(), unit.get())
                 prop:min=move || (range.get()[0] / one()).to_string() prop:max=move || (range.get()[1] / one()).to_string()
                 prop:step=move || ((range.get()[1] - range.get()[0]) / one() / STEPS).max(1e-6).to_string()
                 prop:value=slid on:input=slide
             />
             <label class="section-number">
-                <span class="visually-hidden">"Offset of the plane"</span>
+                <span class="visually-hidden">{t!("section.offset")}</span>
                 <input
                     class="number" type="number" step="any" data-testid="section-offset" prop:value=text on:change=write
                 />
-                <span>{move || unit.get().name()}</span>
+                <span>{move || units::unit_name(unit.get())}</span>
             </label>
             <button
-                class="button" type="button" data-testid="section-flip" title="Cut the other side away (V)"
+                class="button" type="button" data-testid="section-flip" title=t!("section.flip.title")
                 on:click=move |_| ui.send_feature(SectionEvent::Flip)
             >
-                "Flip side"
+                {t!("section.flip")}
             </button>
         </div>
     }

@@ -6,6 +6,7 @@
 
 use super::Shown;
 use crate::display::Cut;
+use crate::words::t;
 use glam::{DVec3, Vec3};
 use semascan_geometry::measure::dimensions::{self, Estimate};
 use semascan_geometry::section::Spot;
@@ -52,11 +53,19 @@ pub enum ReadingKind {
 }
 
 impl ReadingKind {
+    /// Stable name for tests.
+    pub fn key(self) -> &'static str {
+        match self {
+            Self::Thickness => "thickness",
+            Self::Distance => "distance",
+        }
+    }
+
     /// Its name.
     pub fn label(self) -> &'static str {
         match self {
-            Self::Thickness => "Thickness",
-            Self::Distance => "Distance",
+            Self::Thickness => t!("section.thickness"),
+            Self::Distance => t!("section.distance"),
         }
     }
 }

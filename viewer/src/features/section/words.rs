@@ -2,6 +2,8 @@
 
 use super::{Direction, Reading, Section};
 use crate::features::mesh::Mesh;
+use crate::state::units;
+use crate::words::{decimal, t};
 use semascan_model::LengthUnit;
 
 /// Minus is a sign, not a hyphen.
@@ -10,19 +12,19 @@ const MINUS: &str = "\u{2212}";
 /// A length in the unit that people read: hundredths of a millimetre, or as fine in inches.
 pub fn length(metres: f64, unit: LengthUnit) -> String {
     let decimals = if unit == LengthUnit::Inches { 4 } else { 2 };
-    format!("{:.decimals$}\u{a0}{}", metres / unit.in_metres(), unit.name()).replace('-', MINUS)
+    format!("{}\u{a0}{}", decimal(metres / unit.in_metres(), decimals), units::unit_name(unit))
 }
 
 /// An area in it.
 pub fn area(square_metres: f64, unit: LengthUnit) -> String {
     let value = square_metres / unit.in_metres().powi(2);
     let decimals = if unit == LengthUnit::Inches { 3 } else { 1 };
-    format!("{value:.decimals$}\u{a0}{}²", unit.name())
+    format!("{}\u{a0}{}²", decimal(value, decimals), units::unit_name(unit))
 }
 
-/// Where the plane lies.
-pub fn plane_name(section: &Section, unit: LengthUnit) -> String {
-    let offset = length(section.offset, unit);
+/// Where the plane lies, in millimetres and English: for files.
+pub fn plane_name(section: &Section) -> String {
+    let offset = format!("{:.2}\u{a0}mm", section.offset * 1e3).replace('-', MINUS);
     match section.direction {
         Direction::X | Direction::Y | Direction::Z => format!("{} = {offset}", section.direction.key()),
         Direction::Camera { .. } => format!("{offset} from the middle, facing the camera"),
@@ -40,29 +42,30 @@ pub fn summary(section: &Section, mesh: &Mesh, hides: bool) -> String {
     }
     let Some(shown) = &section.shown else {
         return match mesh.is_running() {
-            true => "The mesh is being made.",
-            false => "Outlines need the surface as a mesh.",
+            true => t!("mesh.being_made"),
+            false => t!("section.needs_mesh"),
         }
         .into();
     };
     let mut text = match (shown.closed, shown.open, shown.section.outlines.len()) {
-        (_, _, 0) => "The plane meets no surface.".to_owned(),
-        (1, 0, 1) => "One closed outline.".to_owned(),
-        (closed, 0, all) if closed == all => format!("{closed} closed outlines."),
+        (_, _, 0) => t!("section.meets_nothing").to_owned(),
+        (closed, 0, all) if closed == all => t!("section.closed", count = closed),
         (closed, open, all) => {
             let by_box = all - closed - open;
-            let of_box = if by_box > 0 { format!(", {by_box} ended by the box") } else { String::new() };
-            format!("{closed} closed, {open} open{of_box}.")
+            match by_box {
+                0 => t!("section.outlines", closed, open),
+                by_box => t!("section.outlines.box", closed, open, by_box),
+            }
         }
     };
     if shown.open > 0 {
-        text.push_str(" Open ends, marked by squares, are where the surface was not seen: nothing is filled there.");
+        text.push_str(t!("section.open_ends"));
     }
     if hides {
-        text.push_str(" Hidden components are left out: where they were, outlines are open.");
+        text.push_str(t!("section.hidden"));
     }
     if mesh.outdated {
-        text.push_str(" It is of an earlier model: update the surface.");
+        text.push_str(t!("section.outdated"));
     }
     text
 }
@@ -71,9 +74,9 @@ pub fn summary(section: &Section, mesh: &Mesh, hides: bool) -> String {
 pub fn prompt(section: &Section) -> &'static str {
     match (section.reads(), section.first.is_some()) {
         (false, _) => "",
-        (true, true) => "Click another place on an outline.",
-        (true, false) if section.missed => "No line lies across from there. Click between two lines, or on one.",
-        (true, false) => "Click between two lines for the thickness there, or on an outline for a distance.",
+        (true, true) => t!("section.prompt.second"),
+        (true, false) if section.missed => t!("section.prompt.missed"),
+        (true, false) => t!("section.prompt"),
     }
 }
 
@@ -82,7 +85,7 @@ pub fn reading(reading: &Reading, unit: LengthUnit) -> String {
     let estimate = reading.estimate();
     let decimals = if unit == LengthUnit::Inches { 3 } else { 2 };
     let [value, uncertainty] = [estimate.value, estimate.expanded()].map(|v| v / unit.in_metres());
-    format!("{value:.decimals$} ± {uncertainty:.decimals$}\u{a0}{}", unit.name())
+    format!("{} ± {}\u{a0}{}", decimal(value, decimals), decimal(uncertainty, decimals), units::unit_name(unit))
 }
 
 /// A length as a field for numbers has it: without unit, and no longer than needed.
@@ -113,8 +116,8 @@ mod tests {
     fn the_plane_is_named_by_what_it_lies_across() {
         let mut section = Section::default();
         (section.offset, section.is_on) = (0.012, true);
-        assert_eq!(plane_name(&section, LengthUnit::Millimetres), "z = 12.00\u{a0}mm");
+        assert_eq!(plane_name(&section), "z = 12.00\u{a0}mm");
         section.direction = Direction::Camera { normal: [1.0, 0.0, 0.0], through: [0.0; 3] };
-        assert!(plane_name(&section, LengthUnit::Millimetres).contains("facing the camera"));
+        assert!(plane_name(&section).contains("facing the camera"));
     }
 }

@@ -4,6 +4,7 @@ use super::controller::TimelineController;
 use super::{Timeline, TimelineEvent};
 use crate::features::view::{Controller, FeatureView, Host};
 use crate::ui::{Command, Ui};
+use crate::words::{decimal, t};
 use leptos::prelude::*;
 use std::rc::Rc;
 
@@ -34,7 +35,7 @@ fn TimelinePanel(ui: Ui) -> impl IntoView {
                 data-stops=move || ui.follow(|s| s.features.timeline.stops.len())
             >
                 <header class="panel-head">
-                    <h2 id="timeline-title">"Timeline"</h2>
+                    <h2 id="timeline-title">{t!("timeline.panel")}</h2>
                     <span class="panel-note">{move || ui.follow(|s| time_of(&s.features.timeline))}</span>
                 </header>
                 <Show when=move || is_open.get() fallback=move || view! { <Offer ui/> }>
@@ -47,7 +48,10 @@ fn TimelinePanel(ui: Ui) -> impl IntoView {
 
 /// When what is shown was there, after the beginning.
 fn time_of(timeline: &Timeline) -> String {
-    timeline.stops.get(timeline.at).map_or_else(String::new, |stop| format!("{:.1} s", stop.time.as_secs_f64()))
+    timeline
+        .stops
+        .get(timeline.at)
+        .map_or_else(String::new, |stop| format!("{} s", decimal(stop.time.as_secs_f64(), 1)))
 }
 
 /// The way to the timeline of an inspection that the agent keeps.
@@ -57,10 +61,10 @@ fn Offer(ui: Ui) -> impl IntoView {
     view! {
         <button
             class="button" type="button" data-testid="timeline-load" prop:disabled=move || is_loading.get()
-            title="The inspection is made again from its kept views, which takes about as long as it took"
+            title=t!("timeline.load.title")
             on:click=move |_| ui.send_feature(TimelineEvent::Requested)
         >
-            {move || if is_loading.get() { "The inspection is made again ..." } else { "See how the model grew" }}
+            {move || if is_loading.get() { t!("timeline.loading") } else { t!("timeline.load") }}
         </button>
     }
 }
@@ -92,24 +96,24 @@ fn Controls(ui: Ui) -> impl IntoView {
         <p class="timeline-place" data-testid="timeline-place">{move || timeline.with(Timeline::place)}</p>
         // The range is read with the place: where it changes a browser puts the slider elsewhere.
         <input
-            type="range" class="slider timeline-slider" data-testid="timeline-slider" aria-label="Views" min="0" step="1"
+            type="range" class="slider timeline-slider" data-testid="timeline-slider" aria-label=t!("common.views") min="0" step="1"
             aria-valuetext=move || timeline.with(Timeline::place)
             prop:max=move || timeline.with(|t| t.last().to_string())
             prop:value=move || timeline.with(|t| (t.last(), t.at).1.to_string())
             on:input=slide
         />
         <div class="buttons timeline-buttons">
-            {step(-1, "timeline-back", "Back", "One view back ([)")}
+            {step(-1, "timeline-back", t!("timeline.back"), t!("timeline.back.title"))}
             <button class="button" type="button" data-testid="timeline-play" on:click=play>
-                {move || if timeline.with(|t| t.is_playing) { "Pause" } else { "Play" }}
+                {move || if timeline.with(|t| t.is_playing) { t!("timeline.pause") } else { t!("timeline.play") }}
             </button>
-            {step(1, "timeline-on", "On", "One view on (])")}
+            {step(1, "timeline-on", t!("timeline.on"), t!("timeline.on.title"))}
         </div>
         <Show when=move || is_agents.get()>
             <button
                 class="text-button" type="button" data-testid="timeline-close" on:click=move |_| ui.ask(Command::Reload)
             >
-                "Follow the agent again"
+                {t!("timeline.close")}
             </button>
         </Show>
     }

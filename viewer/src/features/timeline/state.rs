@@ -4,6 +4,7 @@ use super::TimelineEvent;
 use crate::display::Display;
 use crate::features::Feature;
 use crate::link::player::Stop;
+use crate::words::t;
 
 /// The timeline of what is shown.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -33,9 +34,9 @@ impl Timeline {
     pub fn place(&self) -> String {
         let most = self.stops.last().map_or(0, |stop| stop.views);
         match self.stops.get(self.at).map_or(0, |stop| stop.views) {
-            0 => "Before the first view".into(),
-            _ if self.at == self.last() => format!("After all {most} views"),
-            views => format!("After view {views} of {most}"),
+            0 => t!("timeline.before").into(),
+            _ if self.at == self.last() => t!("timeline.after_all", count = most),
+            views => t!("timeline.after", views, most),
         }
     }
 }

@@ -3,6 +3,7 @@
 use crate::display::Theme;
 use crate::state::Event;
 use crate::ui::Ui;
+use crate::words::t;
 use leptos::prelude::*;
 
 /// Switches of the display.
@@ -25,9 +26,9 @@ pub(super) fn DisplayPanel(ui: Ui) -> impl IntoView {
     };
     view! {
         <section class="panel" aria-labelledby="display-title">
-            <header class="panel-head"><h2 id="display-title">"Display"</h2></header>
+            <header class="panel-head"><h2 id="display-title">{t!("display.panel")}</h2></header>
             <label class="switch-row">
-                <span>"Outliers" <small>"points that stand alone"</small></span>
+                <span>{t!("display.outliers")} <small>{t!("display.outliers.what")}</small></span>
                 <input
                     class="switch" type="checkbox" role="switch" data-testid="show-outliers"
                     prop:checked=move || outliers.get()
@@ -35,7 +36,7 @@ pub(super) fn DisplayPanel(ui: Ui) -> impl IntoView {
                 />
             </label>
             <label class="switch-row">
-                <span>"Background" <small>"outside the measuring volume"</small></span>
+                <span>{t!("display.background")} <small>{t!("display.background.what")}</small></span>
                 <input
                     class="switch" type="checkbox" role="switch" data-testid="show-background"
                     prop:checked=move || background.get()
@@ -43,8 +44,8 @@ pub(super) fn DisplayPanel(ui: Ui) -> impl IntoView {
                 />
             </label>
             <fieldset class="switch-row">
-                <legend class="visually-hidden">"Theme"</legend>
-                <span aria-hidden="true">"Theme"</span>
+                <legend class="visually-hidden">{t!("display.theme")}</legend>
+                <span aria-hidden="true">{t!("display.theme")}</span>
                 <div class="segments">{Theme::ALL.into_iter().map(choice).collect_view()}</div>
             </fieldset>
         </section>

@@ -7,6 +7,7 @@ use crate::state::legend::HiddenPoints;
 use crate::state::{Event, units};
 use crate::ui::icons::{DOWNLOAD, Icon};
 use crate::ui::{Command, Ui};
+use crate::words::t;
 use leptos::prelude::*;
 use semascan_formats::FileFrame;
 use semascan_model::LengthUnit;
@@ -15,9 +16,9 @@ use semascan_protocol::{FILE_ENDING, Phase};
 /// Why points are hidden, and how many for each reason, with the switch that shows them.
 fn reasons(hidden: HiddenPoints) -> String {
     let reasons = [
-        (hidden.components, "of components that are switched off"),
-        (hidden.stray, "stray (Display, Outliers)"),
-        (hidden.background, "outside the measuring volume (Display, Background)"),
+        (hidden.components, t!("export.hidden.components")),
+        (hidden.stray, t!("export.hidden.stray")),
+        (hidden.background, t!("export.hidden.background")),
     ];
     let said = reasons.into_iter().filter(|(n, _)| *n > 0).map(|(n, why)| format!(" {} {why}", units::count(n)));
     said.collect::<Vec<_>>().join(",")
@@ -38,19 +39,19 @@ fn WholeInspection(ui: Ui) -> impl IntoView {
         view! {
             <a
                 class="button" data-testid=id download=""
-                title="Model, views, findings and decisions in one file, which this page opens without an agent"
+                title=t!("export.inspection.title")
                 href=move || address.get().map(|address| address + query)
             >
                 <Icon path=DOWNLOAD/>
-                <span>"Inspection" <small>{about}</small></span>
+                <span>{t!("export.inspection")} <small>{about}</small></span>
             </a>
         }
     };
     view! {
         <Show when=move || address.get().is_some()>
             <div class="buttons">
-                {link("?photographs=true", "export-inspection-full", "with photographs")}
-                {link("", "export-inspection", "small pictures")}
+                {link("?photographs=true", "export-inspection-full", t!("export.inspection.full"))}
+                {link("", "export-inspection", t!("export.inspection.small"))}
             </div>
         </Show>
     }
@@ -79,34 +80,39 @@ fn MeshChoice(ui: Ui) -> impl IntoView {
             </label>
         }
     };
-    let units = UNITS.into_iter().map(|unit| (unit.name(), unit.name())).collect();
+    let units = UNITS.into_iter().map(|unit| (unit.name(), units::unit_name(unit))).collect();
     let axes = UP_AXES.into_iter().map(|(_, name)| (name, name)).collect();
     let details = Detail::ALL.into_iter().map(|detail| (detail.key(), detail.label())).collect();
     let solids = Solids::ALL.into_iter().map(|solids| (solids.key(), solids.label())).collect();
     view! {
         <details class="export-choice" data-testid="export-choice">
-            <summary>{move || format!("Mesh files: {} triangles; OBJ and STL in {}", choice.get().detail.label(), choice.get().frame.name())}</summary>
-            {select("export-detail", "Triangles", details, |c| c.detail.key(), |c, key| ExportChoice {
+            <summary>{move || files(choice.get())}</summary>
+            {select("export-detail", t!("export.triangles"), details, |c| c.detail.key(), |c, key| ExportChoice {
                 detail: Detail::ALL.into_iter().find(|detail| detail.key() == key).unwrap_or_default(),
                 ..c
             })}
-            {select("export-unit", "Unit of OBJ and STL", units, |c| c.frame.unit.name(), |c, key| ExportChoice {
+            {select("export-unit", t!("export.unit"), units, |c| c.frame.unit.name(), |c, key| ExportChoice {
                 frame: FileFrame { unit: LengthUnit::parse(key).unwrap_or(c.frame.unit), ..c.frame },
                 ..c
             })}
-            {select("export-up", "Upward axis of OBJ and STL", axes, up_name, |c, key| ExportChoice {
+            {select("export-up", t!("export.up"), axes, up_name, |c, key| ExportChoice {
                 frame: FileFrame {
                     up: UP_AXES.into_iter().find(|(_, name)| *name == key).map_or(c.frame.up, |(up, _)| up),
                     ..c.frame
                 },
                 ..c
             })}
-            {select("export-solids", "STL files", solids, |c| c.solids.key(), |c, key| ExportChoice {
+            {select("export-solids", t!("export.stl"), solids, |c| c.solids.key(), |c, key| ExportChoice {
                 solids: Solids::ALL.into_iter().find(|solids| solids.key() == key).unwrap_or_default(),
                 ..c
             })}
         </details>
     }
+}
+
+fn files(choice: ExportChoice) -> String {
+    let unit = units::unit_name(choice.frame.unit);
+    t!("export.files", detail = choice.detail.label(), unit, axis = up_name(choice))
 }
 
 fn up_name(choice: ExportChoice) -> &'static str {
@@ -121,21 +127,21 @@ pub(super) fn ExportPanel(ui: Ui) -> impl IntoView {
     let surface = ui.part(|s| s.legend.surface_points());
     let hidden = ui.part(|s| s.legend.hidden_points(s.display.hidden_flags()));
     let what = move || match (points.get(), held.get()) {
-        (_, 0) => "There are no points yet.".to_owned(),
+        (_, 0) => t!("export.none").to_owned(),
         (0, held) => {
-            format!("All {} points of the model are hidden:", units::count(held)) + &reasons(hidden.get()) + "."
+            t!("export.all_hidden", held = units::count(held), reasons = reasons(hidden.get()))
         }
         (points, held) if points == held => {
-            format!("All {} points of the model, with class names.", units::count(held))
+            t!("export.all", held = units::count(held))
         }
         (points, held) => {
             let (points, held) = (units::count(points), units::count(held));
-            format!("What is shown: {points} of the model's {held} points. Left out are") + &reasons(hidden.get()) + "."
+            t!("export.shown", points, held, reasons = reasons(hidden.get()))
         }
     };
     let mesh_left_out = move || match points.get().saturating_sub(surface.get()) {
         0 => String::new(),
-        n => format!(" The mesh is without {} of the points shown: stray ones and background.", units::count(n)),
+        n => t!("export.mesh_without", count = units::count(n)),
     };
     let button = move |format: PointFormat, id: &'static str, name: &'static str, about: &'static str| {
         view! {
@@ -164,19 +170,19 @@ pub(super) fn ExportPanel(ui: Ui) -> impl IntoView {
     view! {
         <section class="panel" aria-labelledby="export-title">
             <header class="panel-head">
-                <h2 id="export-title">"Export"</h2>
-                <span class="panel-note">{move || format!("{} points", units::count(points.get()))}</span>
+                <h2 id="export-title">{t!("export.panel")}</h2>
+                <span class="panel-note">{move || t!("count.points", count = units::count(points.get()))}</span>
             </header>
             <div class="buttons">
-                {button(PointFormat::Ply, "export-ply", "PLY", "point cloud")}
-                {button(PointFormat::Glb, "export-glb", "GLB", "scene")}
+                {button(PointFormat::Ply, "export-ply", "PLY", t!("export.cloud"))}
+                {button(PointFormat::Glb, "export-glb", "GLB", t!("export.scene"))}
             </div>
             <Show when=move || { triangles.get() > 0 }>
                 <div class="buttons">
-                    {mesh_button(MeshFormat::Ply, "export-mesh-ply", "PLY", "mesh")}
-                    {mesh_button(MeshFormat::Glb, "export-mesh-glb", "GLB", "mesh")}
-                    {mesh_button(MeshFormat::Obj, "export-mesh-obj", "OBJ", "with materials")}
-                    {mesh_button(MeshFormat::Stl, "export-mesh-stl", "STL", "the shape alone")}
+                    {mesh_button(MeshFormat::Ply, "export-mesh-ply", "PLY", t!("export.mesh"))}
+                    {mesh_button(MeshFormat::Glb, "export-mesh-glb", "GLB", t!("export.mesh"))}
+                    {mesh_button(MeshFormat::Obj, "export-mesh-obj", "OBJ", t!("export.materials"))}
+                    {mesh_button(MeshFormat::Stl, "export-mesh-stl", "STL", t!("export.shape"))}
                 </div>
                 <MeshChoice ui/>
             </Show>
@@ -187,7 +193,7 @@ pub(super) fn ExportPanel(ui: Ui) -> impl IntoView {
             >
                 {what}
                 {move || if triangles.get() > 0 { mesh_left_out() } else { String::new() }}
-                {move || is_cut.get().then_some(" What plane and box cut away is exported all the same.")}
+                {move || is_cut.get().then_some(t!("export.cut"))}
             </p>
         </section>
     }

@@ -1,11 +1,13 @@
 //! The header: what is inspected, whether the link stands, theme and help.
 
 use crate::display::ColorScheme;
+use crate::features::tour::TourEvent;
 use crate::shell::action::FILE_FIELD;
 use crate::state::connection::Connection;
 use crate::state::{Event, units};
-use crate::ui::icons::{HELP, Icon, OPEN, SEARCH, THEME, UNLINKED};
+use crate::ui::icons::{CLOSE, HELP, Icon, OPEN, SEARCH, THEME, UNLINKED};
 use crate::ui::{Command, Ui};
+use crate::words::t;
 use leptos::prelude::*;
 use wasm_bindgen::JsCast;
 use web_sys::HtmlInputElement;
@@ -16,6 +18,7 @@ pub(super) fn Header(ui: Ui) -> impl IntoView {
     let part = ui.part(|s| s.inspection.part.clone());
     let source = ui.part(|s| s.inspection.source.clone());
     let foreign = ui.part(|s| s.foreign_agent.clone());
+    let is_offered = ui.part(|s| s.features.tour.is_offered && s.has_model());
     let dark = ui.part(|s| s.display.color_scheme() == ColorScheme::Dark);
     let is_file = ui.part(|s| s.connection.is_file() && !s.connection.is_recorded());
     let take_file = move |event: web_sys::Event| {
@@ -37,48 +40,61 @@ pub(super) fn Header(ui: Ui) -> impl IntoView {
         </a>
         <div class="subject">
             <h1 class="subject-part" data-testid="part">
-                {move || Some(part.get()).filter(|p| !p.is_empty()).unwrap_or_else(|| "No part".into())}
+                {move || Some(part.get()).filter(|p| !p.is_empty()).unwrap_or_else(|| t!("header.no_part").into())}
             </h1>
             {move || foreign.get().map(|name| (name.clone(), name)).map(|(host, name)| view! {
                 <p
                     class="foreign" data-testid="foreign-agent" data-host=host
-                    title="This page follows another agent than the one that it came from"
+                    title=t!("header.foreign")
                 >
-                    <Icon path=UNLINKED/> <span>"Model of " <strong>{name}</strong></span>
+                    <Icon path=UNLINKED/> <span>{t!("header.model_of")} <strong>{name}</strong></span>
                 </p>
             })}
             <p class="subject-source" title=move || source.get()>{move || source.get()}</p>
         </div>
         <ConnectionStatus ui/>
+        <Show when=move || is_offered.get()>
+            <span class="tour-offer" data-testid="tour-offer">
+                <button class="text-button" type="button" data-testid="tour-begin" on:click=move |_| ui.send_feature(TourEvent::Begin)>
+                    {t!("tour.offer")}
+                </button>
+                <button
+                    class="tool" type="button" aria-label=t!("tour.not_now") title=t!("tour.not_now")
+                    on:click=move |_| ui.send_feature(TourEvent::End)
+                >
+                    <Icon path=CLOSE/>
+                </button>
+            </span>
+        </Show>
         <Show when=move || is_file.get()>
             <button class="text-button" type="button" data-testid="close-file" on:click=move |_| ui.ask(Command::Reload)>
-                "Close the file"
+                {t!("header.close_file")}
             </button>
         </Show>
         <button
-            class="tool palette-open" type="button" data-testid="palette-open" aria-label="Commands" title="Every command, by its name (Ctrl K)"
+            class="tool palette-open" type="button" data-testid="palette-open" aria-label=t!("palette.title") title=t!("header.palette")
             on:click=move |_| ui.send(Event::Palette(true))
         >
             <Icon path=SEARCH/>
         </button>
-        <label class="tool file-button" title="Open a saved inspection, or a model: PLY, GLB, OBJ, STL or PCD. It can be dropped onto the page, too.">
+        <label class="tool file-button" title=t!("header.open")>
             <input
                 id=FILE_FIELD class="visually-hidden" type="file" accept=".semascan,.ply,.glb,.gltf,.obj,.stl,.pcd" data-testid="open-file"
-                aria-label="Open an inspection or a model from a file" on:change=take_file
+                aria-label=t!("command.open") on:change=take_file
             />
             <Icon path=OPEN/>
         </label>
         <button
             class="tool" type="button" data-testid="theme-toggle"
-            aria-label=move || if dark.get() { "Switch to the light theme" } else { "Switch to the dark theme" }
-            title=move || if dark.get() { "Light theme (T)" } else { "Dark theme (T)" }
+            aria-label=move || if dark.get() { t!("header.to_light") } else { t!("header.to_dark") }
+            title=move || if dark.get() { t!("header.light") } else { t!("header.dark") }
             on:click=toggle
         >
             <Icon path=THEME/>
         </button>
         <button
-            class="tool" type="button" data-testid="help-open" aria-label="Keyboard shortcuts"
-            title="Keyboard shortcuts (?)" on:click=move |_| ui.send(Event::Help(true))
+            class="tool" type="button" data-testid="help-open" aria-label=t!("header.help")
+            title=t!("header.help.title") on:click=move |_| ui.send(Event::Help(true))
         >
             <Icon path=HELP/>
         </button>
@@ -90,12 +106,12 @@ pub(super) fn Header(ui: Ui) -> impl IntoView {
 fn ConnectionStatus(ui: Ui) -> impl IntoView {
     let connection = ui.part(|s| s.connection.clone());
     let agent = ui.part(|s| match &s.connection {
-        Connection::Connected { agent } => format!("Connected to {agent}"),
+        Connection::Connected { agent } => t!("header.connected", agent),
         Connection::Reconnecting { reason, .. } | Connection::Refused { reason } | Connection::Broken { reason } => {
             units::sentence(reason)
         }
-        Connection::File { name } => format!("{name} is shown; no agent is followed"),
-        Connection::Recorded => "What the agent keeps of the inspection is shown".into(),
+        Connection::File { name } => t!("header.file", name),
+        Connection::Recorded => t!("header.recorded").into(),
         Connection::Connecting { .. } => String::new(),
     });
     view! {

@@ -1,100 +1,104 @@
 //! The table of shortcuts.
 
+use super::key_name::key_name;
 use crate::state::Event;
 use crate::ui::icons::{CLOSE, Icon};
-use crate::ui::{Ui, modal};
+use crate::ui::{Command, Ui, modal};
+use crate::words::{self, t};
 use leptos::prelude::*;
 
 /// The keys of a shortcut, and what it does.
 type Shortcut = (&'static [&'static str], &'static str);
 
 /// What the pointer and the keys do, in groups.
-const GROUPS: [(&str, &[Shortcut]); 8] = [
-    (
-        "Pointer",
-        &[
-            (&["Click"], "What lies there; while measuring, a point"),
-            (&["Drag"], "Orbit"),
-            (&["Shift", "Drag"], "Pan (or right button, two fingers)"),
-            (&["Wheel"], "Zoom to the pointer (or pinch)"),
-            (&["Double click"], "Fit the model into view"),
-        ],
-    ),
-    (
-        "Camera",
-        &[
-            (&["←", "→", "↑", "↓"], "Orbit; with Shift, pan"),
-            (&["+", "−"], "Zoom"),
-            (&["F"], "Fit the model into view"),
-            (&["H"], "Copy a link to this view"),
-            (&["Shift", "H"], "Save the picture, with what its colours mean"),
-            (&["1", "…", "7"], "Isometric, front, back, left, right, top, bottom"),
-        ],
-    ),
-    (
-        "Points",
-        &[
-            (&["Enter"], "Pick in the middle of the view"),
-            (&["L"], "Pin a label at the picked point"),
-            (&["E"], "Photographs of the picked point"),
-            (&[",", "."], "The better, the next of them"),
-            (&["M"], "Measure a distance"),
-            (&["G"], "Measure an angle"),
-            (&["Del"], "Remove the newest label or, while measuring, measurement; with Shift, all"),
-            (&["Esc"], "Take a point back, end measuring, close"),
-        ],
-    ),
-    (
-        "Section",
-        &[
-            (&["S"], "Section plane on or off"),
-            (&["D", "U"], "Deeper or up by 1 mm; with Shift, 0.1 mm"),
-            (&["V"], "Cut the other side away"),
-            (&["W"], "Read thicknesses; Enter reads in the middle of the view"),
-        ],
-    ),
-    (
-        "Findings",
-        &[
-            (&["J"], "Next finding"),
-            (&["K"], "Previous finding"),
-            (&["Y"], "Accept it or, with none chosen, the part"),
-            (&["R"], "Rework"),
-            (&["X"], "Reject"),
-            (&["I"], "Remark"),
-        ],
-    ),
-    (
-        "Corrections",
-        &[
-            (&["Q"], "Brush: drag over the surface (the right button orbits)"),
-            (&["Shift", "Q"], "New finding: drag around it, or click its corners"),
-            (&["[", "]"], "Narrower, wider"),
-            (&["Z"], "Undo; with Shift, redo"),
-        ],
-    ),
-    (
-        "Display",
-        &[
-            (&["C"], "Next colour mode; with Shift, previous"),
-            (&["A"], "Show all components"),
-            (&["O"], "Show or hide outliers"),
-            (&["B"], "Show or hide the background"),
-            (&["T"], "Light or dark theme"),
-        ],
-    ),
-    (
-        "Views and page",
-        &[
-            (&["[", "]"], "While an inspection is played: one view back, one on"),
-            (&["N"], "Next view"),
-            (&["P"], "Previous view"),
-            (&["Esc"], "Close the view"),
-            (&["Ctrl", "K"], "Every command, by its name"),
-            (&["?"], "This help"),
-        ],
-    ),
-];
+fn groups() -> [(&'static str, Vec<Shortcut>); 8] {
+    [
+        (
+            t!("help.pointer"),
+            vec![
+                (&["Click"], t!("help.click")),
+                (&["Drag"], t!("help.drag")),
+                (&["Shift", "Drag"], t!("help.pan")),
+                (&["Wheel"], t!("help.wheel")),
+                (&["Double click"], t!("command.fit")),
+            ],
+        ),
+        (
+            t!("common.camera"),
+            vec![
+                (&["←", "→", "↑", "↓"], t!("help.arrows")),
+                (&["+", "−"], t!("help.zoom")),
+                (&["F"], t!("command.fit")),
+                (&["H"], t!("command.link")),
+                (&["Shift", "H"], t!("help.save")),
+                (&["1", "…", "7"], t!("help.views")),
+            ],
+        ),
+        (
+            t!("common.points"),
+            vec![
+                (&["Enter"], t!("command.pick_middle")),
+                (&["L"], t!("command.pin")),
+                (&["E"], t!("evidence.card")),
+                (&[",", "."], t!("help.photographs")),
+                (&["M"], t!("help.distance")),
+                (&["G"], t!("help.angle")),
+                (&["Del"], t!("help.delete")),
+                (&["Esc"], t!("help.escape")),
+            ],
+        ),
+        (
+            t!("section.panel"),
+            vec![
+                (&["S"], t!("help.section")),
+                (&["D", "U"], t!("help.deeper")),
+                (&["V"], t!("command.flip")),
+                (&["W"], t!("help.thickness")),
+            ],
+        ),
+        (
+            t!("review.panel"),
+            vec![
+                (&["J"], t!("command.next_finding")),
+                (&["K"], t!("command.previous_finding")),
+                (&["Y"], t!("help.accept")),
+                (&["R"], t!("ruling.rework")),
+                (&["X"], t!("ruling.reject")),
+                (&["I"], t!("ruling.comment")),
+            ],
+        ),
+        (
+            t!("help.corrections"),
+            vec![
+                (&["Q"], t!("help.brush")),
+                (&["Shift", "Q"], t!("help.outline")),
+                (&["[", "]"], t!("help.width")),
+                (&["Z"], t!("help.undo")),
+            ],
+        ),
+        (
+            t!("display.panel"),
+            vec![
+                (&["C"], t!("help.color_mode")),
+                (&["A"], t!("help.components")),
+                (&["O"], t!("help.outliers")),
+                (&["B"], t!("help.background")),
+                (&["T"], t!("command.theme")),
+            ],
+        ),
+        (
+            t!("help.page"),
+            vec![
+                (&["[", "]"], t!("help.timeline")),
+                (&["N"], t!("command.next_view")),
+                (&["P"], t!("command.previous_view")),
+                (&["Esc"], t!("help.close_view")),
+                (&["Ctrl", "K"], t!("help.palette")),
+                (&["?"], t!("help.help")),
+            ],
+        ),
+    ]
+}
 
 /// A modal dialog, open while the state says so.
 #[component]
@@ -109,27 +113,41 @@ pub(super) fn Help(ui: Ui) -> impl IntoView {
             on:click=move |e| if modal::is_backdrop(&e) { ui.send(Event::Help(false)) }
         >
             <header class="dialog-head">
-                <h2 id="help-title">"Keyboard and pointer"</h2>
+                <h2 id="help-title">{t!("help.title")}</h2>
                 <button
-                    class="tool" type="button" aria-label="Close" on:click=move |_| ui.send(Event::Help(false))
+                    class="tool" type="button" aria-label=t!("common.close") on:click=move |_| ui.send(Event::Help(false))
                 >
                     <Icon path=CLOSE/>
                 </button>
             </header>
             <div class="dialog-body">
-                {GROUPS.into_iter().map(|(title, rows)| view! {
+                {groups().into_iter().map(|(title, rows)| view! {
                     <section class="keys">
                         <h3>{title}</h3>
                         <dl>
-                            {rows.iter().map(|(keys, what)| view! {
+                            {rows.into_iter().map(|(keys, what)| view! {
                                 <div>
-                                    <dt>{keys.iter().map(|k| view! { <kbd>{*k}</kbd> }).collect_view()}</dt>
-                                    <dd>{*what}</dd>
+                                    <dt>{keys.iter().map(|k| view! { <kbd>{key_name(k)}</kbd> }).collect_view()}</dt>
+                                    <dd>{what}</dd>
                                 </div>
                             }).collect_view()}
                         </dl>
                     </section>
                 }).collect_view()}
+                <section class="keys">
+                    <h3 id="help-language">{t!("language.title")}</h3>
+                    <div class="buttons" role="group" aria-labelledby="help-language">
+                        {words::languages().iter().map(|(code, name)| view! {
+                            <button
+                                class="button" type="button" lang=code.as_str() data-testid=format!("language-{code}")
+                                aria-pressed=(words::language() == code).to_string()
+                                on:click=move |_| ui.ask(Command::Language(code))
+                            >
+                                {name.as_str()}
+                            </button>
+                        }).collect_view()}
+                    </div>
+                </section>
             </div>
         </dialog>
     }

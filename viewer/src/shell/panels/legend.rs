@@ -4,6 +4,7 @@ use crate::display::css_color;
 use crate::state::legend::{ClassFigures, Row};
 use crate::state::{Event, units};
 use crate::ui::Ui;
+use crate::words::t;
 use leptos::prelude::*;
 
 /// The component classes as a table.
@@ -14,25 +15,25 @@ pub(super) fn LegendPanel(ui: Ui) -> impl IntoView {
     view! {
         <section class="panel" aria-labelledby="legend-title">
             <header class="panel-head">
-                <h2 id="legend-title">"Components"</h2>
+                <h2 id="legend-title">{t!("legend.panel")}</h2>
                 <button
-                    class="text-button" type="button" data-testid="legend-all" title="Show all (A)"
+                    class="text-button" type="button" data-testid="legend-all" title=t!("legend.show_all.title")
                     prop:disabled=move || all.get() on:click=move |_| ui.send(Event::AllComponents)
                 >
-                    "Show all"
+                    {t!("legend.show_all")}
                 </button>
             </header>
             <Show
                 when=move || classes.with(|c| c.len() > 1)
-                fallback=|| view! { <p class="empty">"The classes of the part appear here with its inspection."</p> }
+                fallback=|| view! { <p class="empty">{t!("legend.empty")}</p> }
             >
                 <table class="legend">
                     <thead>
                         <tr>
-                            <th scope="col">"Component"</th>
-                            <th scope="col" class="is-figure"><abbr title="Points of the surface: neither stray nor background">"Points"</abbr></th>
-                            <th scope="col" class="is-figure"><abbr title="Area of the surface that was seen">"Area"</abbr></th>
-                            <th scope="col" class="is-figure"><abbr title="Mean confidence">"Conf."</abbr></th>
+                            <th scope="col">{t!("common.component")}</th>
+                            <th scope="col" class="is-figure"><abbr title=t!("legend.points")>{t!("common.points")}</abbr></th>
+                            <th scope="col" class="is-figure"><abbr title=t!("legend.area")>{t!("common.area")}</abbr></th>
+                            <th scope="col" class="is-figure"><abbr title=t!("legend.confidence")>{t!("legend.confidence.short")}</abbr></th>
                         </tr>
                     </thead>
                     <tbody>
@@ -76,14 +77,14 @@ fn LegendRow(ui: Ui, class: u16) -> impl IntoView {
                 </label>
                 <button
                     class="text-button legend-only" type="button" data-testid=format!("legend-only-{class}")
-                    aria-label=move || format!("Show only {}", name())
+                    aria-label=move || t!("legend.only_class", name = name())
                     on:click=move |_| ui.send(Event::OnlyComponent(class))
                 >
-                    "Only"
+                    {t!("legend.only")}
                 </button>
             </th>
             <td class="is-figure">{move || units::count(figures.get().points)}</td>
-            <td class="is-figure" title=move || figures.get().area.is_none().then_some(NOT_MEASURED)>
+            <td class="is-figure" title=move || figures.get().area.is_none().then_some(t!("legend.not_measured"))>
                 {move || known(&figures.get(), |f| f.area.map_or_else(unknown, units::area))}
             </td>
             <td class="is-figure">
@@ -99,7 +100,7 @@ fn LegendRow(ui: Ui, class: u16) -> impl IntoView {
 
 /// Class 0 carries every point without evidence for a component.
 fn display_name(row: &Row) -> String {
-    if row.class.id == 0 { "unlabelled".into() } else { row.class.name.clone() }
+    if row.class.id == 0 { t!("common.unlabelled").into() } else { row.class.name.clone() }
 }
 
 /// A figure that has a meaning only where there are points.
@@ -110,6 +111,3 @@ fn known(figures: &ClassFigures, figure: impl FnOnce(&ClassFigures) -> String) -
 fn unknown() -> String {
     "–".into()
 }
-
-/// Why there is no area.
-const NOT_MEASURED: &str = "Not known yet: areas are measured on the mesh, at the end or when it is made";

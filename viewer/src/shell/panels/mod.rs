@@ -23,7 +23,7 @@
 //! | `[data-testid=color-scale]` | the scale of the colour ramp, or the defect classes; in it `scale-unknown`, the colour of what is not known |
 //! | `[data-testid=show-outliers]`, `show-background` | switches |
 //! | `[data-testid=theme-toggle]`, `fit`, `copy-link`, `save-picture`, `help-open` | buttons |
-//! | `[data-testid=help]` | the dialog of shortcuts |
+//! | `[data-testid=help]`, `language-<code>` | the dialog of shortcuts; in it a button for each language |
 //! | `[data-testid=show-points]`, `show-mesh` | radio: what the model is shown as; `show-mesh` makes the mesh where there is none |
 //! | `[data-testid=mesh]` | the mesh's panel; `data-state` = `none`, `running`, `ready`; `data-triangles`, `data-outdated` |
 //! | `[data-testid=mesh-progress]`, `mesh-cancel`, `mesh-update` | progress of the meshing; its cancel button; make an outdated mesh anew |
@@ -76,6 +76,7 @@ mod display;
 mod export;
 mod header;
 mod help;
+mod key_name;
 mod legend;
 mod notices;
 mod overlay;

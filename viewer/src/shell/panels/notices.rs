@@ -4,6 +4,7 @@ use crate::state::Event;
 use crate::state::notices::Level;
 use crate::ui::Ui;
 use crate::ui::icons::{CLOSE, DONE, Icon, WARNING};
+use crate::words::t;
 use leptos::prelude::*;
 
 /// The messages on screen. The list is a live region: what is added to it is spoken.
@@ -31,7 +32,7 @@ fn NoticeCard(ui: Ui, id: u64, level: Level) -> impl IntoView {
                 {text}
                 {move || count().map(|count| view! { <span class="notice-count">{format!("×{count}")}</span> })}
             </p>
-            <button class="tool" type="button" aria-label="Dismiss" on:click=move |_| ui.send(Event::Dismiss(id))>
+            <button class="tool" type="button" aria-label=t!("notices.dismiss") on:click=move |_| ui.send(Event::Dismiss(id))>
                 <Icon path=CLOSE/>
             </button>
         </div>

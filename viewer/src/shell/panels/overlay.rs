@@ -10,6 +10,7 @@ use crate::state::connection::{Connection, GraphicsStatus};
 use crate::state::{AppState, Event, units};
 use crate::ui::icons::{DOWNLOAD, FIT, Icon, LINK, MODEL, UNLINKED, WARNING};
 use crate::ui::{Command, Ui};
+use crate::words::t;
 use leptos::prelude::*;
 use semascan_model::ClassDef;
 use semascan_protocol::Phase;
@@ -22,20 +23,20 @@ pub(super) fn Overlay(ui: Ui) -> impl IntoView {
             <ColorModes ui/>
             <div class="tools">
                 <button
-                    class="tool is-raised" type="button" data-testid="copy-link" aria-label="Copy a link to this view"
-                    title="Copy a link to this view (H)" on:click=move |_| ui.ask(Command::CopyLink)
+                    class="tool is-raised" type="button" data-testid="copy-link" aria-label=t!("command.link")
+                    title=t!("overlay.link") on:click=move |_| ui.ask(Command::CopyLink)
                 >
                     <Icon path=LINK/>
                 </button>
                 <button
-                    class="tool is-raised" type="button" data-testid="save-picture" aria-label="Save this picture"
-                    title="Save this picture, with what its colours mean (Shift+H)" on:click=move |_| ui.ask(Command::SavePicture)
+                    class="tool is-raised" type="button" data-testid="save-picture" aria-label=t!("overlay.save")
+                    title=t!("overlay.save.title") on:click=move |_| ui.ask(Command::SavePicture)
                 >
                     <Icon path=DOWNLOAD/>
                 </button>
                 <button
-                    class="tool is-raised" type="button" data-testid="fit" aria-label="Fit the model into view"
-                    title="Fit into view (F)" on:click=move |_| ui.ask(Command::Camera(CameraInput::Fit))
+                    class="tool is-raised" type="button" data-testid="fit" aria-label=t!("command.fit")
+                    title=t!("overlay.fit") on:click=move |_| ui.ask(Command::Camera(CameraInput::Fit))
                 >
                     <Icon path=FIT/>
                 </button>
@@ -69,7 +70,7 @@ fn ColorModes(ui: Ui) -> impl IntoView {
     };
     view! {
         <fieldset class="segments is-raised" data-testid="color-modes">
-            <legend class="visually-hidden">"Colour by"</legend>
+            <legend class="visually-hidden">{t!("overlay.color_by")}</legend>
             <For each=move || modes.get() key=|mode| mode.key() children=choice/>
             <Show when=move || has_reference.get()>{choice(ColorMode::Deviation)}</Show>
         </fieldset>
@@ -123,7 +124,7 @@ fn ColorScale(ui: Ui) -> impl IntoView {
         }
         .into_any(),
         Some(ColorKey::Classes { title, classes }) => {
-            let none = classes.is_empty().then(|| view! { <li>"This source names no defects."</li> });
+            let none = classes.is_empty().then(|| view! { <li>{t!("overlay.no_defects")}</li> });
             view! {
                 <figure class="scale is-raised" data-testid="color-scale">
                     <figcaption>{title}</figcaption>
@@ -140,27 +141,20 @@ fn ColorScale(ui: Ui) -> impl IntoView {
 fn LinkBanner(ui: Ui) -> impl IntoView {
     let text = ui.part(|s| match &s.connection {
         _ if !s.has_model() => None,
-        Connection::Reconnecting { reason, .. } => {
-            Some(format!("Connection lost. {} The model may be out of date.", units::sentence(reason)))
-        }
-        Connection::Refused { reason } => Some(format!("The connection was refused. {}", units::sentence(reason))),
-        Connection::Broken { reason } => Some(format!("{} Reload the page to go on.", units::sentence(reason))),
+        Connection::Reconnecting { reason, .. } => Some(t!("banner.lost", reason = units::sentence(reason))),
+        Connection::Refused { reason } => Some(t!("connection.was_refused", reason = units::sentence(reason))),
+        Connection::Broken { reason } => Some(t!("banner.broken", reason = units::sentence(reason))),
         _ if s.is_cut => {
             // Points are counted with a frame, and the agent may not have said yet how many there are.
             let here = match (s.legend.held_points(), s.progress.points) {
                 (held, all) if held > 0 && all > held => {
-                    format!(" {} of {} points are here.", units::count(held), units::count(all))
+                    t!("banner.here", held = units::count(held), all = units::count(all))
                 }
                 _ => String::new(),
             };
-            Some(format!(
-                "This model is larger than a browser page can hold.{here} The rest is not shown and not exported; the \
-                 agent's own files hold all of it."
-            ))
+            Some(t!("banner.cut", here))
         }
-        _ if s.model_differs() => {
-            Some("The model shown differs from the agent's. Reload the page to fetch it anew.".into())
-        }
+        _ if s.model_differs() => Some(t!("banner.differs").into()),
         _ => None,
     });
     move || {
@@ -191,8 +185,8 @@ impl Empty {
     /// The most important thing that keeps the model from being seen, if anything does.
     fn of(state: &AppState) -> Option<Self> {
         if let GraphicsStatus::Unavailable { reason } = &state.graphics {
-            let text = format!("{reason} The panels, the live figures and the exports keep working.");
-            return Some(Self { reload: true, ..Self::new("gpu", WARNING, "The 3D view is not available", text) });
+            let text = t!("empty.gpu.text", reason);
+            return Some(Self { reload: true, ..Self::new("gpu", WARNING, t!("empty.gpu"), text) });
         }
         if state.has_model() {
             return None;
@@ -200,47 +194,40 @@ impl Empty {
         Some(match (&state.connection, state.progress.phase) {
             (Connection::Connecting { .. }, _) => Self {
                 busy: true,
-                ..Self::new("connecting", UNLINKED, "Connecting to the agent", "This takes a moment.")
+                ..Self::new("connecting", UNLINKED, t!("empty.connecting"), t!("empty.connecting.text"))
             },
             (Connection::Reconnecting { reason, .. }, _) => {
-                let text = format!("{} The viewer keeps trying.", units::sentence(reason));
-                Self { busy: true, ..Self::new("reconnecting", UNLINKED, "No connection to the agent", text) }
+                let text = t!("empty.reconnecting.text", reason = units::sentence(reason));
+                Self { busy: true, ..Self::new("reconnecting", UNLINKED, t!("empty.reconnecting"), text) }
             }
             _ if state.features.timeline.is_open() => {
-                Self::new("before", MODEL, "Before the first view", "The model grows with the views that follow.")
+                Self::new("before", MODEL, t!("timeline.before"), t!("timeline.before.text"))
             }
             (Connection::File { name }, _) => {
-                Self { busy: true, ..Self::new("opening", MODEL, "Reading a file", format!("{name} is being read.")) }
+                Self { busy: true, ..Self::new("opening", MODEL, t!("empty.opening"), t!("empty.opening.text", name)) }
             }
-            (Connection::Refused { reason }, _) => Self {
-                reload: true,
-                ..Self::new("refused", WARNING, "The connection was refused", units::sentence(reason))
-            },
+            (Connection::Refused { reason }, _) => {
+                Self { reload: true, ..Self::new("refused", WARNING, t!("empty.refused"), units::sentence(reason)) }
+            }
             (Connection::Broken { reason }, _) => {
-                Self { reload: true, ..Self::new("broken", WARNING, "The viewer has stopped", units::sentence(reason)) }
+                Self { reload: true, ..Self::new("broken", WARNING, t!("empty.broken"), units::sentence(reason)) }
             }
             (_, Phase::Failed) => {
                 let why = Some(state.progress.message.as_str()).filter(|m| !m.is_empty());
                 Self::new(
                     "failed",
                     WARNING,
-                    "The inspection failed",
-                    units::sentence(why.unwrap_or("The agent gave no reason.")),
+                    t!("empty.failed"),
+                    units::sentence(why.unwrap_or(t!("empty.failed.text"))),
                 )
             }
-            (_, Phase::Finished) => {
-                Self::new("finished", MODEL, "The inspection found no surface", "No view could be added to the model.")
+            (_, Phase::Finished) => Self::new("finished", MODEL, t!("empty.finished"), t!("empty.finished.text")),
+            (_, Phase::Running) => {
+                Self { busy: true, ..Self::new("running", MODEL, t!("empty.running"), t!("empty.running.text")) }
             }
-            (_, Phase::Running) => Self {
-                busy: true,
-                ..Self::new("running", MODEL, "Capturing the first view", "The model appears here as it grows.")
-            },
-            (_, Phase::Waiting | Phase::Unspecified) => Self::new(
-                "waiting",
-                MODEL,
-                "Waiting for an inspection",
-                "The model appears here as soon as the agent captures its first view.",
-            ),
+            (_, Phase::Waiting | Phase::Unspecified) => {
+                Self::new("waiting", MODEL, t!("empty.waiting"), t!("empty.waiting.text"))
+            }
         })
     }
 }
@@ -256,7 +243,7 @@ fn Message(ui: Ui) -> impl IntoView {
                     <h2>{title}</h2>
                     <p>{text}</p>
                     {reload.then(|| view! {
-                        <button class="button" type="button" on:click=move |_| ui.ask(Command::Reload)>"Reload"</button>
+                        <button class="button" type="button" on:click=move |_| ui.ask(Command::Reload)>{t!("common.reload")}</button>
                     })}
                 </div>
             }

@@ -1,8 +1,10 @@
 //! The command palette: a field that finds commands by their words.
 
+use super::key_name::key_name;
 use crate::shell::commands::{Offer, found, offers};
 use crate::state::Event;
 use crate::ui::{Ui, modal};
+use crate::words::t;
 use leptos::prelude::*;
 
 /// A modal dialog, open while the state says so.
@@ -13,7 +15,7 @@ pub(super) fn Palette(ui: Ui) -> impl IntoView {
     modal::follow(dialog, open);
     view! {
         <dialog
-            class="dialog palette" data-testid="palette" aria-label="Commands" node_ref=dialog
+            class="dialog palette" data-testid="palette" aria-label=t!("palette.title") node_ref=dialog
             on:close=move |_| ui.send(Event::Palette(false))
             on:click=move |e| if modal::is_backdrop(&e) { ui.send(Event::Palette(false)) }
         >
@@ -68,7 +70,7 @@ fn Search(ui: Ui) -> impl IntoView {
     view! {
         <input
             class="palette-field" type="text" role="combobox" aria-expanded="true" aria-controls="palette-list"
-            aria-label="Find a command" placeholder="Find a command" autocomplete="off" spellcheck="false"
+            aria-label=t!("palette.find") placeholder=t!("palette.find") autocomplete="off" spellcheck="false"
             data-testid="palette-field" node_ref=field on:keydown=on_key
             aria-activedescendant=move || list.with(|list| (!list.is_empty()).then(|| format!("palette-{}", place.get())))
             on:input=move |event| {
@@ -76,7 +78,7 @@ fn Search(ui: Ui) -> impl IntoView {
                 place.set(0);
             }
         />
-        <ul class="palette-list" id="palette-list" role="listbox" aria-label="Commands" node_ref=entries>
+        <ul class="palette-list" id="palette-list" role="listbox" aria-label=t!("palette.title") node_ref=entries>
             {move || list.get().into_iter().enumerate().map(|(index, offer)| {
                 let (group, label, keys) = (offer.group, offer.label.clone(), offer.keys);
                 view! {
@@ -87,13 +89,13 @@ fn Search(ui: Ui) -> impl IntoView {
                     >
                         <span class="palette-group">{group}</span>
                         <span class="palette-label">{label}</span>
-                        {(!keys.is_empty()).then(|| keys.split(' ').map(|key| view! { <kbd>{key}</kbd> }).collect_view())}
+                        {(!keys.is_empty()).then(|| keys.split(' ').map(|key| view! { <kbd>{key_name(key)}</kbd> }).collect_view())}
                     </li>
                 }
             }).collect_view()}
         </ul>
         <p class="empty palette-none" role="status">
-            {move || list.with(Vec::is_empty).then_some("No command has these words.")}
+            {move || list.with(Vec::is_empty).then_some(t!("palette.none"))}
         </p>
     }
 }

@@ -5,6 +5,7 @@ use crate::state::timings::{STAGES, StageTime, stage_key, stage_label};
 use crate::state::{AppState, units};
 use crate::ui::Ui;
 use crate::ui::icons::{DONE, Icon, UNLINKED, WARNING};
+use crate::words::t;
 use leptos::prelude::*;
 use semascan_protocol::{Phase, Stage};
 
@@ -16,14 +17,9 @@ pub(super) fn ProgressPanel(ui: Ui) -> impl IntoView {
     let views = move || progress.with(|p| p.views_done.to_string());
     let of = move || {
         progress.with(|p| match p.views_expected {
-            0 => {
-                if p.views_done == 1 {
-                    "view".into()
-                } else {
-                    "views".into()
-                }
-            }
-            n => format!("of {n} views"),
+            0 if p.views_done == 1 => t!("progress.view").to_owned(),
+            0 => t!("progress.views").to_owned(),
+            all => t!("progress.of_views", all),
         })
     };
     view! {
@@ -35,7 +31,7 @@ pub(super) fn ProgressPanel(ui: Ui) -> impl IntoView {
             data-rejected=move || progress.with(|p| p.views_rejected)
         >
             <header class="panel-head">
-                <h2 id="progress-title">"Inspection"</h2>
+                <h2 id="progress-title">{t!("progress.panel")}</h2>
                 <PhaseChip ui/>
             </header>
             <p class="headline"><span class="headline-figure">{views}</span> {of}</p>
@@ -44,20 +40,20 @@ pub(super) fn ProgressPanel(ui: Ui) -> impl IntoView {
                 <p class="callout callout-error"><Icon path=WARNING/> <span>{move || progress.with(|p| units::sentence(&p.message))}</span></p>
             </Show>
             <dl class="figures">
-                <div title="All points of the model; the panel Export says which of them are shown">
-                    <dt>"Points"</dt><dd>{move || progress.with(|p| units::count(p.points))}</dd>
+                <div title=t!("progress.points")>
+                    <dt>{t!("common.points")}</dt><dd>{move || progress.with(|p| units::count(p.points))}</dd>
                 </div>
                 <div>
-                    <dt>"Voxel"</dt>
+                    <dt>{t!("progress.voxel")}</dt>
                     <dd>{move || if voxel.get() > 0.0 { units::length(voxel.get()) } else { "–".into() }}</dd>
                 </div>
                 <div class:is-warning=move || progress.with(|p| p.views_rejected > 0)>
-                    <dt>"Rejected"</dt><dd>{move || progress.with(|p| p.views_rejected)}</dd>
+                    <dt>{t!("progress.rejected")}</dt><dd>{move || progress.with(|p| p.views_rejected)}</dd>
                 </div>
             </dl>
             // Who sets a cell up looks here, who reviews a part does not.
             <details class="fold">
-                <summary class="subhead">"Time a view" <span class="subhead-note">"last · mean"</span></summary>
+                <summary class="subhead">{t!("progress.times")} <span class="subhead-note">{t!("progress.times.what")}</span></summary>
                 <ol class="stages">
                     {STAGES.into_iter().map(|stage| view! { <StageBar ui stage/> }).collect_view()}
                 </ol>
@@ -77,7 +73,7 @@ fn PhaseChip(ui: Ui) -> impl IntoView {
                 class="chip" data-testid="phase" data-phase=move || standing.get().key()
                 title=move || {
                     (standing.get() == Standing::Unknown)
-                        .then_some("The inspection was under way when the connection was lost")
+                        .then_some(t!("progress.interrupted"))
                 }
             >
                 <Show when=move || is(Phase::Finished)><Icon path=DONE/></Show>
@@ -101,7 +97,7 @@ fn ProgressBar(ui: Ui) -> impl IntoView {
     let is_moving = move || matches!(state.get(), (None, Standing::Known(Phase::Running)));
     view! {
         <div
-            class="meter" role="progressbar" aria-label="Views captured" aria-valuemin="0" aria-valuemax="100"
+            class="meter" role="progressbar" aria-label=t!("progress.captured") aria-valuemin="0" aria-valuemax="100"
             aria-valuenow=move || shown().map(|f| format!("{:.0}", f * 100.0))
             data-phase=move || state.get().1.key()
             class:is-unknown=is_moving

@@ -7,6 +7,7 @@ use crate::state::views::{ViewEntry, ViewOverlay};
 use crate::state::{Event, units};
 use crate::ui::Ui;
 use crate::ui::icons::{CLOSE, Icon, NEXT, PREVIOUS, WARNING};
+use crate::words::t;
 use leptos::prelude::*;
 
 /// A card over the viewport while a view is selected.
@@ -40,17 +41,17 @@ fn Card(ui: Ui, view: ViewEntry, overlay: RwSignal<ViewOverlay>) -> impl IntoVie
     };
     let (accepted, reason, added) = (view.accepted, view.reason.clone(), view.points_added);
     view! {
-        <section class="detail" data-testid="view-detail" aria-label=format!("View {}", index + 1)>
+        <section class="detail" data-testid="view-detail" aria-label=t!("views.number", number = index + 1)>
             <header class="detail-head">
-                <h2>{format!("View {}", index + 1)}</h2>
-                <button class="tool" type="button" aria-label="Previous view" title="Previous view (P)" on:click=step(-1)>
+                <h2>{t!("views.number", number = index + 1)}</h2>
+                <button class="tool" type="button" aria-label=t!("command.previous_view") title=t!("views.previous") on:click=step(-1)>
                     <Icon path=PREVIOUS/>
                 </button>
-                <button class="tool" type="button" aria-label="Next view" title="Next view (N)" on:click=step(1)>
+                <button class="tool" type="button" aria-label=t!("command.next_view") title=t!("views.next") on:click=step(1)>
                     <Icon path=NEXT/>
                 </button>
                 <button
-                    class="tool" type="button" aria-label="Close" title="Close (Esc)"
+                    class="tool" type="button" aria-label=t!("common.close") title=t!("common.close_esc")
                     on:click=move |_| ui.send(Event::SelectView(None))
                 >
                     <Icon path=CLOSE/>
@@ -58,23 +59,23 @@ fn Card(ui: Ui, view: ViewEntry, overlay: RwSignal<ViewOverlay>) -> impl IntoVie
             </header>
             <div class="detail-picture">
                 {move || {
-                    let alt = format!("Picture of view {}", index + 1);
+                    let alt = t!("views.alt", number = index + 1);
                     view! { <Picture view=view.clone() overlay=overlay.get() alt/> }
                 }}
             </div>
             {(overlays.len() > 1).then(|| view! {
                 <fieldset class="segments detail-overlays">
-                    <legend class="visually-hidden">"Over the picture"</legend>
+                    <legend class="visually-hidden">{t!("views.over")}</legend>
                     {overlays.into_iter().map(choice).collect_view()}
                 </fieldset>
             })}
             {(!accepted).then(|| view! {
                 <p class="callout callout-warning">
-                    <Icon path=WARNING/> <span>{format!("Rejected. {}", units::sentence(&reason))}</span>
+                    <Icon path=WARNING/> <span>{t!("views.rejected", reason = units::sentence(&reason))}</span>
                 </p>
             })}
             <dl class="detail-figures">
-                <div><dt>"Points added"</dt><dd>{units::count(added)}</dd></div>
+                <div><dt>{t!("views.added")}</dt><dd>{units::count(added)}</dd></div>
                 {STAGES.into_iter().enumerate().map(|(i, stage)| view! {
                     <div>
                         <dt>{stage_label(stage)}</dt>

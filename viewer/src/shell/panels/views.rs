@@ -5,6 +5,7 @@ use crate::state::views::{ViewEntry, ViewOverlay};
 use crate::state::{Event, units};
 use crate::ui::icons::{CAMERA, Icon, WARNING};
 use crate::ui::{Command, Ui};
+use crate::words::t;
 use leptos::prelude::*;
 use semascan_protocol::{Domain, Phase};
 
@@ -45,22 +46,22 @@ pub(super) fn ViewStrip(ui: Ui) -> impl IntoView {
         }
     });
     view! {
-        <h2 class="visually-hidden">"Views"</h2>
+        <h2 class="visually-hidden">{t!("common.views")}</h2>
         <Show when=move || count.get() == 0 && pending.get() == 0>
-            <p class="strip-empty"><Icon path=CAMERA/> {move || if is_file.get() { "A file holds no views." } else { "Captured views appear here." }}</p>
+            <p class="strip-empty"><Icon path=CAMERA/> {move || if is_file.get() { t!("views.of_file") } else { t!("views.empty") }}</p>
         </Show>
         <ol class="strip" node_ref=list>
             {move || earlier.get().map(|before| view! {
                 <li class="view-earlier">
                     <button
                         class="button" type="button" data-testid="earlier-views"
-                        title=format!("Show views before view {}", before + 1)
+                        title=t!("views.before", number = before + 1)
                         on:click=move |_| ui.ask(Command::EarlierViews(before))
-                    >"Earlier"</button>
+                    >{t!("views.earlier")}</button>
                 </li>
             })}
             {move || cut.get().then(|| view! {
-                <li class="view-earlier" data-testid="views-cut">"Earlier views are in the inspection's record."</li>
+                <li class="view-earlier" data-testid="views-cut">{t!("views.cut")}</li>
             })}
             <For
                 each=move || views.get()
@@ -83,9 +84,9 @@ fn ViewCard(ui: Ui, view: ViewEntry, selected: Memo<Option<u32>>) -> impl IntoVi
     let (accepted, reason) = (view.accepted, view.reason.clone());
     let (domain, doubt) = (view.domain, domain_doubt(view.domain).filter(|_| accepted));
     let title = match doubt {
-        Some((_, sentence)) => format!("View {}: {sentence}", index + 1),
-        None if accepted => format!("View {}", index + 1),
-        None => format!("View {}, rejected. {}", index + 1, units::sentence(&reason)),
+        Some((_, sentence)) => t!("views.doubted", number = index + 1, doubt = sentence),
+        None if accepted => t!("views.number", number = index + 1),
+        None => t!("views.was_rejected", number = index + 1, reason = units::sentence(&reason)),
     };
     view! {
         <li class="view">
@@ -97,12 +98,12 @@ fn ViewCard(ui: Ui, view: ViewEntry, selected: Memo<Option<u32>>) -> impl IntoVi
                 on:click=toggle
             >
                 <Picture view overlay=ViewOverlay::Labels alt=String::new()/>
-                <span class="view-number"><span class="visually-hidden">"View "</span>{index + 1}</span>
+                <span class="view-number"><span class="visually-hidden">{t!("common.view")} " "</span>{index + 1}</span>
                 {doubt.map(|(words, _)| view! {
                     <span class="view-reason"><Icon path=WARNING/> <span>{words}</span></span>
                 })}
                 {(!accepted).then(|| view! {
-                    <span class="view-reason"><Icon path=WARNING/> <span><span class="visually-hidden">"Rejected: "</span>{reason}</span></span>
+                    <span class="view-reason"><Icon path=WARNING/> <span><span class="visually-hidden">{t!("progress.rejected")} ": "</span>{reason}</span></span>
                 })}
             </button>
         </li>
@@ -123,13 +124,8 @@ fn domain_name(domain: Domain) -> &'static str {
 /// sentence.
 fn domain_doubt(domain: Domain) -> Option<(&'static str, &'static str)> {
     match domain {
-        Domain::Unknown => Some((
-            "Domain not known",
-            "whether it is like those that the networks were trained for is not known, as none of them is calibrated",
-        )),
-        Domain::Outside => {
-            Some(("Labels do not count", "unlike those that the networks were trained for, its labels do not count"))
-        }
+        Domain::Unknown => Some((t!("views.domain_unknown"), t!("views.domain_unknown.why"))),
+        Domain::Outside => Some((t!("views.domain_outside"), t!("views.domain_outside.why"))),
         Domain::Inside | Domain::NoNetwork => None,
     }
 }
