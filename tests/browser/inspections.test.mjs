@@ -67,6 +67,13 @@ describe('the list of inspections', () => {
     await page.screenshot({ path: new URL('inspections.png', OUT).pathname, caret: 'initial', animations: 'allow' });
   });
 
+  it('says how this cell is', LIMIT, async () => {
+    await page.locator('#cell-state', { hasText: 'finished' }).waitFor({ timeout: 30_000 });
+    assert.match(await page.locator('#cell-said').textContent(), /\d+ of \d+ views/);
+    assert.equal(await page.locator('#cell-watch').getAttribute('href'), './');
+    assert.equal(await page.locator('#cell-views').isVisible(), false, 'nothing is under way');
+  });
+
   it('shows what the inspections come to, day by day and by what was found', LIMIT, async () => {
     await page.locator('#trends summary').click();
     await page.locator('#trends-said', { hasText: '3 inspections' }).waitFor({ timeout: 30_000 });

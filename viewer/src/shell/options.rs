@@ -86,7 +86,7 @@ impl Options {
         let reference = parameter("reference").and_then(|text| {
             let reference = text.parse::<InspectionId>().ok();
             if reference.is_none() {
-                complaints.push(format!("reference={text} is no identifier of an inspection; nothing is compared."));
+                complaints.push(t!("options.reference", text));
             }
             reference
         });
