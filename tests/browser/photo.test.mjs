@@ -47,9 +47,7 @@ onEveryBackend(
      * taken when they are those of the camera: the first is one of `first`.
      */
     const pictureFrom = async (viewer, view, mode, first = [view.index]) => {
-      const { eye, target } = placeOf(view.pose);
-      const hash = `#eye=${millimetres(eye)}&target=${millimetres(target)}&color=${mode}`;
-      await viewer.page.evaluate((hash) => (location.hash = hash), hash);
+      await viewer.page.evaluate((hash) => (location.hash = hash), `${placeHash(view.pose)}&color=${mode}`);
       await viewer.page.locator(`[data-testid=color-mode-${mode}]:checked`).waitFor({ state: 'attached' });
       const picture = await viewer.picture();
       if (mode !== 'photo') return picture;
@@ -118,7 +116,7 @@ onEveryBackend(
             return this.src.includes(`/views/${index}/`) ? decode.call(this) : Promise.reject(new Error('not to be had'));
           };
         }, own.index);
-        await alone.page.goto(session.agent.url);
+        await alone.page.goto(session.agent.url + placeHash(own.pose));
         await alone.finished();
         await alone.colorMode('photo');
         // Of the others it is found out one after the other.
@@ -143,7 +141,7 @@ onEveryBackend(
           `${backend}: of ${pixels.hidden.length} pixels hidden from the camera ${(100 * grey).toFixed(1)} % have no colour of its photograph; ` +
             `mean colour error over ${pixels.seen.length} pixels that it saw ${error.toFixed(2)}`,
         );
-        assert.ok(pixels.hidden.length > 300 && pixels.seen.length > 1000);
+        assert.ok(pixels.hidden.length > 150 && pixels.seen.length > 1000);
         assert.ok(grey > 0.9 && error < 8);
         alone.assertNoErrors();
       } finally {
@@ -177,8 +175,10 @@ function placeOf({ rotation, translation }) {
   return { eye: translation, target: translation.map((c, k) => c + 0.4 * forward[k]) };
 }
 
-function millimetres(place) {
-  return place.map((c) => (1e3 * c).toFixed(3)).join(',');
+/** The fragment of an address that leads there. */
+function placeHash(pose) {
+  const [eye, target] = Object.values(placeOf(pose)).map((place) => place.map((c) => (1e3 * c).toFixed(3)).join(','));
+  return `#eye=${eye}&target=${target}`;
 }
 
 /** The photograph of a view, decoded. */
