@@ -68,7 +68,8 @@ fn layer_worth(index: u32, at: vec3<f32>, normal: vec3<f32>, toward_eye: vec3<f3
     let sight = layer_sight(u32(eye.w + 0.5), share, distance, tolerance);
     let cover = smoothstep(0.25, 1.0, sight.x) * smoothstep(0.0, RIM, rim) * smoothstep(0.08, 0.25, facing);
     let density = sqrt(photograph.camera.x * photograph.camera.y * facing) / distance;
-    let closeness = pow(max(0.5 + 0.5 * dot(toward, toward_eye), 0.0), 8.0);
+    // Any photograph is better than none.
+    let closeness = 0.1 + 0.9 * pow(max(0.5 + 0.5 * dot(toward, toward_eye), 0.0), 8.0);
     return vec2<f32>(cover * photograph.size.z * density * closeness * mix(BESIDE_STEP, 1.0, sight.y), cover);
 }
 

@@ -4,7 +4,7 @@ use crate::render::photograph_camera::PhotographCamera;
 use glam::Vec3;
 
 /// A choice ends where another photograph adds less than this share to what the first ones are worth.
-const LEAST_GAIN: f32 = 2e-3;
+const LEAST_GAIN: f32 = 1e-3;
 
 /// A photograph that can be chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -36,7 +36,8 @@ fn worth(candidate: &Candidate, sample: &Sample, eye: Vec3) -> f32 {
     }
     let density = (camera.focal.x * camera.focal.y * facing).sqrt() / distance;
     let closeness = 0.5 + 0.5 * toward.dot((eye - sample.place).normalize_or_zero());
-    candidate.quality * density * closeness.max(0.0).powi(8)
+    // Any photograph is better than none.
+    candidate.quality * density * (0.1 + 0.9 * closeness.max(0.0).powi(8))
 }
 
 /// The places in `candidates` of at most `most` photographs, those that matter most first.

@@ -190,8 +190,10 @@ impl PhotoController {
             (list, missing)
         });
         drop((wanted, slots));
-        let is_new =
-            self.host.ui.read(|s| s.features.photo.photographs != photographs || s.features.photo.missing != missing);
+        let is_new = self
+            .host
+            .ui
+            .read(|s| s.features.photo.photographs != photographs || s.features.photo.missing != Some(missing));
         if is_new {
             self.host.ui.send_feature(PhotoEvent::Shown { photographs, missing });
         }
@@ -235,6 +237,10 @@ impl PhotoController {
             while let Some(order) = this.next() {
                 if this.get(order).await.is_err() {
                     this.failed.borrow_mut().insert((order.view, order.is_full));
+                    // Others may take its place.
+                    if let Some(now) = this.occasion() {
+                        this.choose(now);
+                    }
                 }
                 this.show();
                 // New pixels of the same photographs change nothing in the state.

@@ -58,6 +58,7 @@ fn sentence(standing: Standing) -> String {
         Standing::Points => t!("photo.points").into(),
         Standing::NoMesh => t!("photo.no_mesh").into(),
         Standing::Loading(count) => t!("photo.loading", count),
+        Standing::Ready(0) => t!("photo.nothing").into(),
         Standing::Ready(count) => t!("photo.ready", count),
     }
 }

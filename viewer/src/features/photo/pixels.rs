@@ -71,11 +71,11 @@ mod tests {
 
     const SIZE: LayerSize = LayerSize { width: 64, height: 48, slots: 4 };
 
-    /// Stripes of this many pixels, whose edges are spread over `blur` pixels.
-    fn stripes(blur: f32) -> Pixels {
+    /// Stripes of eight pixels; their edges are the steeper the sharper.
+    fn stripes(sharp: f32) -> Pixels {
         let value = |x: u32| {
-            let from_edge = ((x % 16) as f32 - 8.0).abs() - 4.0;
-            (127.0 + 120.0 * (from_edge / blur).clamp(-1.0, 1.0)) as u8
+            let wave = (std::f32::consts::TAU * (x as f32 + 0.5) / 16.0).cos();
+            (127.0 + 120.0 * (sharp * wave).tanh()) as u8
         };
         let rgba = (0..SIZE.height).flat_map(|_| (0..SIZE.width).flat_map(|x| [value(x), value(x), value(x), 255]));
         Pixels { width: SIZE.width, height: SIZE.height, rgba: rgba.collect() }
@@ -100,8 +100,8 @@ mod tests {
 
     #[test]
     fn a_blurred_photograph_is_less_sharp() {
-        let of = |blur| levels(stripes(blur), SIZE).map_or(0.0, |levels| sharpness(&levels, SIZE));
-        let found = [of(0.5), of(3.0), of(8.0)];
+        let of = |sharp| levels(stripes(sharp), SIZE).map_or(0.0, |levels| sharpness(&levels, SIZE));
+        let found = [of(8.0), of(2.0), of(0.5)];
         assert!(found[0] > 1.5 * found[1] && found[1] > 1.2 * found[2], "{found:?}");
         let flat = Pixels { width: 64, height: 48, rgba: vec![90; 64 * 48 * 4] };
         assert_eq!(levels(flat, SIZE).map(|levels| sharpness(&levels, SIZE)), Some(0.0));

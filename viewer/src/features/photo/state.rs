@@ -20,8 +20,8 @@ pub struct ShownPhotograph {
 pub struct Photo {
     /// The photographs, those that matter most first.
     pub photographs: Vec<ShownPhotograph>,
-    /// How many are still on their way.
-    pub missing: usize,
+    /// How many are still on their way; `None` before they were chosen.
+    pub missing: Option<usize>,
     /// Whether the mesh is to be shown as soon as there are photographs: another model began while colours meant them.
     pub is_pending: bool,
 }
@@ -49,10 +49,8 @@ impl Standing {
             _ if !state.has_photographs() => Self::NoPhotographs,
             Representation::Points => Self::Points,
             Representation::Mesh if state.features.mesh.triangles == 0 => Self::NoMesh,
-            Representation::Mesh if photo.missing > 0 || photo.photographs.is_empty() => {
-                Self::Loading(photo.photographs.len())
-            }
-            Representation::Mesh => Self::Ready(photo.photographs.len()),
+            Representation::Mesh if photo.missing == Some(0) => Self::Ready(photo.photographs.len()),
+            Representation::Mesh => Self::Loading(photo.photographs.len()),
         }
     }
 
@@ -81,7 +79,7 @@ impl Feature for Photo {
             }
             PhotoEvent::Shown { photographs, missing } => {
                 self.photographs.clone_from(photographs);
-                self.missing = *missing;
+                self.missing = Some(*missing);
             }
         }
     }
