@@ -25,12 +25,6 @@ onEveryBackend(
         await assertGolden(await viewer.picture(), `${backend}-${mode}`);
       });
     }
-
-    it('photographs', LIMIT, async () => {
-      await viewer.colorMode('photo');
-      await viewer.page.locator('[data-testid=photo-key][data-state=ready]').waitFor({ timeout: 120_000 });
-      await assertGolden(await viewer.picture(), `${backend}-photo`);
-    });
   },
   { agent: {} },
 );
