@@ -137,10 +137,11 @@ onEveryBackend(
     });
 
     it('give what is seen in a loop another class, and a whole segment', LIMIT, async () => {
-      const before = share(await viewer.picture());
-      const own = unpainted.indexOf(Math.max(...unpainted));
       await page.getByTestId('correct-lasso').click();
       await page.getByTestId('correct-class').selectOption(`component-${classes[place.other].id}`);
+      await viewer.colorMode('component');
+      const before = share(await viewer.picture());
+      const own = unpainted.indexOf(Math.max(...unpainted));
       await viewer.redrawn(() => drag([[-14, 16], [14, 16], [14, 40], [-14, 40]]));
       await marks(1);
       const looped = share(await viewer.picture());

@@ -14,11 +14,17 @@
 //!
 //! Small pictures come first, those in full size afterwards, one after the other; what is shown stays until others are there.
 
-mod choice;
 mod events;
-mod pixels;
-mod slots;
 mod state;
+
+// The page alone uses them.
+#[cfg(any(test, target_arch = "wasm32"))]
+mod choice;
+#[cfg(any(test, target_arch = "wasm32"))]
+mod pixels;
+#[cfg(any(test, target_arch = "wasm32"))]
+mod slots;
+#[cfg(any(test, target_arch = "wasm32"))]
 mod surface;
 
 #[cfg(target_arch = "wasm32")]
