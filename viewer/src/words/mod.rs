@@ -40,6 +40,7 @@ struct Words {
     /// Its code, such as `de`.
     language: String,
     /// Its file, for the workers, which are programs of their own; empty for English.
+    #[cfg_attr(not(target_arch = "wasm32"), allow(dead_code))] // There are no workers outside of a browser.
     file: String,
     messages: HashMap<String, Message>,
 }
@@ -59,6 +60,7 @@ impl Words {
     }
 
     /// English, with the texts of `file` over it.
+    #[cfg(any(test, target_arch = "wasm32"))]
     fn translated(language: &str, file: &str) -> Result<Self, serde_json::Error> {
         let mut words = Self::english();
         words.messages.extend(serde_json::from_str::<HashMap<String, Message>>(file)?);

@@ -109,7 +109,7 @@ mod tests {
     fn it_plays_from_the_beginning_to_the_end() {
         assert_eq!(after([loaded(), Play(true)]), (0, true, "Before the first view".into()));
         assert_eq!(after([loaded(), Play(true), Advanced, Advanced]), (2, true, "After view 2 of 3".into()));
-        assert_eq!(after([loaded(), Play(true), Advanced, Advanced, Advanced]).1, false, "it has ended");
+        assert!(!after([loaded(), Play(true), Advanced, Advanced, Advanced]).1, "it has ended");
         assert_eq!(after([loaded(), To(1), Play(true)]).0, 1, "from what is shown");
         assert_eq!(after([loaded(), Play(true), Play(false), Advanced]), (0, false, "Before the first view".into()));
         assert_eq!(after([loaded(), Play(true), To(2), Advanced]), (2, false, "After view 2 of 3".into()));
