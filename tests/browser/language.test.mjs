@@ -207,7 +207,7 @@ onEveryBackend(
 
     it('logs no error', LIMIT, () => german.assertNoErrors());
   },
-  { agent: {} },
+  { agent: {}, backends: ['webgl2'] },
 );
 
 describe('German pages', () => {

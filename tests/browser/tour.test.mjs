@@ -64,5 +64,5 @@ onEveryBackend(
       viewer.assertNoErrors();
     });
   },
-  { agent: {} },
+  { agent: {}, backends: ['webgl2'] },
 );
