@@ -58,9 +58,9 @@ const show = (health, readiness) => {
   element("cell-watch").hidden = state === "away" || !health.inspection;
 };
 
-const look_on = async () => {
+const lookOn = async () => {
   if (!document.hidden) await look();
-  setTimeout(look_on, EVERY_MS);
+  setTimeout(lookOn, EVERY_MS);
 };
 document.addEventListener("visibilitychange", () => document.hidden || look());
-look_on();
+lookOn();

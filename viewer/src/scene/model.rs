@@ -366,8 +366,8 @@ fn trimmed_bounds(chunks: impl Iterator<Item = ([i32; 3], Bounds, u32)>) -> Opti
     (!bounds.is_empty()).then_some(bounds)
 }
 
-/// The chunk and the 26 around it.
-fn neighbours([x, y, z]: [i32; 3]) -> impl Iterator<Item = [i32; 3]> {
+/// A cell of a grid, such as a chunk, and the 26 around it.
+pub(crate) fn neighbours([x, y, z]: [i32; 3]) -> impl Iterator<Item = [i32; 3]> {
     let steps = move |i: i32| [i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1];
     (0..27).map(steps).map(move |[a, b, c]| [x.saturating_add(a), y.saturating_add(b), z.saturating_add(c)])
 }

@@ -112,6 +112,11 @@ impl Ui {
     }
 }
 
+/// What the browser keeps for the page; `None` where it keeps nothing.
+pub(crate) fn storage() -> Option<web_sys::Storage> {
+    web_sys::window()?.local_storage().ok().flatten()
+}
+
 /// A place in the table frame (metres) as the attribute `data-place` of an element that stays there.
 pub(crate) fn anchor_place([x, y, z]: [f32; 3]) -> String {
     format!("{x} {y} {z}")

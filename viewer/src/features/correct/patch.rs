@@ -4,6 +4,7 @@ use super::Naming;
 use crate::camera::OrbitCamera;
 use crate::features::inspect::PickedPoint;
 use crate::scene::HeldModel;
+use crate::scene::model::neighbours;
 use glam::{Vec2, Vec3};
 use semascan_geometry::occupancy::Occupancy;
 use semascan_geometry::sight::LEAST_COSINE;
@@ -51,9 +52,8 @@ pub fn segment(model: &HeldModel, at: &PickedPoint, naming: Naming) -> Result<Pa
     let alike = surface(model).filter(|point| class(point) == wanted);
     let mut left: HashMap<[i32; 3], Vec3> =
         alike.map(|point| (cell(point.position.into(), voxel), point.position.into())).collect();
-    let mut reached = vec![cell(at.position.into(), voxel)];
     // On a mesh the picked place may lie between the voxels of the points.
-    reached.extend(neighbours(reached[0]));
+    let mut reached: Vec<[i32; 3]> = neighbours(cell(at.position.into(), voxel)).collect();
     reached.retain(|cell| left.contains_key(cell));
     let mut points: Vec<Vec3> = reached.iter().filter_map(|cell| left.remove(cell)).collect();
     while let Some(cell) = reached.pop() {
@@ -111,12 +111,6 @@ fn patch(points: Vec<Vec3>, voxel: f32) -> Result<Patch, NoPatch> {
 /// The voxel that holds a place.
 fn cell(place: Vec3, voxel: f32) -> [i32; 3] {
     (place / voxel).floor().as_ivec3().to_array()
-}
-
-/// The 26 around a cell.
-fn neighbours([x, y, z]: [i32; 3]) -> impl Iterator<Item = [i32; 3]> {
-    let steps = (0..27).map(|i| [i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1]).filter(|step| *step != [0; 3]);
-    steps.map(move |[a, b, c]| [x.saturating_add(a), y.saturating_add(b), z.saturating_add(c)])
 }
 
 /// Whether a place lies within a loop, by the number of edges beside it.

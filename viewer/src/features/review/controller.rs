@@ -10,7 +10,7 @@ use crate::features::view::{Controller, Host};
 use crate::link::api::{Agent, ApiError};
 use crate::scene::pick::nearest_point;
 use crate::state::notices::{Level, Topic};
-use crate::ui::Command;
+use crate::ui::{Command, storage};
 use crate::words::t;
 use glam::{DVec3, Vec3};
 use leptos::prelude::{Effect, Get, set_timeout};
@@ -21,7 +21,6 @@ use std::cell::Cell;
 use std::rc::{Rc, Weak};
 use std::time::Duration;
 use wasm_bindgen_futures::spawn_local;
-use web_sys::Storage;
 
 /// Where decisions that have not arrived yet are kept, and who makes them.
 const UNSENT_KEY: &str = "semascan.unsent-reviews";
@@ -168,10 +167,6 @@ impl ReviewController {
 }
 
 /// The browser's storage for this page, where it has one.
-fn storage() -> Option<Storage> {
-    web_sys::window()?.local_storage().ok().flatten()
-}
-
 /// All that the agent says of an inspection's findings.
 async fn case(agent: &Agent, id: &str) -> Result<Case, ApiError> {
     let path = format!("/api/v1/inspections/{id}");

@@ -3,10 +3,11 @@
 use super::TourEvent;
 use crate::features::FeatureEvent;
 use crate::features::view::{Controller, Host};
+use crate::ui::storage;
 use leptos::prelude::{Effect, Get};
 use std::rc::Rc;
 use wasm_bindgen::JsCast;
-use web_sys::{Element, HtmlElement, Storage};
+use web_sys::{Element, HtmlElement};
 
 /// Where it is kept that the tour was offered and taken, or not wanted.
 const TOUR_KEY: &str = "semascan.tour";
@@ -75,8 +76,4 @@ fn focus() {
         // Fails for what cannot have the focus.
         let _ = button.focus();
     }
-}
-
-fn storage() -> Option<Storage> {
-    web_sys::window()?.local_storage().ok().flatten()
 }
