@@ -129,7 +129,7 @@ export class Viewer {
 
   /**
    * Waits until no frame has been drawn for a while: a moving or growing model is drawn with fewer points and samples than
-   * one at rest, and frames follow until all of them are there.
+   * one at rest, and frames follow until all of them are there. So do they until every place of a stroke is picked.
    */
   async #rest() {
     let last = await this.state();
@@ -139,7 +139,7 @@ export class Viewer {
       if (Date.now() > deadline) throw new Error('frames are drawn without end');
       await this.page.waitForTimeout(50);
       const state = await this.state();
-      if (state.frames !== last.frames || state.still !== 'true') [last, since] = [state, Date.now()];
+      if (state.frames !== last.frames || state.still !== 'true' || state.drawing === 'true') [last, since] = [state, Date.now()];
     }
     return last;
   }

@@ -1,5 +1,5 @@
 //! What the canvas says in its data attributes, for scripts that watch a page, beside what the renderer writes there itself
-//! (backend, points, frames): the link, the inspection and the hash of the model.
+//! (backend, points, frames): the link, the inspection, the hash of the model, and whether a stroke is being picked.
 
 use crate::state::AppState;
 use wasm_bindgen::JsCast;
@@ -18,6 +18,11 @@ pub(super) fn write_state(document: &Document, state: &AppState) {
 /// Hash of the model as held, comparable with the agent's.
 pub(super) fn write_hash(document: &Document, hash: u64) {
     set(document, "hash", &format!("{hash:016x}"));
+}
+
+/// Whether the picture lacks places of a stroke: they are still being picked.
+pub(super) fn write_drawing(document: &Document, is_drawing: bool) {
+    set(document, "drawing", if is_drawing { "true" } else { "false" });
 }
 
 /// There is no 3D view.

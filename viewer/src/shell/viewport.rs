@@ -273,6 +273,8 @@ impl Viewport {
         for step in 1..=steps {
             picks.draw(stroke, self.in_viewport(from.lerp(to, step as f32 / steps as f32)));
         }
+        drop(picks);
+        canvas_data::write_drawing(&self.document, true);
         self.mouse.set(None);
         self.ticker.request();
     }
@@ -541,7 +543,10 @@ impl Viewport {
             Purpose::Click if self.ui.read(|s| s.features.correct.tool.is_some()) => {
                 self.ui.send_feature(CorrectEvent::Dotted(point));
             }
-            Purpose::Stroke(number) => self.ui.send_feature(CorrectEvent::Drawn { number, point }),
+            Purpose::Stroke(number) => {
+                self.ui.send_feature(CorrectEvent::Drawn { number, point });
+                self.redraw();
+            }
             Purpose::Click if self.ui.read(|s| s.features.measure.kind.is_some()) => {
                 self.ui.send_feature(MeasureEvent::Picked(point));
             }
@@ -587,6 +592,7 @@ impl Viewport {
         let content = self.ui.read(frame_content);
         let request = DrawRequest { camera, focus, bounds, voxel, point_budget, is_still, content };
         self.graphics.draw(&request, size);
+        canvas_data::write_drawing(&self.document, self.picks.borrow().is_drawing());
         self.controllers().iter().for_each(|controller| controller.drawn(is_still));
         if let Some(done) = self.after_drawing.get() {
             done();
