@@ -22,6 +22,8 @@ const MOTORS: &str = "5";
 const FIRST_MOTOR: &str = "2001";
 /// Views of each.
 const VIEWS: &str = "24";
+/// Voxels of their models, millimetres: fine, because masks are no sharper.
+const VOXEL: &str = "0.6";
 /// What is trained, and where it begins.
 const RECIPE: &str = "recipes/ud-net-edge-taught.toml";
 const START: &str = "agent/models/ud-net-edge";
@@ -50,7 +52,8 @@ pub(crate) fn run(
     }
     fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
     let [masks, trained, model] = ["masks", "run", "model"].map(|name| folder.join(name));
-    let set = ["--domain", "shifted", "--seeds", MOTORS, "--first-seed", FIRST_MOTOR, "--views", VIEWS];
+    let set =
+        ["--domain", "shifted", "--seeds", MOTORS, "--first-seed", FIRST_MOTOR, "--views", VIEWS, "--voxel", VOXEL];
     run_command(command().args(["tables", "labels"]).args(set).arg("--masks").arg(&masks))?;
     let mut train = Command::new(python);
     train.current_dir(workspace.root.join("agent/training"));

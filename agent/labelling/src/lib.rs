@@ -6,11 +6,15 @@
 //! | `projection.rs` | these labels in a view, tested against the view's own depth |
 //! | `rim.rs` | edges of masks refined by the picture, or left open |
 //! | `volume.rs` | where the part can be: what lies beside it is background |
+//! | `empty.rs` | space that views saw to be empty: what lies behind it is background |
+//! | `extent.rs` | how far the part reaches: what lies within, but not on the model, is open |
 //! | `queue.rs` | where a label would teach most |
 //!
 //! A pixel of which nothing is known is [`IGNORE`], never background.
 
 mod corrected;
+mod empty;
+mod extent;
 #[cfg(test)]
 mod fixtures;
 mod projection;
@@ -19,6 +23,7 @@ mod rim;
 mod volume;
 
 pub use corrected::{Contradiction, Corrected, CorrectedLabels, Labeller, Stroke, WithoutEffect, corrected_labels};
+pub use empty::EmptySpace;
 pub use projection::{CapturedView, LabelledModel, PixelCounts, PoseUncertainty, Projection, Selection, ViewMasks};
 pub use queue::{Basis, QUEUE_CELL, QueuedRegion, queued_regions};
 pub use rim::RimTreatment;

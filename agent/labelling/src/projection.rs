@@ -6,18 +6,19 @@
 //! |---|---|
 //! | agrees with the surface that is seen there | that of the surface |
 //! | belongs to surface beside it (a silhouette that the pose shifts) | that of the nearest vertex |
-//! | far from any surface of the model | background: class 0 |
-//! | between: nearer than [`FAR`] voxels, but not on the surface | [`IGNORE`] |
+//! | far from any surface of the model, where the part does not reach ([`Extent`]) | background: class 0 |
+//! | not on the surface otherwise | [`IGNORE`] |
 //! | none, but all measured pixels around agree with the surface | that of the surface |
 //! | none, and the line of sight does not enter the measuring volume, where one is known | background: class 0 |
+//! | none, and other views saw that the line of sight meets nothing in that volume | background: class 0 |
 //! | none otherwise | [`IGNORE`] |
 //!
-//! So nothing is labelled that stands before the model, and nothing is called background that was neither measured nor is where
-//! the part cannot be. Surface whose
-//! class nobody said, or that the selection leaves out, is [`IGNORE`].
+//! So nothing is labelled that stands before the model, and nothing is called background that no view measured and that may be
+//! the part. Surface whose class nobody said, or that the selection leaves out, is [`IGNORE`].
 
+use crate::extent::Extent;
 use crate::rim::{Guide, RimTreatment, treat_rim};
-use crate::{Corrected, CorrectedLabels, IGNORE, Labeller, MeasuringVolume, Stroke};
+use crate::{Corrected, CorrectedLabels, EmptySpace, IGNORE, Labeller, MeasuringVolume, Stroke};
 use image::RgbImage;
 use nalgebra::{Isometry3, Point3};
 use rayon::prelude::*;
@@ -73,8 +74,8 @@ pub struct CapturedView<'a> {
     pub table_from_camera: Isometry3<f64>,
     /// How well that is known; `None` where it is not said.
     pub uncertainty: Option<PoseUncertainty>,
-    /// Where the part can be; `None` where nobody says.
-    pub volume: Option<MeasuringVolume>,
+    /// Where the part can be, and what of it all views saw to be empty; `None` where nobody says where it can be.
+    pub space: Option<&'a EmptySpace>,
 }
 
 /// Pixels by what became of them, before rims are treated.
@@ -90,7 +91,9 @@ pub struct PixelCounts {
     pub background: u64,
     /// Background without depth: its line of sight does not enter the measuring volume.
     pub outside: u64,
-    /// Left open: near the model, but not on it.
+    /// Background without depth: other views saw that there is nothing along its line of sight.
+    pub empty: u64,
+    /// Left open: near the model or where the part may be, but not on the model.
     pub contradicting: u64,
     /// Left open: not measured.
     pub unmeasured: u64,
@@ -104,6 +107,7 @@ impl PixelCounts {
         self.in_holes += other.in_holes;
         self.background += other.background;
         self.outside += other.outside;
+        self.empty += other.empty;
         self.contradicting += other.contradicting;
         self.unmeasured += other.unmeasured;
     }
@@ -140,6 +144,7 @@ pub struct LabelledModel<'a> {
     mesh: &'a SemanticMesh,
     scene: Scene<'a>,
     nearest: NearestPoints,
+    extent: Extent,
     /// Classes of vertices, [`IGNORE`] where they are not to be used.
     components: Vec<u16>,
     defects: Vec<u16>,
@@ -172,6 +177,7 @@ enum Pixel {
     Hole(SurfacePlace),
     Background,
     Outside,
+    Empty,
     Contradicts,
     Unmeasured,
 }
@@ -195,14 +201,17 @@ impl<'a> LabelledModel<'a> {
             let points: Vec<[f32; 3]> = stroke.points.iter().map(|p| p.map(|c| c as f32)).collect();
             SearchableStroke { stroke, nearest: NearestPoints::new(&points) }
         };
+        let components = usable(&corrected.components, &mesh.vertices.sigma);
+        let of_part = mesh.vertices.positions.iter().zip(&components).filter(|(_, class)| **class != 0);
         Self {
             mesh,
+            extent: Extent::of(of_part.map(|(position, _)| position)),
             components_beneath: beneath(&corrected.components_beneath, &mesh.vertices.sigma),
             defects_beneath: beneath(&corrected.defects_beneath, &mesh.vertices.defect_sigma),
             strokes: corrected.strokes.iter().map(searchable).collect(),
             scene: Scene::of_shape(mesh),
             nearest: NearestPoints::new(&mesh.vertices.positions),
-            components: usable(&corrected.components, &mesh.vertices.sigma),
+            components,
             defects: usable(&corrected.defects, &mesh.vertices.defect_sigma),
             voxel,
         }
@@ -215,7 +224,7 @@ impl<'a> LabelledModel<'a> {
             &Camera { intrinsics: view.intrinsics, table_from_camera: view.table_from_camera },
         );
         let (width, height) = (seen.width, seen.height);
-        let volume = view.volume.map(|volume| volume.widened(self.volume_margin(view)));
+        let volume = view.space.map(|space| space.volume().widened(self.volume_margin(view)));
         let mut pixels: Vec<Pixel> =
             (0..width * height).into_par_iter().map(|at| self.pixel(view, &seen, volume.as_ref(), at)).collect();
         fill_holes(&mut pixels, &seen);
@@ -234,6 +243,7 @@ impl<'a> LabelledModel<'a> {
                 Pixel::Beside(v) => (&mut counts.beside, self.labels_of(*v)),
                 Pixel::Background => (&mut counts.background, [0; 3]),
                 Pixel::Outside => (&mut counts.outside, [0; 3]),
+                Pixel::Empty => (&mut counts.empty, [0; 3]),
                 Pixel::Contradicts => (&mut counts.contradicting, [IGNORE, IGNORE, 0]),
                 Pixel::Unmeasured => (&mut counts.unmeasured, [IGNORE, IGNORE, 0]),
             };
@@ -279,6 +289,7 @@ impl<'a> LabelledModel<'a> {
             return match place {
                 Some(place) => Pixel::Hole(place),
                 None if volume.is_some_and(passes) => Pixel::Outside,
+                None if view.space.is_some_and(|space| space.is_empty_along(view, u, v)) => Pixel::Empty,
                 None => Pixel::Unmeasured,
             };
         }
@@ -293,6 +304,7 @@ impl<'a> LabelledModel<'a> {
         let point: Point3<f64> = view.table_from_camera * view.intrinsics.unproject(u as f64, v as f64, depth);
         let far = FAR * self.voxel + footprint;
         match self.nearest.nearest_within([point.x, point.y, point.z].map(|c| c as f32), far as f32) {
+            None if self.extent.holds(&point, 0.0) => Pixel::Contradicts,
             None => Pixel::Background,
             Some(nearest) if nearest.distance() <= NEAR * self.voxel => Pixel::Beside(nearest.index),
             Some(_) => Pixel::Contradicts,
@@ -391,7 +403,7 @@ fn fill_holes(pixels: &mut [Pixel], seen: &SeenSurface) {
                 return None;
             }
             match pixels[(v * width + u) as usize] {
-                Pixel::Hole(_) | Pixel::Unmeasured | Pixel::Outside => {}
+                Pixel::Hole(_) | Pixel::Unmeasured | Pixel::Outside | Pixel::Empty => {}
                 measured => return Some(matches!(measured, Pixel::Agrees(_) | Pixel::Beside(_))),
             }
         }
@@ -444,7 +456,9 @@ mod tests {
         let model = LabelledModel::new(&mesh, &corrected, 1e-3, selection);
         let (intrinsics, table_from_camera) = camera();
         let rgb = RgbImage::new(WIDTH, HEIGHT);
-        let view = CapturedView { rgb: &rgb, depth, intrinsics, table_from_camera, uncertainty: None, volume };
+        let space = volume.map(|volume| EmptySpace::new(volume, 1e-3));
+        let space = space.as_ref();
+        let view = CapturedView { rgb: &rgb, depth, intrinsics, table_from_camera, uncertainty: None, space };
         model.project(&view)
     }
 
@@ -531,6 +545,38 @@ mod tests {
     }
 
     #[test]
+    fn without_depth_what_another_view_saw_to_be_empty_is_background() {
+        let (intrinsics, above) = camera();
+        let rgb = RgbImage::new(WIDTH, HEIGHT);
+        let mesh = plate();
+        let corrected = corrected_labels(&mesh, &taxonomy(), &record(vec![]), &[]);
+        let model = LabelledModel::new(&mesh, &corrected, 1e-3, Selection::default());
+        let depth: Vec<f32> = depth_of_plate().iter().map(|z| if *z < 0.35 { *z } else { 0.0 }).collect();
+        let view = |depth, table_from_camera, space| CapturedView {
+            rgb: &rgb,
+            depth,
+            intrinsics,
+            table_from_camera,
+            uncertainty: None,
+            space,
+        };
+        // From the side, along the plate: a wall 0.4 m away, and nothing before it but the plate's edge.
+        let side =
+            Isometry3::face_towards(&Point3::new(0.0, -0.3, 0.004), &Point3::new(0.0, 0.0, 0.004), &Vector3::z());
+        let volume =
+            MeasuringVolume { least: Point3::new(-0.03, -0.03, 0.002), greatest: Point3::new(0.03, 0.03, 0.006) };
+        let unseen = EmptySpace::new(volume, 1e-3);
+        assert_eq!(model.project(&view(&depth, above, Some(&unseen))).counts.empty, 0);
+        let mut space = unseen.clone();
+        let wall = vec![0.7; depth.len()];
+        space.see(&view(&wall, side, None));
+        let Projection { masks, counts, .. } = model.project(&view(&depth, above, Some(&space)));
+        assert!(counts.empty > 5000, "{counts:?}");
+        assert!((0..depth.len()).all(|at| on_plate(at, 0.0) || masks.components[at] != 1));
+        assert!((0..depth.len()).filter(|at| on_plate(*at, 0.0)).all(|at| masks.components[at] == 1));
+    }
+
+    #[test]
     fn a_stroke_finer_than_the_mesh_is_as_fine_in_a_view() {
         let mesh = plate();
         let relabel = |sequence, y: f64, radius, defect: &str| {
@@ -554,7 +600,7 @@ mod tests {
                 intrinsics,
                 table_from_camera,
                 uncertainty: None,
-                volume: None,
+                space: None,
             };
             (corrected.without_effect.len(), model.project(&view).masks.defects)
         };

@@ -6,6 +6,9 @@
 //! the more alike its colour is, and the farther it lies from the edge, where its label is certain; a jump of depth between
 //! the two leaves next to nothing of its vote. Where no label has a clear majority, the pixel stays open.
 //!
+//! Along silhouettes depth is missing or wrong, so the labels of the two sides often do not touch: pixels between them that are open
+//! are asked, too, up to a few more from either side. They have no vote of their own.
+//!
 //! A region that is thinner than two rims, such as a crack, has no pixel that far from its edge; its middle is what is most certain
 //! of it and counts in full.
 
@@ -36,6 +39,8 @@ const BEYOND_JUMP: f32 = 0.02;
 /// Slope of a surface against the direction of view up to which neighbours lie on the same one, and metres of slack.
 const SLOPE: f32 = 2.0;
 const JUMP: f32 = 2e-3;
+/// Pixels beyond the rim up to which what is open between two labels is asked.
+const GAP: usize = 3;
 /// Weight of a neighbour that lies at the edge itself; one that lies a rim away counts 1.
 const AT_EDGE: f32 = 0.05;
 
@@ -53,13 +58,33 @@ pub(crate) fn treat_rim(labels: &[u16], guide: &Guide<'_>, rim: usize, treatment
         return labels.to_vec();
     }
     let (width, height) = (guide.intrinsics.width as usize, guide.intrinsics.height as usize);
-    let steps = steps_to_edge(labels, (width, height), rim);
-    let is_rim = |at: usize| labels[at] != IGNORE && steps[at] <= rim;
+    let reach = rim + GAP;
+    let steps = steps_to_edge(&bridged(labels, (width, height), reach), (width, height), reach);
+    let is_rim = |at: usize| steps[at] <= if labels[at] == IGNORE { reach } else { rim };
     if treatment == RimTreatment::Open {
         return (0..labels.len()).map(|at| if is_rim(at) { IGNORE } else { labels[at] }).collect();
     }
     let voting = Voting::new(labels, &steps, guide, rim);
     (0..labels.len()).into_par_iter().map(|at| if is_rim(at) { voting.label(at) } else { labels[at] }).collect()
+}
+
+/// `labels` spread up to `most` pixels into what is open: where two of them meet, an edge lies in the gap between.
+fn bridged(labels: &[u16], (width, height): (usize, usize), most: usize) -> Vec<u16> {
+    let mut spread = labels.to_vec();
+    let mut front: Vec<usize> = (0..labels.len()).filter(|at| labels[*at] != IGNORE).collect();
+    for _ in 0..most {
+        let mut next = Vec::new();
+        for at in front {
+            for beside in neighbours(at, (width, height)) {
+                if spread[beside] == IGNORE {
+                    spread[beside] = spread[at];
+                    next.push(beside);
+                }
+            }
+        }
+        front = next;
+    }
+    spread
 }
 
 /// Steps from each pixel to the nearest edge between two labels, 1 at the edge; more than `most` where it is farther. Where a
@@ -130,7 +155,8 @@ impl<'a> Voting<'a> {
         let color_step = 16.0 * alike * alike / STEPS as f32;
         let by_color = (0..STEPS).map(|k| (-0.5 * k as f32 * color_step / (alike * alike)).exp()).collect();
         let size = (guide.intrinsics.width as usize, guide.intrinsics.height as usize);
-        Self { labels, certainty: certainty(labels, steps, size, rim), guide, reach: 2 * rim + 2, by_color, color_step }
+        let certainty = certainty(labels, steps, size, rim);
+        Self { labels, certainty, guide, reach: (2 * rim).max(rim + GAP) + 2, by_color, color_step }
     }
 
     /// The label that the neighbourhood of a pixel votes for; [`IGNORE`] without a majority.
@@ -316,6 +342,20 @@ mod tests {
         for treatment in [RimTreatment::Open, RimTreatment::Refine] {
             assert_eq!(treat_rim(&known, &guide, 3, treatment), known);
         }
+    }
+
+    #[test]
+    fn a_gap_between_two_labels_is_closed_where_the_picture_tells_and_no_wider_one() {
+        let shown = picture(20, [[60, 60, 60], [150, 90, 60]]);
+        let depth = vec![0.3; SIZE * SIZE];
+        let guide = Guide { rgb: &shown, depth: &depth, intrinsics: &CAMERA };
+        let closed = |gap: std::ops::Range<usize>| {
+            let mut known = labels(20);
+            (0..known.len()).filter(|at| gap.contains(&(at % SIZE))).for_each(|at| known[at] = IGNORE);
+            treat_rim(&known, &guide, 3, RimTreatment::Refine)
+        };
+        check_moved(&closed(18..23));
+        assert!((0..SIZE).all(|row| closed(10..30)[row * SIZE + 20] == IGNORE));
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! The measuring volume: where the part can be. A line of sight that does not enter it ends on background, measured or not: that
 //! is what the volume says, and no conclusion from a missing depth.
 
-use nalgebra::{Isometry3, Point3};
+use nalgebra::{Isometry3, Point3, Vector3};
 use semascan_perception::view::Intrinsics;
 
 /// A box in the table frame outside of which nothing of the part is.
@@ -19,7 +19,7 @@ impl MeasuringVolume {
         Self { least: self.least.map(|c| c - margin), greatest: self.greatest.map(|c| c + margin) }
     }
 
-    /// Whether the line of sight of the pixel in column `u` and row `v` enters the box before the camera (slab method).
+    /// Whether the line of sight of the pixel in column `u` and row `v` enters the box before the camera.
     pub(crate) fn is_entered(
         &self,
         intrinsics: &Intrinsics,
@@ -27,28 +27,33 @@ impl MeasuringVolume {
         u: f64,
         v: f64,
     ) -> bool {
-        let origin = table_from_camera.translation.vector;
         let direction = table_from_camera.rotation * intrinsics.unproject(u, v, 1.0).coords;
+        self.passage(&table_from_camera.translation.vector, &direction).is_some()
+    }
+
+    /// Where a line enters the box and leaves it, in lengths of `direction` from its origin on (slab method); `None` where it
+    /// passes.
+    pub(crate) fn passage(&self, origin: &Vector3<f64>, direction: &Vector3<f64>) -> Option<(f64, f64)> {
         let (mut enter, mut leave) = (0.0_f64, f64::INFINITY);
         for axis in 0..3 {
             let (low, high) = (self.least[axis] - origin[axis], self.greatest[axis] - origin[axis]);
             if direction[axis].abs() < 1e-12 {
                 if low > 0.0 || high < 0.0 {
-                    return false;
+                    return None;
                 }
                 continue;
             }
             let (near, far) = (low / direction[axis], high / direction[axis]);
             (enter, leave) = (enter.max(near.min(far)), leave.min(near.max(far)));
         }
-        enter <= leave
+        (enter <= leave).then_some((enter, leave))
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use nalgebra::{Translation3, UnitQuaternion, Vector3};
+    use nalgebra::{Translation3, UnitQuaternion};
 
     #[test]
     fn a_line_of_sight_enters_the_box_or_passes_it() {

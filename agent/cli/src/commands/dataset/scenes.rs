@@ -1,19 +1,20 @@
 //! A data set written: inspection by inspection, view by view.
 
 use super::super::recorded_views::table_from_camera;
-use super::input::{Input, Inputs, LeftOut};
+use super::input::{Input, InputViews, Inputs, LeftOut};
 use super::manifest::{InspectionEntry, Manifest, SCHEMA, ViewLeftOut};
 use super::writer::DatasetWriter;
 use super::{Failure, Format};
 use anyhow::anyhow;
-use nalgebra::Matrix6;
+use nalgebra::{Isometry3, Matrix6};
 use semascan_labelling::{
-    CapturedView, Corrected, IGNORE, LabelledModel, PixelCounts, PoseUncertainty, RimTreatment, Selection,
+    CapturedView, Corrected, EmptySpace, IGNORE, LabelledModel, PixelCounts, PoseUncertainty, RimTreatment, Selection,
     corrected_labels,
 };
 use semascan_model::record::{InspectionRecord, Outcome, SoftwareRecord, ViewRecord};
 use semascan_model::review::NetworkVersion;
 use semascan_model::{ClassDef, SemanticMesh, Taxonomy};
+use semascan_perception::view::View;
 use semascan_store::{DATASET_KIND, DatasetFolder, MANIFEST, write_file};
 use std::io::Write;
 use std::path::Path;
@@ -154,34 +155,18 @@ fn inspection(
     let mut entry = begun(input, &name, &mesh, &corrected);
     let model = LabelledModel::new(&mesh, &corrected, record.voxel.unwrap_or(1e-3), options.selection);
     writer.begin_scene(&name, &record.part, taxonomy)?;
+    let space = empty_space(input)?;
     let mut views = input.views();
-    let volume = input.volume(&views)?;
     let mut pixels = PixelCounts::default();
     for recorded in &record.views {
-        let mut leave_out = |reason: String| entry.left_out.push(ViewLeftOut { view: recorded.index, reason });
-        if !recorded.accepted {
-            leave_out(recorded.reason.clone().unwrap_or_else(|| "the inspection did not use it".into()));
-            continue;
-        }
-        let Some(pose) = recorded.pose.as_ref().and_then(table_from_camera) else {
-            leave_out("the record has no pose of it".into());
-            continue;
-        };
-        let view = match views.view(recorded) {
+        let (view, pose) = match usable_view(&mut views, recorded) {
             Ok(view) => view,
             Err(reason) => {
-                leave_out(reason);
+                entry.left_out.push(ViewLeftOut { view: recorded.index, reason });
                 continue;
             }
         };
-        let captured = CapturedView {
-            rgb: &view.rgb,
-            depth: &view.depth.metres,
-            intrinsics: view.intrinsics,
-            table_from_camera: pose,
-            uncertainty: uncertainty(recorded),
-            volume,
-        };
+        let captured = captured(&view, pose, recorded, space.as_ref());
         let projection = model.project(&captured);
         let masks = projection.masks_with(&captured, RimTreatment::Refine);
         pixels.add(&projection.counts);
@@ -192,6 +177,45 @@ fn inspection(
     entry.pixels = pixels;
     writer.finish_scene()?;
     Ok(entry)
+}
+
+/// Where the part can be, without what its views saw to be empty; `None` where its source does not say where it can be.
+fn empty_space(input: &Input) -> Result<Option<EmptySpace>, Failure> {
+    let mut views = input.views();
+    let Some(volume) = input.volume(&views)? else { return Ok(None) };
+    let mut space = EmptySpace::new(volume, input.record.voxel.unwrap_or(1e-3));
+    for recorded in &input.record.views {
+        // A view that cannot be used says nothing; why is said where it is left out.
+        if let Ok((view, pose)) = usable_view(&mut views, recorded) {
+            space.see(&captured(&view, pose, recorded, None));
+        }
+    }
+    Ok(Some(space))
+}
+
+/// A view of an inspection and its pose, or why it is left out.
+fn usable_view(views: &mut InputViews<'_>, recorded: &ViewRecord) -> Result<(View, Isometry3<f64>), String> {
+    if !recorded.accepted {
+        return Err(recorded.reason.clone().unwrap_or_else(|| "the inspection did not use it".into()));
+    }
+    let pose = recorded.pose.as_ref().and_then(table_from_camera).ok_or("the record has no pose of it")?;
+    Ok((views.view(recorded)?, pose))
+}
+
+fn captured<'a>(
+    view: &'a View,
+    table_from_camera: Isometry3<f64>,
+    recorded: &ViewRecord,
+    space: Option<&'a EmptySpace>,
+) -> CapturedView<'a> {
+    CapturedView {
+        rgb: &view.rgb,
+        depth: &view.depth.metres,
+        intrinsics: view.intrinsics,
+        table_from_camera,
+        uncertainty: uncertainty(recorded),
+        space,
+    }
 }
 
 /// What the manifest says of an inspection before its views.

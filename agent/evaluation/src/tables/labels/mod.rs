@@ -7,17 +7,17 @@ mod person;
 use super::{InspectError, inspect};
 use crate::{Confusion, PixelScores, TestDomain};
 use lines::Sampled;
-use nalgebra::{Isometry3, Matrix6, Point3, Quaternion, Translation3, UnitQuaternion};
+use nalgebra::{Isometry3, Matrix6, Quaternion, Translation3, UnitQuaternion};
 use person::{Corrections, VertexTruth, correct};
 use semascan_geometry::measure::SurfaceIndex;
 use semascan_inspection::Inspected;
 use semascan_inspection::source::{Source, SourceError, TrueMesh};
 use semascan_inspection::spec::{InspectionSpec, LabelSource};
 use semascan_labelling::{
-    CapturedView, IGNORE, LabelledModel, MeasuringVolume, PoseUncertainty, RimTreatment, Selection, ViewMasks,
-    corrected_labels,
+    CapturedView, EmptySpace, IGNORE, LabelledModel, MeasuringVolume, PoseUncertainty, RimTreatment, Selection,
+    ViewMasks, corrected_labels,
 };
-use semascan_model::record::ViewRecord;
+use semascan_model::record::{InspectionRecord, ViewRecord};
 use semascan_model::{SemanticMesh, Taxonomy};
 use semascan_perception::view::{RecordedLabels, View};
 use semascan_simulation::{VirtualCell, VirtualCellSpec};
@@ -244,12 +244,14 @@ fn motor(config: &Config, seed: u64, on_masks: TakeMasks<'_>) -> Result<(Motor, 
     let as_measured = LabelledModel::new(mesh, &measured, voxel, Selection::default());
     let as_corrected = LabelledModel::new(mesh, &corrected, voxel, Selection::default());
     let mut sums = vec![Sums::new(&taxonomy); Masks::ALL.len()];
+    let space = empty_space(&mut views, record, voxel)?;
+    let mut views = VirtualCell::open(&cell)?;
     while let Some(view) = views.next_view() {
         let view = view?;
         let (Some(labels), Some(recorded)) = (&view.labels, record.views.iter().find(|v| v.index == view.index)) else {
             continue;
         };
-        let Some(captured) = captured(&view, recorded, views.info().volume) else { continue };
+        let Some(captured) = captured(&view, recorded, space.as_ref()) else { continue };
         let before = as_measured.project(&captured).masks;
         let after = as_corrected.project(&captured);
         let refined = after.masks_with(&captured, RimTreatment::Refine);
@@ -286,12 +288,26 @@ fn vertex_truth(mesh: &SemanticMesh, truth: &TrueMesh, cell: &VirtualCell, voxel
     VertexTruth { components, defects }
 }
 
+/// Where the part can be, without what its views saw to be empty.
+fn empty_space(
+    views: &mut VirtualCell,
+    record: &InspectionRecord,
+    voxel: f64,
+) -> Result<Option<EmptySpace>, SourceError> {
+    let Some((least, greatest)) = views.info().volume else { return Ok(None) };
+    let mut space = EmptySpace::new(MeasuringVolume { least, greatest }, voxel);
+    while let Some(view) = views.next_view() {
+        let view = view?;
+        let recorded = record.views.iter().find(|v| v.index == view.index);
+        if let Some(captured) = recorded.and_then(|recorded| captured(&view, recorded, None)) {
+            space.see(&captured);
+        }
+    }
+    Ok(Some(space))
+}
+
 /// A view at the pose that the inspection found for it; `None` where it found none.
-fn captured<'a>(
-    view: &'a View,
-    recorded: &ViewRecord,
-    volume: Option<(Point3<f64>, Point3<f64>)>,
-) -> Option<CapturedView<'a>> {
+fn captured<'a>(view: &'a View, recorded: &ViewRecord, space: Option<&'a EmptySpace>) -> Option<CapturedView<'a>> {
     let pose = recorded.pose.as_ref().filter(|_| recorded.accepted)?;
     let q = pose.rotation;
     let rotation = UnitQuaternion::try_new(Quaternion::new(q.w, q.x, q.y, q.z), 1e-6)?;
@@ -307,7 +323,7 @@ fn captured<'a>(
         intrinsics: view.intrinsics,
         table_from_camera: Isometry3::from_parts(Translation3::new(x, y, z), rotation),
         uncertainty,
-        volume: volume.map(|(least, greatest)| MeasuringVolume { least, greatest }),
+        space,
     })
 }
 
