@@ -9,9 +9,9 @@ self.onmessage = async ({ data }) => {
     await init({ module_or_path: data.module });
     if (data.messages) speak(data.language, data.messages);
     if (data.file) {
-      player_worker_start(new Uint8Array(data.file));
+      player_worker_start(new Uint8Array(data.file), data.memory);
     } else {
-      link_worker_start(data.url);
+      link_worker_start(data.url, data.memory);
     }
     early.forEach((message) => self.onmessage(message));
   } catch (error) {

@@ -1,7 +1,8 @@
-//! Chunks without end, as a hostile agent would send them: `endless_stream EPOCH POINTS VOXEL`.
+//! Chunks without end, as a hostile agent would send them, or so many of them: `endless_stream EPOCH POINTS VOXEL [CHUNKS]`.
 //!
 //! Writes messages of the live stream to stdout, each after its length (u32, little endian): chunks of `POINTS` points on voxels
-//! of edge `VOXEL` (metres), under ever new names, until nobody reads on. A browser test passes them to a page.
+//! of edge `VOXEL` (metres), under ever new names, until nobody reads on. A browser test passes them to a page. With 1024 points they
+//! are planes above each other: a model of any size for a benchmark.
 
 use anyhow::{Context, Result, ensure};
 use prost::Message as _;
@@ -15,15 +16,17 @@ const SIDE: i32 = 64;
 
 fn main() -> Result<()> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let [epoch, points, voxel] = arguments.as_slice() else {
-        anyhow::bail!("usage: endless_stream EPOCH POINTS VOXEL");
+    let (required, chunks) = arguments.split_at(arguments.len().min(3));
+    let ([epoch, points, voxel], [] | [_]) = (required, chunks) else {
+        anyhow::bail!("usage: endless_stream EPOCH POINTS VOXEL [CHUNKS]");
     };
+    let chunks = chunks.first().map_or(Ok(i32::MAX), |chunks| chunks.parse())?;
     let (epoch, points, voxel) = (epoch.parse()?, points.parse::<usize>()?, voxel.parse::<f32>()?);
     let cells = (CHUNK_EDGE as usize).pow(3);
     ensure!((1..=cells).contains(&points), "POINTS: from 1 to {cells}");
     let mut out = BufWriter::new(io::stdout().lock());
     let mut encoder = ChunkEncoder::default();
-    for number in 0.. {
+    for number in 0..chunks {
         let chunk = VoxelChunk {
             id: [number % SIDE, number / SIDE % SIDE, number / (SIDE * SIDE)],
             voxel,

@@ -20,6 +20,9 @@
 //! events of [`features`] lie below [`state`], which holds them; their panels and controllers lie above `ui`.
 
 mod columns;
+#[cfg(target_arch = "wasm32")]
+mod device;
+mod morton;
 
 pub mod camera;
 pub mod display;

@@ -23,7 +23,6 @@ const MOST_OF_A_MODEL: u64 = 1_200_000_000;
 const REST: u64 = 300_000_000;
 
 /// The viewer without a browser.
-#[derive(Default)]
 struct Page {
     session: Session,
     state: AppState,
@@ -35,7 +34,13 @@ struct Page {
 impl Page {
     /// A page that follows inspection `id`.
     fn following(id: &str) -> Self {
-        let mut page = Self::default();
+        let mut page = Self {
+            session: Session::within(MOST_OF_A_MODEL),
+            state: AppState::default(),
+            model: HeldModel::new(),
+            left_out: 0,
+            malformed: 0,
+        };
         page.receive(Body::Welcome(Welcome { inspection: Some(inspection(id, 1)), ..Welcome::default() }));
         page
     }
@@ -45,9 +50,17 @@ impl Page {
     }
 
     fn receive_bytes(&mut self, message: &[u8]) {
-        let Some(event) = self.session.receive(message) else { return };
-        let block = transfer::encode(&event, message);
-        drop(event);
+        let event = self.session.receive(message);
+        if let Some(halvings) = self.session.take_halvings() {
+            self.follow(&LinkEvent::Halved { halvings }, &[]);
+        }
+        if let Some(event) = event {
+            self.follow(&event, message);
+        }
+    }
+
+    fn follow(&mut self, event: &LinkEvent, message: &[u8]) {
+        let block = transfer::encode(event, message);
         let event = transfer::decode(&block).expect("the worker sends what the page can read");
         self.left_out += usize::from(matches!(event, LinkEvent::LeftOut { .. }));
         self.malformed += usize::from(matches!(event, LinkEvent::Malformed { .. }));
@@ -60,7 +73,7 @@ impl Page {
         self.receive(Body::Clear(Clear { inspection: Some(inspection("honest", 1)), successor: false }));
         self.receive(Body::Chunk(chunk([1, 2, 3], 1, 1)));
         assert_eq!((self.model.chunk_count(), self.model.point_count()), (1, 1));
-        assert!(!self.state.is_cut, "nothing is left out any more");
+        assert!(!self.state.is_cut && self.state.halvings == 0, "nothing is left out any more");
     }
 }
 
@@ -162,7 +175,8 @@ fn endless_full_chunks() {
     }
     let points = page.model.point_count();
     assert!(points > 5_000_000 && points < 40_000_000, "{points} points");
-    assert!(page.state.is_cut);
+    assert!(page.state.halvings > 0 && !page.state.is_cut, "every chunk is shown, thinner");
+    assert_eq!(page.model.chunk_count(), 450);
     assert_grown(&format!("{sent} bytes of full chunks, {points} points held"), before, MOST_OF_A_MODEL + REST);
     page.recovers();
 }

@@ -1,6 +1,7 @@
 //! The page's side of the link: starts the worker, turns what it sends into [`LinkEvent`]s.
 
 use super::{LinkEvent, transfer};
+use crate::device::{Memory, memory};
 use crate::words::{hand_over, t};
 use js_sys::{ArrayBuffer, Object, Reflect, Uint8Array};
 use wasm_bindgen::prelude::*;
@@ -8,6 +9,16 @@ use web_sys::{ErrorEvent, MessageEvent, Worker, WorkerOptions, WorkerType};
 
 /// Address of the worker's script, relative to the page.
 const WORKER_SCRIPT: &str = "./link_worker.js";
+
+/// Memory that the page may need for the points of a model, bytes, by what the device has. While a model is exchanged for that of a
+/// new epoch the page holds both, and it has 4 GB. A phone holds half a million points, a large computer twenty million.
+fn most_bytes() -> f64 {
+    match memory() {
+        Memory::Small => 1e8,
+        Memory::Usual => 1.2e9,
+        Memory::Large => 3e9,
+    }
+}
 
 /// A link to an agent, which reconnects by itself, or to an inspection in a file. It lasts until it is dropped.
 pub struct Link {
@@ -60,6 +71,7 @@ impl Link {
 
         let start = Object::new();
         Reflect::set(&start, &what.into(), value)?;
+        Reflect::set(&start, &"memory".into(), &most_bytes().into())?;
         Reflect::set(&start, &"module".into(), &wasm_bindgen::module())?;
         hand_over(&start)?;
         worker.post_message(&start)?;

@@ -52,6 +52,12 @@ pub enum LinkEvent {
         /// Chunk coordinates.
         id: [i32; 3],
     },
+    /// Memory does not suffice for all points: of each chunk, those that are held too, what is left after so many halvings counts
+    /// from here on ([`super::halving`]).
+    Halved {
+        /// 0: all points.
+        halvings: u32,
+    },
     /// This chunk is more than the viewer can hold: it is not shown, and what was held of it goes.
     LeftOut {
         /// Chunk coordinates.

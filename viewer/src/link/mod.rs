@@ -4,6 +4,7 @@
 //! |---|---|
 //! | `event` | what happens on the link |
 //! | [`session`] | messages to events; what to ask for after a lost connection |
+//! | [`halving`] | which points are held where there is no memory for all |
 //! | [`reconnect`] | when to try again |
 //! | [`refusal`] | why a connection is not made, and what helps |
 //! | [`transfer`] | events as bytes between worker and page |
@@ -19,6 +20,7 @@
 //! `link_worker_start`.
 
 mod event;
+pub mod halving;
 pub mod player;
 pub mod reconnect;
 pub mod refusal;

@@ -243,7 +243,7 @@ mod tests {
             assert_eq!(wrong, 0);
             let mut state = AppState::default();
             state.reduce(&Event::Opened("motor.semascan".into()));
-            Self { player, session: Session::new(), model: HeldModel::new(), state, most_changes: 0 }
+            Self { player, session: Session::within(u64::MAX), model: HeldModel::new(), state, most_changes: 0 }
         }
 
         /// Points, views that are done and views that are listed after a stop.

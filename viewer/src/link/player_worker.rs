@@ -21,12 +21,12 @@ struct PlayerWorker {
 }
 
 /// Entry point of the worker's script: plays the inspection in `file`. Each number that the page sends then is a stop that it wants
-/// to show.
+/// to show. Never more is held than needs `memory` bytes of the page.
 ///
 /// # Errors
 /// Fails outside a dedicated worker, and for a file that is no inspection.
 #[wasm_bindgen]
-pub fn player_worker_start(file: Uint8Array) -> Result<(), JsValue> {
+pub fn player_worker_start(file: Uint8Array, memory: f64) -> Result<(), JsValue> {
     console_error_panic_hook::set_once();
     let scope: DedicatedWorkerGlobalScope = js_sys::global().dyn_into()?;
     let file = InspectionFile::read(file.to_vec().into()).map_err(|error| JsValue::from_str(&error.to_string()))?;
@@ -34,7 +34,7 @@ pub fn player_worker_start(file: Uint8Array) -> Result<(), JsValue> {
     if wrong > 0 {
         forward(&scope, &LinkEvent::Malformed { reason: t!("file.wrong", count = wrong) }, &[]);
     }
-    let worker = PlayerWorker { scope: scope.clone(), player, session: Session::new(), wanted: None };
+    let worker = PlayerWorker { scope: scope.clone(), player, session: Session::within(memory as u64), wanted: None };
     let worker = Rc::new(RefCell::new(worker));
     let shows = worker.clone();
     let show = Closure::<dyn FnMut()>::new(move || shows.borrow_mut().show()).into_js_value();
@@ -58,7 +58,11 @@ impl PlayerWorker {
     fn show(&mut self) {
         let Some(stop) = self.wanted.take() else { return };
         for message in self.player.show(stop) {
-            if let Some(event) = self.session.receive(&message) {
+            let event = self.session.receive(&message);
+            if let Some(halvings) = self.session.take_halvings() {
+                forward(&self.scope, &LinkEvent::Halved { halvings }, &[]);
+            }
+            if let Some(event) = event {
                 forward(&self.scope, &event, &message);
             }
         }

@@ -5,6 +5,7 @@
 
 use super::LinkEvent;
 use super::event::required;
+use super::halving::{MOST_HALVINGS, halved, points_after};
 use semascan_model::SemanticPoint;
 use semascan_protocol::chunk::ChunkDecoder;
 use semascan_protocol::server_message::Body;
@@ -14,18 +15,22 @@ use semascan_protocol::{
 };
 use std::collections::BTreeMap;
 
-/// Memory that the page may need for the points of a model, bytes. While a model is exchanged for that of a new epoch it
-/// holds both, and a page has 4 GB.
-const MOST_BYTES: u64 = 1_200_000_000;
+/// Share of the memory that halving the points has to spare: chunks of few points take as much as before.
+const LEAST_SPARED: f64 = 0.2;
 
 /// Memory that a browser needs for a chunk of so many points, bytes: its columns, on the graphics device whole blocks of 256
 /// points of 32 bytes each, and what tables and transfers cost, which was measured: a chunk of one point takes 30 kB of
 /// Chromium's memory where the processor draws.
 fn chunk_bytes(points: usize) -> u64 {
-    const ENTRY: usize = 22_000;
+    const ENTRY: u64 = 22_000;
+    ENTRY + point_bytes(points)
+}
+
+/// The same without what tables and transfers cost.
+fn point_bytes(points: usize) -> u64 {
     const BLOCK_POINTS: usize = 256;
-    const BLOCK: usize = BLOCK_POINTS * 32;
-    (points * size_of::<SemanticPoint>() + ENTRY + points.div_ceil(BLOCK_POINTS) * BLOCK) as u64
+    const BLOCK: u64 = BLOCK_POINTS as u64 * 32;
+    points as u64 * size_of::<SemanticPoint>() as u64 + points.div_ceil(BLOCK_POINTS) as u64 * BLOCK
 }
 
 /// What is held, of which inspection.
@@ -37,6 +42,9 @@ pub struct Session {
     /// Memory for all that is held, and the most that it may be, bytes.
     bytes: u64,
     most_bytes: u64,
+    /// How often the points of each chunk are halved, and what the page was told of it.
+    halvings: u32,
+    told_halvings: u32,
     /// Something of the present model was left out.
     left_out: bool,
     welcomed: bool,
@@ -47,29 +55,27 @@ pub struct Session {
 #[derive(Clone, Copy, Debug)]
 struct Held {
     revision: u32,
-    bytes: u64,
+    /// Points of the chunk, whether they are held or not.
+    points: usize,
 }
 
-impl Default for Session {
-    fn default() -> Self {
-        Self::within(MOST_BYTES)
+impl Held {
+    fn bytes(&self, halvings: u32) -> u64 {
+        chunk_bytes(points_after(self.points, halvings))
     }
 }
 
 impl Session {
-    /// Holds nothing yet.
-    pub fn new() -> Self {
-        Self::default()
-    }
-
     /// Holds nothing yet, and never more than needs `most_bytes` of the page's memory.
-    fn within(most_bytes: u64) -> Self {
+    pub fn within(most_bytes: u64) -> Self {
         Self {
             inspection_id: String::new(),
             epoch: 0,
             held: BTreeMap::new(),
             bytes: 0,
             most_bytes,
+            halvings: 0,
+            told_halvings: 0,
             left_out: false,
             welcomed: false,
             decoder: ChunkDecoder::default(),
@@ -128,6 +134,7 @@ impl Session {
         match &event {
             LinkEvent::Connected { inspection, resumed, .. } => self.welcome(inspection, *resumed)?,
             LinkEvent::Cleared(inspection) => self.start_over(inspection),
+            LinkEvent::Message(Body::Progress(progress)) => self.expect(progress.points),
             _ => {}
         }
         Ok(Some(event))
@@ -146,7 +153,41 @@ impl Session {
         Ok(())
     }
 
+    /// How often the points of each chunk are halved, if that has changed: the page has to hear it before the event that
+    /// [`Self::receive`] gave last.
+    pub fn take_halvings(&mut self) -> Option<u32> {
+        (std::mem::replace(&mut self.told_halvings, self.halvings) != self.halvings).then_some(self.halvings)
+    }
+
+    /// A model of so many points will come: who knows that beforehand thins nothing later.
+    fn expect(&mut self, points: u64) {
+        let all = points.min(1 << 31) as usize;
+        while self.halvings < MOST_HALVINGS && point_bytes(points_after(all, self.halvings)) > self.most_bytes {
+            self.halve();
+        }
+    }
+
+    fn halve(&mut self) {
+        self.halvings += 1;
+        self.bytes = self.held.values().map(|held| held.bytes(self.halvings)).sum();
+    }
+
+    /// Makes room for another chunk by halving the points of all, where that helps.
+    fn make_room(&mut self, chunk: &Held) {
+        while self.bytes + chunk.bytes(self.halvings) > self.most_bytes && self.halvings < MOST_HALVINGS {
+            let all = self.held.values().chain([chunk]);
+            let after: u64 = all.map(|held| held.bytes(self.halvings + 1)).sum();
+            if after as f64 > (1.0 - LEAST_SPARED) * (self.bytes + chunk.bytes(self.halvings)) as f64 {
+                break;
+            }
+            self.halve();
+        }
+    }
+
     fn start_over(&mut self, inspection: &Inspection) {
+        if self.inspection_id != inspection.id {
+            self.halvings = 0;
+        }
         self.inspection_id.clone_from(&inspection.id);
         self.epoch = inspection.epoch;
         self.held.clear();
@@ -157,21 +198,26 @@ impl Session {
         if update.epoch != self.epoch {
             return Ok(None);
         }
-        let decoded = self.decoder.decode(update)?;
+        let mut decoded = self.decoder.decode(update)?;
         let id = decoded.id;
         if self.held.get(&id).is_some_and(|held| held.revision >= decoded.revision) {
             return Ok(None);
         }
         let before = self.held.remove(&id);
-        self.bytes -= before.map_or(0, |held| held.bytes);
-        let held = Held { revision: decoded.revision, bytes: chunk_bytes(decoded.cloud.len()) };
-        if self.bytes + held.bytes > self.most_bytes {
+        self.bytes -= before.map_or(0, |held| held.bytes(self.halvings));
+        let held = Held { revision: decoded.revision, points: decoded.cloud.len() };
+        self.make_room(&held);
+        let bytes = held.bytes(self.halvings);
+        if self.bytes + bytes > self.most_bytes {
             // Said once; after that, where something of it is in the picture.
             let said = std::mem::replace(&mut self.left_out, true);
             return Ok((before.is_some() || !said).then_some(LinkEvent::LeftOut { id }));
         }
-        self.bytes += held.bytes;
+        self.bytes += bytes;
         self.held.insert(id, held);
+        if self.halvings > 0 {
+            decoded.cloud = halved(&decoded.cloud, 0, self.halvings);
+        }
         Ok(Some(LinkEvent::Chunk(decoded)))
     }
 
@@ -180,7 +226,7 @@ impl Session {
         if gone.epoch != self.epoch || self.held.get(&id).is_none_or(|held| held.revision > gone.revision) {
             return Ok(None);
         }
-        self.bytes -= self.held.remove(&id).map_or(0, |held| held.bytes);
+        self.bytes -= self.held.remove(&id).map_or(0, |held| held.bytes(self.halvings));
         Ok(Some(LinkEvent::ChunkGone { id }))
     }
 }
@@ -242,7 +288,7 @@ mod tests {
 
     #[test]
     fn the_next_hello_lists_what_was_passed_on() {
-        let mut session = Session::new();
+        let mut session = Session::within(1_200_000_000);
         assert_eq!(held(&mut session), (String::new(), 0, vec![]));
         session.receive(&welcome("a", 1, false));
         assert!(matches!(session.receive(&chunk(0, 1, 3)), Some(LinkEvent::Chunk(_))));
@@ -257,7 +303,7 @@ mod tests {
 
     #[test]
     fn out_of_date_chunks_say_nothing() {
-        let mut session = Session::new();
+        let mut session = Session::within(1_200_000_000);
         session.receive(&welcome("a", 2, false));
         session.receive(&chunk(0, 2, 5));
         assert!(session.receive(&chunk(0, 2, 5)).is_none(), "held already");
@@ -290,14 +336,68 @@ mod tests {
     #[test]
     fn chunks_of_single_points_count_for_what_they_need() {
         // 21 MB of such chunks once filled 6.5 GB.
-        let most = MOST_BYTES / chunk_bytes(1);
+        const USUAL: u64 = 1_200_000_000;
+        let most = USUAL / chunk_bytes(1);
         assert!(most < 41_000, "{most} chunks of one point");
-        assert!(MOST_BYTES / chunk_bytes(1200) * 1200 > 10_000_000, "a model of ten million points is shown whole");
+        assert!(USUAL / chunk_bytes(1200) * 1200 > 10_000_000, "a model of ten million points is shown whole");
+    }
+
+    fn dense(x: i32, epoch: u32) -> Vec<u8> {
+        let of = |i: u8| {
+            let position =
+                [x as f32 * 0.032 + (f32::from(i % 32) + 0.5) * 1e-3, (f32::from(i / 32) + 0.5) * 1e-3, 5e-4];
+            (
+                [i % 32, i / 32, 0],
+                SemanticPoint { position, normal: [0.0, 0.0, 1.0], views: 1, ..SemanticPoint::UNKNOWN },
+            )
+        };
+        let chunk = VoxelChunk { id: [x, 0, 0], voxel: 1e-3, voxels: (0..=255).map(of).collect() };
+        bytes(Body::Chunk(encode(&chunk, epoch, 1).expect("a sound chunk").update))
+    }
+
+    fn points(event: Option<LinkEvent>) -> usize {
+        let Some(LinkEvent::Chunk(chunk)) = event else { panic!("no chunk: {event:?}") };
+        chunk.cloud.len()
+    }
+
+    #[test]
+    fn a_model_that_is_too_large_is_held_thinner_and_whole() {
+        let mut session = Session::within(4 * chunk_bytes(128));
+        session.receive(&welcome("a", 1, false));
+        for x in 0..3 {
+            assert_eq!(points(session.receive(&dense(x, 1))), 256);
+        }
+        assert_eq!(session.take_halvings(), None);
+        // Half of their points spare a sixth: entries are most of what these chunks take.
+        assert_eq!(session.receive(&dense(3, 1)), Some(LinkEvent::LeftOut { id: [3, 0, 0] }));
+        // A page that is told first.
+        let points_of = |all: u64| bytes(Body::Progress(Progress { points: all, ..Progress::default() }));
+        session.receive(&points_of(2000));
+        assert_eq!((session.take_halvings(), session.take_halvings()), (Some(1), None));
+        assert_eq!(session.bytes, 3 * chunk_bytes(128));
+        assert_eq!(points(session.receive(&dense(3, 1))), 128);
+        session.receive(&points_of(u64::MAX));
+        assert_eq!(session.take_halvings(), Some(MOST_HALVINGS));
+        session.receive(&welcome("a", 2, false));
+        assert_eq!((session.take_halvings(), points(session.receive(&dense(0, 2)))), (None, 4));
+        session.receive(&welcome("b", 1, false));
+        assert_eq!((session.take_halvings(), points(session.receive(&dense(0, 1)))), (Some(0), 256));
+    }
+
+    #[test]
+    fn room_is_made_by_halving_where_points_are_what_takes_it() {
+        let mut session = Session::within(0);
+        let held = Held { revision: 1, points: 4096 };
+        session.held = (0..10).map(|x| ([x, 0, 0], held)).collect();
+        session.most_bytes = 10 * held.bytes(0);
+        session.bytes = session.most_bytes;
+        session.make_room(&held);
+        assert_eq!((session.halvings, session.bytes), (1, 10 * held.bytes(1)));
     }
 
     #[test]
     fn a_new_inspection_or_epoch_starts_over() {
-        let mut session = Session::new();
+        let mut session = Session::within(1_200_000_000);
         session.receive(&welcome("a", 1, false));
         session.receive(&chunk(0, 1, 3));
         let clear = bytes(Body::Clear(Clear { inspection: Some(inspection("a", 2)), ..Clear::default() }));
@@ -312,7 +412,7 @@ mod tests {
 
     #[test]
     fn what_breaks_the_protocol_is_named_and_survived() {
-        let mut session = Session::new();
+        let mut session = Session::within(1_200_000_000);
         let reason = |event: Option<LinkEvent>| match event {
             Some(LinkEvent::Malformed { reason }) => reason,
             other => panic!("{other:?}"),
@@ -332,7 +432,7 @@ mod tests {
     #[test]
     fn a_refusal_may_come_at_any_time() {
         let refused = bytes(Body::Refused(Refused { reason: "full".to_owned() }));
-        let mut session = Session::new();
+        let mut session = Session::within(1_200_000_000);
         assert!(matches!(session.receive(&refused), Some(LinkEvent::Refused { .. })));
         session.receive(&welcome("a", 1, false));
         assert!(matches!(session.receive(&refused), Some(LinkEvent::Refused { .. })));
@@ -341,7 +441,7 @@ mod tests {
     proptest! {
         #[test]
         fn arbitrary_bytes_are_malformed_at_worst(noise in proptest::collection::vec(any::<u8>(), 0..300)) {
-            let mut session = Session::new();
+            let mut session = Session::within(1_200_000_000);
             session.receive(&welcome("a", 1, false));
             let _ = session.receive(&noise);
             prop_assert!(matches!(session.receive(&chunk(0, 1, 1)), Some(LinkEvent::Chunk(_))));

@@ -34,6 +34,7 @@ mod kind {
     pub(super) const MALFORMED: u8 = 7;
     pub(super) const BROKEN: u8 = 8;
     pub(super) const LEFT_OUT: u8 = 9;
+    pub(super) const HALVED: u8 = 10;
 }
 
 /// Bytes of a chunk before its columns.
@@ -55,6 +56,7 @@ pub fn encode(event: &LinkEvent, message: &[u8]) -> Vec<u8> {
         LinkEvent::Refused { reason } => block(kind::REFUSED, &[reason.as_bytes()]),
         LinkEvent::Malformed { reason } => block(kind::MALFORMED, &[reason.as_bytes()]),
         LinkEvent::Broken { reason } => block(kind::BROKEN, &[reason.as_bytes()]),
+        LinkEvent::Halved { halvings } => block(kind::HALVED, &[&halvings.to_le_bytes()]),
         LinkEvent::LeftOut { id } => block(kind::LEFT_OUT, &[bytemuck::cast_slice(id)]),
     }
 }
@@ -78,6 +80,7 @@ pub fn decode(bytes: &[u8]) -> Result<LinkEvent, TransferError> {
         kind::REFUSED => LinkEvent::Refused { reason: reader.text() },
         kind::MALFORMED => LinkEvent::Malformed { reason: reader.text() },
         kind::BROKEN => LinkEvent::Broken { reason: reader.text() },
+        kind::HALVED => LinkEvent::Halved { halvings: u32::from_le_bytes(reader.array()?) },
         kind::LEFT_OUT => LinkEvent::LeftOut { id: reader.id()? },
         other => return Err(TransferError::Kind(other)),
     })
@@ -189,6 +192,7 @@ mod tests {
             LinkEvent::Malformed { reason: "field".into() },
             LinkEvent::Broken { reason: "stopped".into() },
             LinkEvent::LeftOut { id: [4, -5, 6] },
+            LinkEvent::Halved { halvings: 3 },
         ];
         for event in events {
             assert_eq!(decode(&encode(&event, &[])).expect("what was encoded decodes"), event);

@@ -15,16 +15,17 @@ use std::rc::Rc;
 use wasm_bindgen::prelude::*;
 use web_sys::{BinaryType, CloseEvent, DedicatedWorkerGlobalScope, Event, MessageEvent, WebSocket};
 
-/// Entry point of the worker's script: connects to `url` and stays connected.
+/// Entry point of the worker's script: connects to `url`, stays connected and never holds more than needs `memory` bytes.
 ///
 /// # Errors
 /// Fails outside a dedicated worker.
 #[wasm_bindgen]
-pub fn link_worker_start(url: String) -> Result<(), JsValue> {
+pub fn link_worker_start(url: String, memory: f64) -> Result<(), JsValue> {
     console_error_panic_hook::set_once();
     let scope: DedicatedWorkerGlobalScope = js_sys::global().dyn_into()?;
     let (reconnect, first) = Reconnect::start();
-    let worker = Worker { scope: scope.clone(), url, session: Session::new(), reconnect, socket: None, timer: None };
+    let session = Session::within(memory as u64);
+    let worker = Worker { scope: scope.clone(), url, session, reconnect, socket: None, timer: None };
     let shared = Rc::new(RefCell::new(worker));
     let this = shared.clone();
     let on_message = Closure::<dyn FnMut(MessageEvent)>::new(move |message: MessageEvent| {
@@ -99,6 +100,9 @@ impl Worker {
         let Some(event) = self.session.receive(&message) else {
             return;
         };
+        if let Some(halvings) = self.session.take_halvings() {
+            self.send(&LinkEvent::Halved { halvings });
+        }
         if let LinkEvent::Refused { reason } = event {
             return self.refuse(reason);
         }

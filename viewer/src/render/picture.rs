@@ -89,15 +89,19 @@ impl Picture {
         self.target().size
     }
 
-    /// The pass that draws the frame.
-    pub(super) fn begin<'a>(&self, encoder: &'a mut CommandEncoder) -> RenderPass<'a> {
+    /// The pass that draws the frame, or goes on with it.
+    pub(super) fn begin<'a>(&self, encoder: &'a mut CommandEncoder, goes_on: bool) -> RenderPass<'a> {
         let target = self.target();
+        let (color, depth) = match goes_on {
+            true => (LoadOp::Load, LoadOp::Load),
+            false => (LoadOp::Clear(Color::BLACK), LoadOp::Clear(1.0)),
+        };
         encoder.begin_render_pass(&RenderPassDescriptor {
             label: Some("frame"),
-            color_attachments: &[Some(attachment(&target.color))],
+            color_attachments: &[Some(attachment(&target.color, color))],
             depth_stencil_attachment: Some(RenderPassDepthStencilAttachment {
                 view: &target.depth,
-                depth_ops: Some(Operations { load: LoadOp::Clear(1.0), store: StoreOp::Store }),
+                depth_ops: Some(Operations { load: depth, store: StoreOp::Store }),
                 stencil_ops: None,
             }),
             timestamp_writes: None,
@@ -110,7 +114,7 @@ impl Picture {
     pub(super) fn finish(&self, encoder: &mut CommandEncoder, frame: &FrameUniform, canvas: &TextureView) {
         let mut pass = encoder.begin_render_pass(&RenderPassDescriptor {
             label: Some("picture"),
-            color_attachments: &[Some(attachment(canvas))],
+            color_attachments: &[Some(attachment(canvas, LoadOp::Clear(Color::BLACK)))],
             depth_stencil_attachment: None,
             timestamp_writes: None,
             occlusion_query_set: None,
@@ -180,11 +184,11 @@ fn texture_entry(binding: u32) -> BindGroupLayoutEntry {
     }
 }
 
-fn attachment(view: &TextureView) -> RenderPassColorAttachment<'_> {
+fn attachment(view: &TextureView, load: LoadOp<Color>) -> RenderPassColorAttachment<'_> {
     RenderPassColorAttachment {
         view,
         depth_slice: None,
         resolve_target: None,
-        ops: Operations { load: LoadOp::Clear(Color::BLACK), store: StoreOp::Store },
+        ops: Operations { load, store: StoreOp::Store },
     }
 }

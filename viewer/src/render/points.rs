@@ -177,13 +177,22 @@ impl Points {
         gpu.queue.write_buffer(&self.uniform, 0, bytemuck::bytes_of(&content));
     }
 
-    pub(super) fn draw(&self, pass: &mut RenderPass<'_>) {
+    /// Draws the slots from number `from` on, at most so many. Returns where to go on; `None` once all are drawn.
+    pub(super) fn draw(&self, pass: &mut RenderPass<'_>, from: usize, most: Option<usize>) -> Option<usize> {
         pass.set_pipeline(&self.pipeline);
         pass.set_bind_group(1, &self.style, &[]);
+        let end = most.map_or(usize::MAX, |most| from.saturating_add(most.max(1)));
+        let mut first = 0;
         for (page, blocks) in self.pages.iter().zip(self.pool.used_blocks()) {
-            pass.set_bind_group(2, &page.group, &[]);
-            pass.draw(0..blocks as u32 * self.slots * 3, 0..1);
+            let slots = blocks * self.slots as usize;
+            let (begin, stop) = (from.saturating_sub(first).min(slots), end.saturating_sub(first).min(slots));
+            if begin < stop {
+                pass.set_bind_group(2, &page.group, &[]);
+                pass.draw(begin as u32 * 3..stop as u32 * 3, 0..1);
+            }
+            first += slots;
         }
+        (end < first).then_some(end)
     }
 
     /// The pipeline that draws numbers in place of colours.

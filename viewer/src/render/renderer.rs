@@ -34,7 +34,7 @@ use glam::{Vec2, Vec3};
 use semascan_model::{SemanticCloud, SemanticMesh};
 use std::collections::BTreeMap;
 use web_sys::HtmlCanvasElement;
-use wgpu::{CommandEncoderDescriptor, CurrentSurfaceTexture, SurfaceTexture, TextureViewDescriptor};
+use wgpu::{CommandEncoderDescriptor, CurrentSurfaceTexture, RenderPass, SurfaceTexture, TextureViewDescriptor};
 
 /// Side of the square that holds the axes, and its distance from the corner, CSS pixels.
 const AXES_SIDE: f32 = 84.0;
@@ -59,6 +59,17 @@ pub struct FrameStats {
 struct Drawn {
     camera: OrbitCamera,
     of_mesh: bool,
+}
+
+/// A frame that is drawn step by step.
+#[derive(Clone, Copy)]
+struct Unfinished {
+    drawn: Drawn,
+    has_turntable: bool,
+    is_still: bool,
+    stats: FrameStats,
+    /// The slot of the points that comes next.
+    next: usize,
 }
 
 /// A pick whose answer is on its way.
@@ -101,6 +112,7 @@ pub struct Renderer {
     /// Made with the first pick.
     pick: Option<Pick>,
     drawn: Option<Drawn>,
+    unfinished: Option<Unfinished>,
     asked: Option<Asked>,
     /// Change of the model at which each chunk came or went, and at which everything did.
     changed: BTreeMap<[i32; 3], u64>,
@@ -140,6 +152,7 @@ impl Renderer {
             samples: 1,
             pick: None,
             drawn: None,
+            unfinished: None,
             asked: None,
             changed: BTreeMap::new(),
             cleared: 0,
@@ -286,55 +299,95 @@ impl Renderer {
         self.in_flight.is_full(&self.gpu.device) && self.lost().is_none()
     }
 
-    /// Draws one frame.
+    /// Draws one frame, or the first step of it: after so many points, at `most`, the frame is gone on with by [`Self::go_on`], and the
+    /// canvas shows the one before until it is whole. Returns `None` until then.
     ///
     /// # Errors
     /// [`RenderError::Lost`] when the device or the surface is gone.
-    pub fn draw(&mut self, request: &DrawRequest) -> Result<FrameStats, RenderError> {
+    pub fn draw(&mut self, request: &DrawRequest, most: Option<usize>) -> Result<Option<FrameStats>, RenderError> {
         if let Some(reason) = self.lost() {
             return Err(RenderError::Lost(reason));
         }
         self.prepare(request);
+        let (points, triangles) =
+            if request.content.mesh { (0, self.mesh.shown()) } else { (self.points.shown(request), 0) };
+        self.unfinished = Some(Unfinished {
+            drawn: Drawn { camera: request.camera, of_mesh: request.content.mesh },
+            has_turntable: request.content.turntable.is_some(),
+            is_still: request.is_still,
+            stats: FrameStats { points, triangles, frames: 0 },
+            next: 0,
+        });
+        self.go_on(most)
+    }
+
+    /// Whether a frame is being drawn step by step.
+    pub fn is_unfinished(&self) -> bool {
+        self.unfinished.is_some()
+    }
+
+    /// Goes on with the frame that [`Self::draw`] began, as it does; nothing where there is none.
+    ///
+    /// # Errors
+    /// As of [`Self::draw`].
+    pub fn go_on(&mut self, most: Option<usize>) -> Result<Option<FrameStats>, RenderError> {
+        if let Some(reason) = self.lost() {
+            return Err(RenderError::Lost(reason));
+        }
+        let Some(unfinished) = self.unfinished.take() else { return Ok(None) };
+        let mut encoder = self.gpu.device.create_command_encoder(&CommandEncoderDescriptor { label: Some("frame") });
+        let mut pass = self.picture.begin(&mut encoder, unfinished.next > 0);
+        pass.set_bind_group(0, &self.frame.group, &[]);
+        if unfinished.next == 0 {
+            self.background.draw(&mut pass);
+        }
+        let next = if unfinished.drawn.of_mesh {
+            self.mesh.draw(&mut pass, &self.photograph, &self.layers);
+            None
+        } else {
+            self.points.draw(&mut pass, unfinished.next, most)
+        };
+        if let Some(next) = next {
+            drop(pass);
+            self.gpu.queue.submit([encoder.finish()]);
+            self.in_flight.submit(&self.gpu.queue);
+            self.unfinished = Some(Unfinished { next, ..unfinished });
+            return Ok(None);
+        }
+        self.draw_rest(&mut pass, unfinished.has_turntable);
+        drop(pass);
         let texture = self.acquire()?;
         let view = texture.texture.create_view(&TextureViewDescriptor::default());
-        let mut encoder = self.gpu.device.create_command_encoder(&CommandEncoderDescriptor { label: Some("frame") });
-        {
-            let mut pass = self.picture.begin(&mut encoder);
-            pass.set_bind_group(0, &self.frame.group, &[]);
-            self.background.draw(&mut pass);
-            match request.content.mesh {
-                true => self.mesh.draw(&mut pass, &self.photograph, &self.layers),
-                false => self.points.draw(&mut pass),
-            }
-            self.cap.draw(&mut pass);
-            match request.content.turntable {
-                Some(_) => self.turntable.draw(&mut pass),
-                None => self.floor.draw(&mut pass),
-            }
-            self.lines.draw(&mut pass, &self.frusta);
-            self.lines.draw(&mut pass, &self.marks);
-            // Depth range of zero width: nothing is in front of these.
-            let (width, height) = self.picture.size();
-            pass.set_viewport(0.0, 0.0, width as f32, height as f32, 0.0, 0.0);
-            self.lines.draw(&mut pass, &self.outlines);
-            self.lines.draw(&mut pass, &self.marks_behind);
-            if let Some((side, margin)) = self.axes_square() {
-                pass.set_viewport(margin, height as f32 - side - margin, side, side, 0.0, 0.0);
-                pass.set_bind_group(0, &self.axes_frame.group, &[]);
-                self.lines.draw(&mut pass, &self.axes);
-            }
-        }
         self.picture.finish(&mut encoder, &self.frame, &view);
         self.gpu.queue.submit([encoder.finish()]);
         self.gpu.queue.present(texture);
         self.in_flight.submit(&self.gpu.queue);
         self.frames += 1;
-        self.drawn = Some(Drawn { camera: request.camera, of_mesh: request.content.mesh });
-        let (points, triangles) =
-            if request.content.mesh { (0, self.mesh.shown()) } else { (self.points.shown(request), 0) };
-        let stats = FrameStats { points, triangles, frames: self.frames };
-        self.write_statistics(stats, request.is_still);
-        Ok(stats)
+        self.drawn = Some(unfinished.drawn);
+        let stats = FrameStats { frames: self.frames, ..unfinished.stats };
+        self.write_statistics(stats, unfinished.is_still);
+        Ok(Some(stats))
+    }
+
+    /// What is drawn after the model.
+    fn draw_rest(&self, pass: &mut RenderPass<'_>, has_turntable: bool) {
+        self.cap.draw(pass);
+        match has_turntable {
+            true => self.turntable.draw(pass),
+            false => self.floor.draw(pass),
+        }
+        self.lines.draw(pass, &self.frusta);
+        self.lines.draw(pass, &self.marks);
+        // Depth range of zero width: nothing is in front of these.
+        let (width, height) = self.picture.size();
+        pass.set_viewport(0.0, 0.0, width as f32, height as f32, 0.0, 0.0);
+        self.lines.draw(pass, &self.outlines);
+        self.lines.draw(pass, &self.marks_behind);
+        if let Some((side, margin)) = self.axes_square() {
+            pass.set_viewport(margin, height as f32 - side - margin, side, side, 0.0, 0.0);
+            pass.set_bind_group(0, &self.axes_frame.group, &[]);
+            self.lines.draw(pass, &self.axes);
+        }
     }
 
     /// Puts what the frame needs on the device.

@@ -44,7 +44,7 @@ pub(super) async fn run(renderer: &mut Renderer) -> Result<(), RenderError> {
     // The second frame is what a device that dies over its first one does not survive.
     for is_still in [false, true] {
         request.is_still = is_still;
-        last = renderer.draw(&request).and_then(|_| middle_is_green(renderer));
+        last = renderer.draw(&request, None).and_then(|_| middle_is_green(renderer));
         sleep(GRACE_MS / 2).await;
         if let Some(reason) = renderer.lost() {
             return Err(failed(renderer, format!("the device was lost: {reason}")));

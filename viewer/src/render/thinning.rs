@@ -6,8 +6,7 @@
 //! is the same draw call with a smaller k.
 
 use super::pool::BLOCK_POINTS;
-use crate::camera::Bounds;
-use glam::Vec3;
+use crate::morton::along_curve;
 
 /// The slots of each block in order: index of the point that lies there, or none.
 pub fn assign_slots(positions: &[[f32; 3]]) -> Vec<[Option<usize>; BLOCK_POINTS]> {
@@ -37,35 +36,10 @@ pub fn slots_within(budget: Option<usize>, points: usize) -> u32 {
     slots.clamp(1, BLOCK_POINTS) as u32
 }
 
-/// Indices of the points along a Morton curve through the box around them.
-fn along_curve(positions: &[[f32; 3]]) -> Vec<usize> {
-    let mut bounds = Bounds::EMPTY;
-    for p in positions {
-        bounds.include(Vec3::from(*p));
-    }
-    let edge = (bounds.max - bounds.min).max_element().max(f32::MIN_POSITIVE);
-    let mut order: Vec<(u32, usize)> = Vec::with_capacity(positions.len());
-    for (i, p) in positions.iter().enumerate() {
-        // What is not finite lands at either end.
-        let cell = ((Vec3::from(*p) - bounds.min) / edge * 1023.0).to_array().map(|c| c as u32);
-        order.push((spread(cell[0]) | spread(cell[1]) << 1 | spread(cell[2]) << 2, i));
-    }
-    order.sort_unstable();
-    order.into_iter().map(|(_, i)| i).collect()
-}
-
-/// Ten bits with two zeros between each.
-fn spread(bits: u32) -> u32 {
-    let mut x = bits.min(1023);
-    x = (x | x << 16) & 0x0300_00ff;
-    x = (x | x << 8) & 0x0300_f00f;
-    x = (x | x << 4) & 0x030c_30c3;
-    (x | x << 2) & 0x0924_9249
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use glam::Vec3;
 
     /// A square of `side * side` points in raster order.
     fn square(side: usize) -> Vec<[f32; 3]> {

@@ -5,6 +5,7 @@
 
 use crate::camera::Bounds;
 use crate::display::{ScalarScale, ShareHistogram, ShareScales};
+use crate::link::halving::halved;
 use crate::link::{DecodedChunk, LinkEvent};
 use semascan_model::{PointFlags, SemanticCloud};
 use semascan_protocol::chunk::model_hash;
@@ -111,6 +112,38 @@ pub struct ModelChunk {
 }
 
 impl ModelChunk {
+    /// The points of a chunk with their figures.
+    fn new(revision: u32, hash: u64, cloud: SemanticCloud) -> Self {
+        let mut held = Self {
+            revision,
+            hash,
+            stats: BTreeMap::new(),
+            bounds: Bounds::EMPTY,
+            foreground: Bounds::EMPTY,
+            surface_points: 0,
+            labelled: 0,
+            labelled_bounds: Bounds::EMPTY,
+            most_views: 0,
+            cloud,
+        };
+        for p in held.cloud.iter() {
+            let class = held.stats.entry((p.label, p.flags.0 & HIDING)).or_default();
+            class.points += 1;
+            class.confidence_sum += f64::from(p.confidence);
+            held.bounds.include(p.position.into());
+            if !p.flags.has(PointFlags::LEFT_OUT) {
+                held.foreground.include(p.position.into());
+                held.surface_points += 1;
+                if p.label != 0 {
+                    held.labelled_bounds.include(p.position.into());
+                    held.labelled += 1;
+                }
+            }
+            held.most_views = held.most_views.max(p.views);
+        }
+        held
+    }
+
     /// Box around its points.
     pub fn bounds(&self) -> Bounds {
         self.bounds
@@ -127,6 +160,8 @@ pub struct HeldModel {
     voxel: f32,
     /// Inspection that the model is of, and its newest epoch.
     inspection: (String, u32),
+    /// How often the points of each chunk were halved, to be held at all.
+    halvings: u32,
     /// Chunks of that epoch while they arrive.
     arriving: Option<BTreeMap<[i32; 3], ModelChunk>>,
     /// Of the chunks held, brought level with each of them.
@@ -148,6 +183,7 @@ impl HeldModel {
             LinkEvent::Connected { inspection, .. } | LinkEvent::Cleared(inspection) => self.begin(inspection),
             LinkEvent::Message(Body::Progress(progress)) => self.arrive(progress),
             LinkEvent::Chunk(chunk) => self.replace(chunk),
+            LinkEvent::Halved { halvings } => self.halve(*halvings),
             LinkEvent::ChunkGone { id } | LinkEvent::LeftOut { id } if self.arriving.is_some() => {
                 self.arriving.as_mut().and_then(|chunks| chunks.remove(id));
                 ModelChange::None
@@ -162,6 +198,21 @@ impl HeldModel {
         self.shares.remove(&chunk.cloud);
         self.focus.take();
         ModelChange::Removed(id)
+    }
+
+    /// Thins every chunk.
+    fn halve(&mut self, halvings: u32) -> ModelChange {
+        let from = std::mem::replace(&mut self.halvings, halvings);
+        if halvings <= from || self.chunks.is_empty() && self.arriving.is_none() {
+            return ModelChange::None;
+        }
+        for chunk in self.chunks.values_mut().chain(self.arriving.iter_mut().flat_map(BTreeMap::values_mut)) {
+            *chunk = ModelChunk::new(chunk.revision, chunk.hash, halved(&chunk.cloud, from, halvings));
+        }
+        self.shares = Shares::default();
+        self.chunks.values().for_each(|chunk| self.shares.add(&chunk.cloud));
+        self.focus.take();
+        ModelChange::Exchanged
     }
 
     fn clear(&mut self) -> ModelChange {
@@ -202,33 +253,7 @@ impl HeldModel {
 
     fn replace(&mut self, chunk: &DecodedChunk) -> ModelChange {
         self.voxel = chunk.voxel;
-        let mut held = ModelChunk {
-            revision: chunk.revision,
-            hash: chunk.hash,
-            stats: BTreeMap::new(),
-            bounds: Bounds::EMPTY,
-            foreground: Bounds::EMPTY,
-            surface_points: 0,
-            labelled: 0,
-            labelled_bounds: Bounds::EMPTY,
-            most_views: 0,
-            cloud: chunk.cloud.clone(),
-        };
-        for p in held.cloud.iter() {
-            let class = held.stats.entry((p.label, p.flags.0 & HIDING)).or_default();
-            class.points += 1;
-            class.confidence_sum += f64::from(p.confidence);
-            held.bounds.include(p.position.into());
-            if !p.flags.has(PointFlags::LEFT_OUT) {
-                held.foreground.include(p.position.into());
-                held.surface_points += 1;
-                if p.label != 0 {
-                    held.labelled_bounds.include(p.position.into());
-                    held.labelled += 1;
-                }
-            }
-            held.most_views = held.most_views.max(p.views);
-        }
+        let held = ModelChunk::new(chunk.revision, chunk.hash, chunk.cloud.clone());
         if let Some(arriving) = &mut self.arriving {
             arriving.insert(chunk.id, held);
             return ModelChange::None;
@@ -259,6 +284,16 @@ impl HeldModel {
     /// Number of points held.
     pub fn point_count(&self) -> usize {
         self.chunks.values().map(|c| c.cloud.len()).sum()
+    }
+
+    /// How often the points of each chunk were halved because there is no memory for more; 0: all are held.
+    pub fn halvings(&self) -> u32 {
+        self.halvings
+    }
+
+    /// Distance of points beside each other as they are held, metres; 0 until it is known.
+    pub fn spacing(&self) -> f32 {
+        self.voxel * 2.0_f32.powf(0.5 * self.halvings as f32)
     }
 
     /// Voxel edge in metres; 0 until it is known.

@@ -164,18 +164,29 @@ impl Graphics {
         (size.min_element() >= 1.0).then_some(size)
     }
 
-    /// Draws a frame; a renderer whose device turns out to be lost is replaced. Without one there is nothing to do.
-    pub(super) fn draw(self: &Rc<Self>, request: &DrawRequest, size: Size) {
-        let drawn = match self.renderer.borrow_mut().as_mut() {
-            Some(renderer) => {
-                renderer.resize(size.width, size.height, size.ratio);
-                renderer.draw(request)
-            }
-            None => return,
-        };
-        if let Err(error) = drawn {
+    /// Draws a frame, or the first step of it (see [`Renderer::draw`]); a renderer whose device turns out to be lost is replaced.
+    /// Without one there is nothing to do.
+    pub(super) fn draw(self: &Rc<Self>, request: &DrawRequest, size: Size, most: Option<usize>) {
+        let drawn = self.renderer.borrow_mut().as_mut().map(|renderer| {
+            renderer.resize(size.width, size.height, size.ratio);
+            renderer.draw(request, most)
+        });
+        if let Some(Err(error)) = drawn {
             self.replace_lost(&error.to_string());
         }
+    }
+
+    /// Goes on with a frame that is drawn step by step.
+    pub(super) fn go_on(self: &Rc<Self>, most: Option<usize>) {
+        let drawn = self.renderer.borrow_mut().as_mut().map(|renderer| renderer.go_on(most));
+        if let Some(Err(error)) = drawn {
+            self.replace_lost(&error.to_string());
+        }
+    }
+
+    /// Whether a frame is being drawn step by step.
+    pub(super) fn is_unfinished(&self) -> bool {
+        self.renderer.borrow().as_ref().is_some_and(Renderer::is_unfinished)
     }
 
     /// The device is gone: its renderer is replaced, as long as that makes sense.

@@ -1,13 +1,15 @@
 //! How many points a frame may have while the camera moves.
 //!
-//! A still picture always has every point. While the camera moves on a machine that cannot draw them all in time, the
-//! picture is thinned until it follows the hand again. The measure is the time from one frame to the next: no frame is
-//! drawn while the graphics processor is at earlier ones, so it is how long they take.
+//! A still picture always has every point, and is drawn in steps where these are too many. While the camera moves on a machine that
+//! cannot draw them all in time, the picture is thinned until it follows the hand again. The measure is the time from one frame to
+//! the next: no frame is drawn while the graphics processor is at earlier ones, so it is how long they take.
 
 /// Longest time between frames that still feels like moving the model, in milliseconds.
 const SLOW_MS: f64 = 45.0;
 /// Below this there is room for more points.
 const FAST_MS: f64 = 24.0;
+/// Points that a machine is trusted with before anything is known of it.
+const START: usize = 1_500_000;
 /// Fewest points: below it a model is no longer recognised.
 const FEWEST: usize = 40_000;
 
@@ -22,14 +24,22 @@ impl PointBudget {
     /// The camera moves and a frame of a model of `points` is due at `now_ms`: how many of them to draw, `None` for all.
     pub fn moving(&mut self, now_ms: f64, points: usize) -> Option<usize> {
         let gap = self.last_ms.replace(now_ms).map(|last| now_ms - last);
-        let present = self.budget.unwrap_or(points);
+        let present = self.present().min(points);
         match gap {
             Some(gap) if gap > SLOW_MS => self.budget = Some((present / 2).max(FEWEST)),
-            Some(gap) if gap < FAST_MS => self.budget = self.budget.map(|b| b + b / 4),
+            Some(gap) if gap < FAST_MS => self.budget = Some(present + present / 4),
             _ => {}
         }
-        self.budget = self.budget.filter(|b| *b < points);
-        self.budget
+        self.at_once(points)
+    }
+
+    /// How many of `points` to draw at once as far as is known, `None` for all.
+    pub fn at_once(&self, points: usize) -> Option<usize> {
+        Some(self.present()).filter(|budget| *budget < points)
+    }
+
+    fn present(&self) -> usize {
+        self.budget.unwrap_or(START)
     }
 
     /// The camera stands still: the next gap says nothing about drawing. What was learned is kept.

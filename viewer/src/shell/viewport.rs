@@ -356,7 +356,7 @@ impl Viewport {
 
     /// Draws the picture of now as finely as can be, at once.
     pub(super) fn draw_finely(&self) {
-        self.draw(None, true);
+        self.draw(None, true, None);
     }
 
     /// The canvas, while something draws on it.
@@ -472,13 +472,15 @@ impl Viewport {
         let points = self.model.borrow().point_count();
         let moving = now - self.moved_at.get() < MOVING_MS;
         let mut point_budget = self.point_budget.get();
-        let budget = if moving { point_budget.moving(now, points) } else { None };
+        let budget = if moving { point_budget.moving(now, points) } else { point_budget.at_once(points) };
         if !moving {
             point_budget.still();
         }
+        // A sample of a fine picture costs as much as a pixel of a coarse one.
+        let step = budget.map(|budget| budget / 2);
         self.point_budget.set(point_budget);
         if self.draw_due.replace(false) {
-            self.draw(budget, false);
+            self.draw(budget, false, None);
             self.coarse_since.set(Some(now));
             self.probe_due.set(true);
         }
@@ -489,10 +491,16 @@ impl Viewport {
         } else if let Some(since) = self.coarse_since.get() {
             if now - since >= STILL_MS && !self.graphics.is_busy() {
                 self.coarse_since.set(None);
-                self.draw(None, true);
+                self.draw(None, true, step);
             } else {
                 self.ticker.request();
             }
+        } else if self.graphics.is_unfinished() && !self.graphics.is_busy() {
+            self.graphics.go_on(step);
+            self.drawn(true);
+        }
+        if self.graphics.is_unfinished() {
+            self.ticker.request();
         }
         self.pick(now, moving);
     }
@@ -513,7 +521,8 @@ impl Viewport {
             _ => {}
         }
         let mut picks = self.picks.borrow_mut();
-        let may_pick = !self.graphics.is_busy() && (!self.draw_due.get() || picks.is_drawing());
+        let may_pick =
+            !self.graphics.is_busy() && !self.graphics.is_unfinished() && (!self.draw_due.get() || picks.is_drawing());
         let next = if may_pick { picks.next(is_still) } else { None };
         drop(picks);
         if let Some(at) = next {
@@ -553,7 +562,7 @@ impl Viewport {
             Purpose::Click => self.ui.send_feature(InspectEvent::Picked(point)),
             Purpose::Hover => self.ui.send_feature(InspectEvent::Hovered(point)),
             Purpose::Probe(name) => {
-                let tolerance = PROBE_TOLERANCE * self.model.borrow().voxel();
+                let tolerance = PROBE_TOLERANCE * self.model.borrow().spacing();
                 let seen_at = found.map(|(_, distance)| distance);
                 anchors::probed(&self.document, &self.camera.get(), &name, seen_at, tolerance);
             }
@@ -566,7 +575,8 @@ impl Viewport {
         self.redraw();
     }
 
-    fn draw(&self, point_budget: Option<usize>, is_still: bool) {
+    /// Draws a picture, or the first step of it, of so many points.
+    fn draw(&self, point_budget: Option<usize>, is_still: bool, step: Option<usize>) {
         let size = self.size.get();
         if size.width < 1.0 || size.height < 1.0 {
             return;
@@ -581,7 +591,7 @@ impl Viewport {
         self.graphics.show_layers(&mut self.layers.borrow_mut());
         let (focus, bounds, voxel) = {
             let model = self.model.borrow();
-            (model.focus(), model.bounds(), model.voxel())
+            (model.focus(), model.bounds(), model.spacing())
         };
         let mut camera = self.camera.get();
         if let Some(focus) = focus.filter(|_| self.follows.get()) {
@@ -591,7 +601,15 @@ impl Viewport {
         }
         let content = self.ui.read(frame_content);
         let request = DrawRequest { camera, focus, bounds, voxel, point_budget, is_still, content };
-        self.graphics.draw(&request, size);
+        self.graphics.draw(&request, size, step);
+        self.drawn(is_still);
+    }
+
+    /// Tells who waits for it that there is a picture, once it is whole.
+    fn drawn(&self, is_still: bool) {
+        if self.graphics.is_unfinished() {
+            return;
+        }
         canvas_data::write_drawing(&self.document, self.picks.borrow().is_drawing());
         self.controllers().iter().for_each(|controller| controller.drawn(is_still));
         if let Some(done) = self.after_drawing.get() {

@@ -69,6 +69,8 @@ pub struct AppState {
     pub review_changes: u64,
     /// Whether a part of the model is left out because the page holds as much as it can.
     pub is_cut: bool,
+    /// How often the points of the model are halved for the same reason.
+    pub halvings: u32,
     /// The graphics device.
     pub graphics: GraphicsStatus,
     /// What is being inspected; the default before the first connection.
@@ -176,6 +178,7 @@ impl AppState {
                 self.timings.idle();
             }
             LinkEvent::LeftOut { .. } => self.is_cut = true,
+            LinkEvent::Halved { halvings } => self.halvings = *halvings,
             // The same inspection from a rebuilt map: what was said of its views still holds.
             LinkEvent::Cleared(inspection) if self.is_rebuilt(inspection) => {
                 self.is_cut = false;

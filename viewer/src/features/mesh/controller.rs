@@ -41,6 +41,10 @@ impl MeshController {
 
     /// Makes the mesh of the model as it is now.
     fn make(&self) -> Result<(), String> {
+        if self.host.model.borrow().halvings() > 0 {
+            // It would have holes, and areas would be of what is left.
+            return Err(t!("mesh.thinned").into());
+        }
         let worker = &self.host.mesh_worker;
         worker.start()?;
         let unsent = std::mem::take(&mut *self.unsent.borrow_mut());

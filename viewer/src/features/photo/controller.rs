@@ -7,6 +7,7 @@ use super::slots::Slots;
 use super::surface::Surface;
 use super::{PhotoEvent, ShownPhotograph};
 use crate::camera::OrbitCamera;
+use crate::device::{Memory, memory};
 use crate::display::{ColorMode, Representation};
 use crate::features::FeatureEvent;
 use crate::features::evidence::{full_size, image_at, pixels_of, small};
@@ -361,13 +362,5 @@ fn has_turned(before: &OrbitCamera, now: &OrbitCamera) -> bool {
 
 /// The budget of this device.
 fn budget() -> (u64, usize) {
-    let number = |of: &str, name: &str| {
-        let object = js_sys::Reflect::get(&js_sys::global(), &of.into()).ok()?;
-        js_sys::Reflect::get(&object, &name.into()).ok()?.as_f64()
-    };
-    // Gigabytes; not every browser says it.
-    let memory = number("navigator", "deviceMemory");
-    let shorter = number("screen", "width").zip(number("screen", "height")).map(|(width, height)| width.min(height));
-    let is_small = memory.map_or(shorter.is_some_and(|pixels| pixels < 600.0), |memory| memory <= 4.0);
-    if is_small { SMALL_BUDGET } else { BUDGET }
+    if memory() == Memory::Small { SMALL_BUDGET } else { BUDGET }
 }

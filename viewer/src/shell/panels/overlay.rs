@@ -154,6 +154,10 @@ fn LinkBanner(ui: Ui) -> impl IntoView {
             };
             Some(t!("banner.cut", here))
         }
+        _ if s.halvings > 0 => {
+            let (held, step) = (units::count(s.legend.held_points()), 1_u32 << s.halvings.min(31));
+            Some(t!("banner.thinned", step, held))
+        }
         _ if s.model_differs() => Some(t!("banner.differs").into()),
         _ => None,
     });
