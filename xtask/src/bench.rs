@@ -8,13 +8,14 @@
 //! measured where there is a Python with PyTorch.
 
 use crate::bench_table::{self, Row};
-use crate::browser::Browser;
+use crate::browser::{Browser, Programs};
 use crate::onnx_runtime;
 use crate::pcl;
 use crate::process::{capture, line, run as run_command};
 use crate::report::{heading, note};
 use crate::rivals;
 use crate::teach;
+use crate::test::ENDLESS_STREAM;
 use crate::wasm_target::{TARGET, Toolchain};
 use crate::web;
 use crate::workspace::{Workspace, cargo};
@@ -225,12 +226,21 @@ fn agent(workspace: &Workspace) -> Result<PathBuf> {
     Ok(workspace.target.join("release").join(format!("semascan{}", std::env::consts::EXE_SUFFIX)))
 }
 
+/// Builds what sends a model of any size, and says where it is.
+fn endless_stream(workspace: &Workspace) -> Result<PathBuf> {
+    let build = ["build", "--release", "--package", "semascan-tests", "--example", ENDLESS_STREAM];
+    run_command(cargo().current_dir(&workspace.root).args(build))?;
+    let name = format!("{ENDLESS_STREAM}{}", std::env::consts::EXE_SUFFIX);
+    Ok(workspace.target.join("release/examples").join(name))
+}
+
 /// Measures the viewer in Chromium, against the agent as it is shipped.
 fn in_chromium(workspace: &Workspace, folder: &Path, script: &str, name: &str) -> Result<Vec<Row>> {
     heading(&format!("semascan-viewer: {name}"));
     let browser = Browser::prepare()?;
     web::run(&web::Options { dev: false })?;
-    keep(&mut browser.benchmark(workspace, &agent(workspace)?, script)?, folder, name)
+    let programs = Programs { agent: &agent(workspace)?, endless_stream: &endless_stream(workspace)? };
+    keep(&mut browser.benchmark(workspace, programs, script)?, folder, name)
 }
 
 /// Measures code of the shared crate as a browser runs it: in WebAssembly, in Node's engine.

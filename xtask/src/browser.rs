@@ -52,8 +52,7 @@ impl Browser {
         let tests = tests(&folder, filter)?;
         // Two files at a time: a software rasterizer draws on every core, but half of the time a page waits for frames,
         // for its agent, or for a network. A test that never comes back is a failed test.
-        let mut node = self.node(&folder, programs.agent);
-        node.env("SEMASCAN_ENDLESS_STREAM", programs.endless_stream);
+        let mut node = self.node(&folder, programs);
         node.args(["--test", "--test-concurrency=2", "--test-reporter=spec"]);
         node.args(["--test-timeout=600000", "--test-force-exit"]).args(tests);
         run_reading(&mut node, |line| {
@@ -62,18 +61,19 @@ impl Browser {
         })
     }
 
-    /// The command that runs the benchmark `tests/browser/bench/NAME.mjs` with `agent` as the binary under test.
-    pub(crate) fn benchmark(&self, workspace: &Workspace, agent: &Path, name: &str) -> Result<Command> {
+    /// The command that runs the benchmark `tests/browser/bench/NAME.mjs` with `programs` under test.
+    pub(crate) fn benchmark(&self, workspace: &Workspace, programs: Programs<'_>, name: &str) -> Result<Command> {
         let folder = workspace.root.join("tests/browser");
         install_npm_packages(&folder)?;
-        let mut node = self.node(&folder, agent);
+        let mut node = self.node(&folder, programs);
         node.arg(format!("bench/{name}.mjs"));
         Ok(node)
     }
 
-    fn node(&self, folder: &Path, agent: &Path) -> Command {
+    fn node(&self, folder: &Path, programs: Programs<'_>) -> Command {
         let mut node = Command::new("node");
-        node.current_dir(folder).env("SEMASCAN_AGENT", agent).env("SEMASCAN_CHROMIUM", &self.chromium);
+        node.current_dir(folder).env("SEMASCAN_AGENT", programs.agent).env("SEMASCAN_CHROMIUM", &self.chromium);
+        node.env("SEMASCAN_ENDLESS_STREAM", programs.endless_stream);
         node
     }
 }

@@ -20,7 +20,7 @@ const FEATURES: &str = "semascan-cli/oidc";
 /// the same as for the tests and little is compiled twice.
 pub(crate) const BUILD_PROGRAMS: [&str; 6] = ["build", "--workspace", "--features", FEATURES, "--bin", "semascan"];
 /// The example that a browser test passes to a page.
-const ENDLESS_STREAM: &str = "endless_stream";
+pub(crate) const ENDLESS_STREAM: &str = "endless_stream";
 
 /// What is tested.
 #[derive(Args)]

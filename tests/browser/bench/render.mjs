@@ -1,25 +1,40 @@
-// Times how the viewer draws large models in Chromium on the machine's graphics: node render.mjs [webgpu] [webgl2].
+// Times how the viewer draws large models in Chromium on the machine's graphics, and three.js beside it on WebGL2 in the same
+// browser: node render.mjs [webgpu] [webgl2] [MODEL..].
 // SEMASCAN_AGENT names a release build of the agent. Prints one JSON object; a picture of each run stays in `out/`.
 //
 // Without graphics hardware Chromium's software rasterizer draws; `adapter` says who did. `frame_ms` is the time
 // between frames while the model turns, as a person sees it: at best the screen's, and of as many points as the viewer
 // then draws. `draw_ms` is the time of a frame of the whole model until a pixel of it can be read, `read_ms` what the
-// reading alone takes.
+// reading alone takes. Ratios are those of three.js's times to the viewer's: above 1 the viewer is faster. Software draws
+// 1280x720, hardware 1920x1080.
 
 import assert from 'node:assert/strict';
 import { mkdir, writeFile } from 'node:fs/promises';
 import { Agent } from '../support/agent.mjs';
 import { BACKENDS, launch, newPage } from '../support/chromium.mjs';
 import { Viewer } from '../support/viewer.mjs';
+import { HostileLink } from '../support/hostile.mjs';
+import { Sender } from '../support/sender.mjs';
+import { drawnByThree } from './three.mjs';
 
 /** Motors by about their number of points. */
 const MODELS = {
   motor_2m: { source: 'virtual:starter-motor?seed=7&views=12&size=1920x1200', voxel: 0.5 },
   motor_10m: { source: 'virtual:starter-motor?seed=7&views=18&size=1920x1200', voxel: 0.15 },
+  // Planes above each other, sent after an agent's first chunk: fusing so many points takes the agent long.
+  planes_20m: { points: 20_000_000, voxel: 0.1 },
 };
+/** Points of a chunk of planes. */
+const CHUNK_POINTS = 1024;
 
-/** Size of the page: its panels leave 1920 x 1080 to the canvas. */
-const PAGE = { width: 2296, height: 1232 };
+/** Sizes of the page: its panels leave 1920 x 1080 and 1280 x 720 to the canvas. */
+const PAGES = { hardware: { width: 2296, height: 1232 }, software: { width: 1656, height: 872 } };
+
+/** Where the camera begins and what it looks at, metres, table frame. */
+const EYE = { motor: [0.32, -0.28, 0.28], planes: [0.32, -0.18, 0.28] };
+const TARGET = { motor: [0, 0, 0.05], planes: [0.1, 0.1, 0] };
+/** What a step of the pointer turns the camera by, radians. */
+const TURN = 0.015;
 const OUT = new URL('../out/', import.meta.url);
 
 /** Frames of an orbit, and the longest it may take where they come slowly. */
@@ -28,7 +43,7 @@ const LIMIT_MS = 10_000;
 /** Orbits with read-back: each ends with the whole model even where it moves with fewer points. */
 const STROKES = 3;
 
-/** A backend that takes so long for a frame is spared the larger models. */
+/** A backend that takes so long for a frame of a whole motor is spared the larger ones; planes are drawn whole once. */
 const TOO_SLOW_MS = 500;
 
 /** Longest wait for the agent to build a model. */
@@ -113,11 +128,12 @@ const quantile = (values, q) => {
 const spread = (values) => ({ median: quantile(values, 0.5), p95: quantile(values, 0.95), count: values.length });
 
 /** Opens the viewer, and watches it from its first frame on. */
-async function open(browser, agent, backend) {
-  const page = await newPage(browser, PAGE);
+async function open(browser, agent, backend, size, kind) {
+  const page = await newPage(browser, size);
   await page.addInitScript(watch);
   const viewer = new Viewer(page);
-  await page.goto(`${agent.url}/?renderer=${backend}`);
+  const millimetres = (place) => place.map((c) => c * 1000).join(',');
+  await page.goto(`${agent.url}/?renderer=${backend}#eye=${millimetres(EYE[kind])}&target=${millimetres(TARGET[kind])}`);
   // The renderer tests itself with a point of its own: only more than that says that it draws.
   const drawn = (s) => s.backend === 'none' || Number(s.points) > 1;
   const { backend: found } = await viewer.until(drawn, null, 'the first points', START_LIMIT_MS);
@@ -126,11 +142,11 @@ async function open(browser, agent, backend) {
 }
 
 /** A browser with the viewer: on the machine's graphics, and where these do not draw on the software rasterizer. */
-async function start(agent, backend) {
+async function start(agent, backend, kind) {
   for (const hardware of [true, false]) {
     const browser = await launch(backend, { hardware });
     try {
-      return { browser, viewer: await open(browser, agent, backend) };
+      return { browser, viewer: await open(browser, agent, backend, hardware ? PAGES.hardware : PAGES.software, kind) };
     } catch (error) {
       await browser.close();
       if (!hardware) throw error;
@@ -139,10 +155,12 @@ async function start(agent, backend) {
   }
 }
 
-async function measure(agent, backend, name) {
-  const { browser, viewer } = await start(agent, backend);
+async function measure(agent, backend, name, { points: planes, voxel }) {
+  const kind = planes ? 'planes' : 'motor';
+  const { browser, viewer } = await start(agent, backend, kind);
   try {
-    await viewer.finished();
+    if (planes) await viewer.until((s, points) => Number(s.points) >= points, planes, 'the planes', FUSE_LIMIT_MS);
+    else await viewer.finished();
     await viewer.picture();
     const loading = await frames(viewer);
     const shown = loading.at(-1).points;
@@ -155,7 +173,7 @@ async function measure(agent, backend, name) {
 
     const { moving } = await orbit(viewer, { points, count: FRAMES, limit: LIMIT_MS, readBack: false });
     const drawn = [];
-    for (let stroke = 0; stroke < STROKES; stroke++) {
+    for (let stroke = 0; stroke < (planes ? 0 : STROKES); stroke++) {
       const share = { count: FRAMES / STROKES, limit: LIMIT_MS / STROKES };
       drawn.push(...(await orbit(viewer, { points, ...share, readBack: true })).all);
     }
@@ -173,9 +191,21 @@ async function measure(agent, backend, name) {
       draw_ms: spread(whole.map((frame) => frame.draw)),
       read_ms: spread(whole.map((frame) => frame.read)),
     };
-    console.error(`${name} on ${backend}: ${JSON.stringify(result)}`);
     viewer.assertNoErrors();
+    const { inspection } = await viewer.state();
     await viewer.close();
+    if (backend === 'webgl2' && !planes) {
+      const [width, height] = canvas.split('x').map(Number);
+      const cloud = `/api/v1/inspections/${inspection}/exports/cloud.ply`;
+      const scene = { url: new URL(agent.url).origin, cloud, width, height, eye: EYE.motor, target: TARGET.motor, voxel: voxel / 1000, turn: TURN };
+      const three = await drawnByThree(browser, { ...scene, frames: FRAMES, limit: LIMIT_MS });
+      assert.equal(three.points, points, 'three.js draws the same points');
+      result.three_draw_ms = spread(three.draw_ms);
+      result.three_frame_ms = spread(three.frame_ms);
+      result.ratio_whole = Number((result.three_draw_ms.median / result.draw_ms.median).toFixed(2));
+      result.ratio_moving = Number((result.three_frame_ms.median / result.frame_ms.median).toFixed(2));
+    }
+    console.error(`${name} on ${backend}: ${JSON.stringify(result)}`);
     return result;
   } finally {
     await browser.close();
@@ -191,16 +221,27 @@ async function fused(agent) {
   }
 }
 
-let backends = process.argv.length > 2 ? process.argv.slice(2) : BACKENDS;
+const chosen = process.argv.slice(2);
+const named = Object.keys(MODELS).filter((name) => chosen.includes(name));
+let backends = BACKENDS.filter((backend) => chosen.includes(backend));
+if (backends.length === 0) backends = BACKENDS;
 const report = {};
-for (const [name, model] of Object.entries(MODELS)) {
-  if (backends.length === 0) break;
-  const agent = await Agent.start(model);
+const slow = new Set();
+for (const name of named.length > 0 ? named : Object.keys(MODELS)) {
+  const results = (report[name] = {});
+  const { points, ...model } = MODELS[name];
+  const able = points ? backends : backends.filter((backend) => !slow.has(backend));
+  if (able.length === 0) continue;
+  const agent = await Agent.start(points ? {} : model);
   try {
-    await fused(agent);
-    const results = (report[name] = {});
-    for (const backend of backends) results[backend] = await measure(agent, backend, name);
-    backends = backends.filter((backend) => results[backend].draw_ms.median < TOO_SLOW_MS);
+    if (!points) await fused(agent);
+    for (const backend of able) {
+      const sender = new Sender({ points: CHUNK_POINTS, voxel: model.voxel / 1000, chunks: Math.ceil(points / CHUNK_POINTS) });
+      const link = points ? await HostileLink.to(agent.port, (message, send) => sender.follow(message, send)) : agent;
+      results[backend] = await measure(link, backend, name, MODELS[name]);
+      if (points) await link.close();
+    }
+    for (const backend of able) if (results[backend].draw_ms.median >= TOO_SLOW_MS) slow.add(backend);
   } finally {
     await agent.stop();
   }
