@@ -1,8 +1,8 @@
-//! Columns of plain values as one block of bytes: how clouds cross between page and workers.
+//! Columns of plain values as one block of bytes: how clouds and meshes cross between page and workers.
 //!
 //! Both ends are the same build, so the layout is no public contract; lengths are checked all the same.
 
-use semascan_model::{PointFlags, SemanticCloud, SemanticPoint};
+use semascan_model::{PointFlags, SemanticCloud, SemanticMesh, SemanticPoint};
 
 /// Takes `n` values off the front of `rest`; `None`, and nothing is taken or allocated, if it holds fewer.
 pub(crate) fn take<T: bytemuck::Pod>(rest: &mut &[u8], n: usize) -> Option<Vec<T>> {
@@ -68,4 +68,29 @@ pub(crate) fn take_cloud(rest: &mut &[u8], n: usize) -> Option<SemanticCloud> {
         views: take(rest, n)?,
         flags: take::<u16>(rest, n)?.into_iter().map(PointFlags).collect(),
     })
+}
+
+/// Bytes that [`put_mesh`] adds for a mesh, rounded up: for reserving memory.
+pub(crate) fn mesh_bytes(mesh: &SemanticMesh) -> usize {
+    8 + mesh.len() + cloud_bytes(&mesh.vertices) + 12 * mesh.triangles.len()
+}
+
+/// Adds a mesh to `bytes`, its lengths before it.
+pub(crate) fn put_mesh(bytes: &mut Vec<u8>, mesh: &SemanticMesh) {
+    let numbers = [mesh.len() as u32, mesh.triangles.len() as u32];
+    bytes.reserve(mesh_bytes(mesh));
+    bytes.extend_from_slice(bytemuck::cast_slice(&numbers));
+    bytes.extend_from_slice(bytemuck::cast_slice(&mesh.triangles));
+    put_cloud(bytes, &mesh.vertices);
+    bytes.extend(mesh.boundary.iter().map(|on_boundary| u8::from(*on_boundary)));
+}
+
+/// Takes a mesh off the front of `rest`; `None` if that holds less, or a triangle names a vertex that is not there.
+pub(crate) fn take_mesh(rest: &mut &[u8]) -> Option<SemanticMesh> {
+    let [n, triangles]: [u32; 2] = take(rest, 2)?.try_into().ok()?;
+    let triangles: Vec<[u32; 3]> = take(rest, triangles as usize)?;
+    let vertices = take_cloud(rest, n as usize)?;
+    let boundary = take::<u8>(rest, n as usize)?.into_iter().map(|on_boundary| on_boundary != 0).collect();
+    let is_whole = triangles.iter().flatten().all(|v| *v < n);
+    is_whole.then_some(SemanticMesh { vertices, boundary, triangles })
 }

@@ -3,6 +3,7 @@
 //! | module | what | runs |
 //! |---|---|---|
 //! | `words` | the page's texts in the language that was chosen | anywhere |
+//! | `worker_script` | starts the workers | in a browser |
 //! | `columns` | plain values and clouds as blocks of bytes | anywhere |
 //! | [`display`] | how the model is shown: data that all others speak of | anywhere |
 //! | [`camera`] | the orbit camera, its pointer and its keys | in part anywhere |
@@ -11,7 +12,8 @@
 //! | [`opened`] | models from files, as events of the link | anywhere |
 //! | [`mesh_worker`] | meshing and comparing, in a worker | in part anywhere |
 //! | [`state`] | the state and its reducer | anywhere |
-//! | [`scene`] | the model as held; what of it and of the state is drawn and exported | anywhere |
+//! | [`export`] | model and mesh as files, written in a worker | in part anywhere |
+//! | [`scene`] | the model as held; what of it and of the state is drawn | anywhere |
 //! | [`features`] | the tools, a folder each, and the table of them | in part anywhere |
 //! | `ui` | what panels are made with | in a browser |
 //! | [`shell`] | the page that joins it all; `start` is the module's entry point | in part anywhere |
@@ -26,6 +28,7 @@ mod morton;
 
 pub mod camera;
 pub mod display;
+pub mod export;
 pub mod features;
 pub mod link;
 pub mod mesh_worker;
@@ -37,3 +40,5 @@ pub mod state;
 #[cfg(target_arch = "wasm32")]
 pub mod ui;
 pub mod words;
+#[cfg(target_arch = "wasm32")]
+mod worker_script;

@@ -2,10 +2,11 @@
 
 use super::{LinkEvent, transfer};
 use crate::device::{Memory, memory};
-use crate::words::{hand_over, t};
-use js_sys::{ArrayBuffer, Object, Reflect, Uint8Array};
+use crate::words::t;
+use crate::worker_script;
+use js_sys::{Array, ArrayBuffer, Uint8Array};
 use wasm_bindgen::prelude::*;
-use web_sys::{ErrorEvent, MessageEvent, Worker, WorkerOptions, WorkerType};
+use web_sys::{ErrorEvent, MessageEvent, Worker};
 
 /// Address of the worker's script, relative to the page.
 const WORKER_SCRIPT: &str = "./link_worker.js";
@@ -46,11 +47,9 @@ impl Link {
     }
 
     fn begin(what: &str, value: &JsValue, on_event: impl FnMut(LinkEvent) + 'static) -> Result<Self, JsValue> {
-        let options = WorkerOptions::new();
-        options.set_type(WorkerType::Module);
-        options.set_name("semascan-link");
-        let worker = Worker::new_with_options(WORKER_SCRIPT, &options)?;
-
+        let memory = most_bytes().into();
+        let values = [(what, value), ("memory", &memory)];
+        let worker = worker_script::start(WORKER_SCRIPT, "semascan-link", &values, &Array::new())?;
         let sink = std::rc::Rc::new(std::cell::RefCell::new(on_event));
         let on_event = sink.clone();
         let on_message = Closure::<dyn FnMut(MessageEvent)>::new(move |message: MessageEvent| {
@@ -63,18 +62,11 @@ impl Link {
         worker.set_onmessage(Some(on_message.as_ref().unchecked_ref()));
         let on_error = Closure::<dyn FnMut(ErrorEvent)>::new(move |error: ErrorEvent| {
             // A script that does not load comes without a message; the browser logs what there is to say.
-            let why = Reflect::get(&error, &"message".into()).ok().and_then(|m| m.as_string()).unwrap_or_default();
-            let reason = if why.is_empty() { t!("link.not_loaded") } else { t!("link.stopped") }.to_owned();
+            let is_loaded = worker_script::reason(&error).is_some();
+            let reason = if is_loaded { t!("link.stopped") } else { t!("link.not_loaded") }.to_owned();
             (sink.borrow_mut())(LinkEvent::Broken { reason });
         });
         worker.set_onerror(Some(on_error.as_ref().unchecked_ref()));
-
-        let start = Object::new();
-        Reflect::set(&start, &what.into(), value)?;
-        Reflect::set(&start, &"memory".into(), &most_bytes().into())?;
-        Reflect::set(&start, &"module".into(), &wasm_bindgen::module())?;
-        hand_over(&start)?;
-        worker.post_message(&start)?;
         Ok(Self { worker, _on_message: on_message, _on_error: on_error })
     }
 

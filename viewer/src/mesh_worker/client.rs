@@ -1,12 +1,13 @@
 //! The page's side of the mesh worker: starts it with the first request, hands its replies to whoever wants them.
 
 use super::message::{Reply, Request};
-use crate::words::{hand_over, t};
-use js_sys::{Array, ArrayBuffer, Object, Reflect, Uint8Array};
+use crate::words::t;
+use crate::worker_script;
+use js_sys::{Array, ArrayBuffer, Uint8Array};
 use std::cell::{Cell, RefCell};
 use std::rc::Rc;
 use wasm_bindgen::prelude::*;
-use web_sys::{ErrorEvent, MessageEvent, Worker, WorkerOptions, WorkerType};
+use web_sys::{ErrorEvent, MessageEvent, Worker};
 
 /// Address of the worker's script, relative to the page.
 const WORKER_SCRIPT: &str = "./mesh_worker.js";
@@ -75,10 +76,7 @@ struct Running {
 
 impl Running {
     fn start(handlers: Rc<RefCell<Vec<Handler>>>) -> Result<Self, JsValue> {
-        let options = WorkerOptions::new();
-        options.set_type(WorkerType::Module);
-        options.set_name("semascan-mesh");
-        let worker = Worker::new_with_options(WORKER_SCRIPT, &options)?;
+        let worker = worker_script::start(WORKER_SCRIPT, "semascan-mesh", &[], &Array::new())?;
         let receivers = handlers.clone();
         let on_message = Closure::<dyn FnMut(MessageEvent)>::new(move |message: MessageEvent| {
             let bytes = message.data().dyn_into::<ArrayBuffer>().map(|b| Uint8Array::new(&b).to_vec());
@@ -87,16 +85,10 @@ impl Running {
         });
         worker.set_onmessage(Some(on_message.as_ref().unchecked_ref()));
         let on_error = Closure::<dyn FnMut(ErrorEvent)>::new(move |error: ErrorEvent| {
-            // A script that does not load comes without a message.
-            let why = Reflect::get(&error, &"message".into()).ok().and_then(|m| m.as_string()).unwrap_or_default();
-            let why = if why.is_empty() { t!("mesh.not_loaded") } else { &why };
+            let why = worker_script::reason(&error).unwrap_or_else(|| t!("mesh.not_loaded").to_owned());
             call(&handlers, &Reply::Failed(t!("mesh.worker_failed", why)));
         });
         worker.set_onerror(Some(on_error.as_ref().unchecked_ref()));
-        let start = Object::new();
-        Reflect::set(&start, &"module".into(), &wasm_bindgen::module())?;
-        hand_over(&start)?;
-        worker.post_message(&start)?;
         Ok(Self { worker, _on_message: on_message, _on_error: on_error })
     }
 

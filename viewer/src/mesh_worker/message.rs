@@ -198,7 +198,11 @@ impl Reply {
     pub fn encode(&self) -> Vec<u8> {
         match self {
             Self::Progress { done, total } => block(0, &[bytemuck::cast_slice(&[*done, *total])]),
-            Self::Mesh(mesh) => encode_mesh(block(1, &[]), mesh),
+            Self::Mesh(mesh) => {
+                let mut bytes = block(1, &[]);
+                columns::put_mesh(&mut bytes, mesh);
+                bytes
+            }
             Self::Cancelled => block(2, &[]),
             Self::Failed(reason) => block(3, &[reason.as_bytes()]),
             Self::Reference(ReferenceInfo { name, triangles, points, unit, is_guess, warnings }) => {
@@ -220,8 +224,9 @@ impl Reply {
                 };
                 // What is plain data always serialises.
                 let head = serde_json::to_vec(&head).unwrap_or_default();
-                let head = block(7, &[&(head.len() as u32).to_le_bytes(), &head]);
-                encode_mesh(head, &model.mesh)
+                let mut bytes = block(7, &[&(head.len() as u32).to_le_bytes(), &head]);
+                columns::put_mesh(&mut bytes, &model.mesh);
+                bytes
             }
             Self::NotOpened(reason) => block(8, &[reason.as_bytes()]),
             Self::Deviation { of_vertices, figures: f } => {
@@ -246,7 +251,7 @@ impl Reply {
         let mut reader = Reader(bytes);
         Ok(match reader.kind()? {
             0 => Self::Progress { done: reader.number()? as u32, total: reader.number()? as u32 },
-            1 => Self::Mesh(Arc::new(decode_mesh(&mut reader)?)),
+            1 => Self::Mesh(Arc::new(reader.mesh()?)),
             2 => Self::Cancelled,
             3 => Self::Failed(reader.text()),
             4 => {
@@ -263,7 +268,7 @@ impl Reply {
             7 => {
                 let head = reader.string()?;
                 let OpenedHead { name, taxonomy, voxel, remarks } = serde_json::from_str(&head).map_err(|_| Broken)?;
-                let mesh = decode_mesh(&mut reader)?;
+                let mesh = reader.mesh()?;
                 Self::Opened(Box::new(OpenedModel { name, taxonomy, voxel, remarks, mesh }))
             }
             8 => Self::NotOpened(reader.text()),
@@ -300,28 +305,6 @@ fn block(kind: u8, body: &[&[u8]]) -> Vec<u8> {
     bytes
 }
 
-/// Adds a mesh to what stands before it.
-fn encode_mesh(mut bytes: Vec<u8>, mesh: &SemanticMesh) -> Vec<u8> {
-    let numbers = [mesh.len() as u32, mesh.triangles.len() as u32];
-    bytes.reserve(8 + mesh.len() + columns::cloud_bytes(&mesh.vertices) + 12 * mesh.triangles.len());
-    bytes.extend_from_slice(bytemuck::cast_slice(&numbers));
-    bytes.extend_from_slice(bytemuck::cast_slice(&mesh.triangles));
-    columns::put_cloud(&mut bytes, &mesh.vertices);
-    bytes.extend(mesh.boundary.iter().map(|on_boundary| u8::from(*on_boundary)));
-    bytes
-}
-
-fn decode_mesh(reader: &mut Reader<'_>) -> Result<SemanticMesh, Broken> {
-    let (n, triangles) = (reader.number()?, reader.number()?);
-    let triangles: Vec<[u32; 3]> = reader.column(triangles)?;
-    let vertices = reader.cloud(n)?;
-    let boundary = reader.column::<u8>(n)?.into_iter().map(|on_boundary| on_boundary != 0).collect();
-    if !reader.0.is_empty() || triangles.iter().flatten().any(|v| *v as usize >= n) {
-        return Err(Broken);
-    }
-    Ok(SemanticMesh { vertices, boundary, triangles })
-}
-
 struct Reader<'a>(&'a [u8]);
 
 impl Reader<'_> {
@@ -343,6 +326,11 @@ impl Reader<'_> {
 
     fn cloud(&mut self, n: usize) -> Result<SemanticCloud, Broken> {
         columns::take_cloud(&mut self.0, n).ok_or(Broken)
+    }
+
+    /// The rest, as a mesh.
+    fn mesh(&mut self) -> Result<SemanticMesh, Broken> {
+        columns::take_mesh(&mut self.0).filter(|_| self.0.is_empty()).ok_or(Broken)
     }
 
     /// A text with its length before it.

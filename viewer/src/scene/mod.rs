@@ -1,4 +1,4 @@
-//! The scene: the model as held, its mesh, and what of both and of the state a frame shows and a file holds.
+//! The scene: the model as held, its mesh, and what of both and of the state a frame shows.
 //!
 //! | module | what |
 //! |---|---|
@@ -11,9 +11,7 @@
 //! | [`photograph`] | the pixels of a photograph |
 //! | [`pick`] | from what the graphics device saw to what the model knows of it |
 //! | [`section_export`] | the section as a drawing |
-//! | [`export`] | the visible part of model or mesh as the bytes of a file |
 
-pub mod export;
 pub mod figures;
 pub mod frame_content;
 pub mod mesh;

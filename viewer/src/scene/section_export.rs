@@ -1,6 +1,6 @@
 //! The section as a drawing. The writers are those of `semascan_formats::drawing`.
 
-use super::export::ExportFile;
+use crate::export::ExportFile;
 use crate::features::section::plane_name;
 use crate::state::{AppState, units};
 use semascan_formats::drawing::{Drawing, dxf, svg};

@@ -2,7 +2,7 @@
 
 use crate::camera::CameraInput;
 use crate::display::Representation;
-use crate::scene::export::{MeshFormat, PointFormat};
+use crate::export::{MeshFormat, PointFormat};
 use crate::state::Event;
 
 /// One thing that a person asks for.
@@ -41,6 +41,7 @@ impl From<Event> for Action {
 #[cfg(target_arch = "wasm32")]
 mod performing {
     use super::Action;
+    use crate::export::Format;
     use crate::features::mesh::show_as;
     use crate::ui::{Command, Ui};
     use wasm_bindgen::JsCast;
@@ -59,8 +60,8 @@ mod performing {
                 Self::PickMiddle => ui.ask(Command::PickMiddle),
                 Self::CopyLink => ui.ask(Command::CopyLink),
                 Self::SavePicture => ui.ask(Command::SavePicture),
-                Self::SavePoints(format) => ui.ask(Command::ExportPoints(format)),
-                Self::SaveMesh(format) => ui.ask(Command::ExportMesh(format)),
+                Self::SavePoints(format) => ui.ask(Command::Export(Format::Points(format))),
+                Self::SaveMesh(format) => ui.ask(Command::Export(Format::Mesh(format))),
                 Self::OpenFile => {
                     let document = web_sys::window().and_then(|window| window.document());
                     let field = document.and_then(|document| document.get_element_by_id(FILE_FIELD));

@@ -4,6 +4,7 @@
 use super::action::Action;
 use crate::camera::{CameraInput, StandardView};
 use crate::display::{ColorMode, Representation};
+use crate::export::{MeshFormat, PointFormat};
 use crate::features::FeatureEvent;
 use crate::features::correct::{CorrectEvent, Tool};
 use crate::features::evidence::EvidenceEvent;
@@ -13,7 +14,6 @@ use crate::features::review::{ReviewEvent, Ruling};
 use crate::features::section::SectionEvent;
 use crate::features::timeline::TimelineEvent;
 use crate::features::tour::TourEvent;
-use crate::scene::export::{MeshFormat, PointFormat};
 use crate::state::units;
 use crate::state::{AppState, Event};
 use crate::words::{self, t};

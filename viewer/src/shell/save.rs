@@ -1,40 +1,93 @@
-//! Exports: what is visible of the model or the mesh as files for the person, saved as if they came from a server; texts for
-//! the clipboard.
+//! Exports: the model, the mesh or a section as files for the person, saved as if they came from a server; texts for the clipboard.
 
 use super::viewport::Viewport;
-use crate::scene::export::{ExportFile, MeshFormat, PointFormat, export_mesh, export_points};
+use crate::export::{ExportFile, Format, Reply, Task, Written};
 use crate::scene::section_export::{SectionFormat, export_section};
+use crate::state::export_choice::Exporting;
 use crate::state::notices::{Level, Topic};
-use crate::state::units;
+use crate::state::{Event, units};
 use crate::words::t;
-use js_sys::{Function, Promise, Reflect};
+use js_sys::{Array, Function, Promise, Reflect, Uint8Array};
+use std::rc::Rc;
 use wasm_bindgen::prelude::*;
 use wasm_bindgen_futures::{JsFuture, spawn_local};
 use web_sys::{Blob, BlobPropertyBag, Document, HtmlAnchorElement, Url};
 
-/// Saves the visible points.
-pub(super) fn save_points(viewport: &Viewport, format: PointFormat) {
-    let cloud = viewport.model.borrow().to_cloud();
-    let file = viewport.ui.read(|state| export_points(&cloud, state, format));
-    save(viewport, file.map(|file| vec![file]).map_err(|e| e.to_string()), format.mime(), |count| {
-        t!("count.points", count)
-    });
+/// Begins to write points or mesh, as the person chose; the page goes on meanwhile.
+pub(super) fn export(viewport: &Rc<Viewport>, format: Format) {
+    let ui = viewport.ui;
+    if viewport.export_worker.is_running() {
+        return ui.notify(Level::Info, Topic::Export, t!("save.one_at_a_time"));
+    }
+    ui.retract(Topic::Export);
+    let weak = Rc::downgrade(viewport);
+    let on_reply = move |reply| {
+        if let Some(viewport) = weak.upgrade() {
+            receive(&viewport, format, reply);
+        }
+    };
+    let begun = task(viewport, format).and_then(|task| viewport.export_worker.start(&task, on_reply));
+    match begun {
+        Ok(()) => ui.send(Event::Exporting(Some(Exporting::default()))),
+        Err(reason) => ui.notify(Level::Error, Topic::Export, t!("save.failed", reason)),
+    }
 }
 
-/// Saves the visible components of the mesh.
-pub(super) fn save_mesh(viewport: &Viewport, format: MeshFormat) {
-    let files = match viewport.mesh.borrow().mesh() {
-        Some(mesh) => viewport.ui.read(|state| export_mesh(mesh, state, format)).map_err(|e| e.to_string()),
-        None => Err(t!("save.no_mesh").to_owned()),
+/// Ends the export: nothing of it is saved.
+pub(super) fn cancel_export(viewport: &Viewport) {
+    viewport.export_worker.stop();
+    viewport.ui.send(Event::Exporting(None));
+    viewport.ui.notify(Level::Info, Topic::Export, t!("save.cancelled"));
+}
+
+/// What is to be written.
+fn task(viewport: &Viewport, format: Format) -> Result<Task, String> {
+    let ui = viewport.ui;
+    match format {
+        Format::Points(_) => {
+            let cloud = viewport.model.borrow().to_cloud();
+            Ok(ui.read(|state| Task::of_points(cloud, state, format)))
+        }
+        Format::Mesh(_) => {
+            let mesh = viewport.mesh.borrow().mesh().cloned().ok_or_else(|| t!("save.no_mesh").to_owned())?;
+            Ok(ui.read(|state| Task::of_mesh(mesh, state, format)))
+        }
+    }
+}
+
+/// Follows the worker.
+fn receive(viewport: &Viewport, format: Format, reply: Reply) {
+    let ui = viewport.ui;
+    if let Reply::Progress(progress) = reply {
+        return ui.send(Event::Exporting(Some(progress)));
+    }
+    viewport.export_worker.stop();
+    ui.send(Event::Exporting(None));
+    let counted: fn(String) -> String = match format {
+        Format::Points(_) => |count| t!("count.points", count),
+        Format::Mesh(_) => |count| t!("count.triangles", count),
     };
-    save(viewport, files, format.mime(), |count| t!("count.triangles", count));
+    match reply {
+        Reply::Progress(_) => {}
+        Reply::Written(files) => save(viewport, &files, format.mime(), counted),
+        Reply::Failed(reason) => ui.notify(Level::Error, Topic::Export, t!("save.failed", reason)),
+    }
 }
 
 /// Saves the section.
 pub(super) fn save_section(viewport: &Viewport, format: SectionFormat) {
-    let file = viewport.ui.read(|state| export_section(state, format));
-    let files = file.map(|file| vec![file]).ok_or(t!("save.no_section").to_owned());
-    save(viewport, files, format.mime(), |count| t!("count.outlines", count));
+    viewport.ui.retract(Topic::Export);
+    match viewport.ui.read(|state| export_section(state, format)) {
+        Some(ExportFile { name, bytes, count, left_out }) => {
+            let bytes = Uint8Array::from(bytes.as_slice());
+            let file = Written { name, count: count as u64, left_out: left_out as u64, bytes };
+            save(viewport, &[file], format.mime(), |count| t!("count.outlines", count));
+        }
+        None => {
+            let text = t!("save.failed", reason = t!("save.no_section"));
+            viewport.ui.notify(Level::Error, Topic::Export, text);
+        }
+    }
 }
 
 /// Gives a text to the clipboard, and says so; where the browser does not let the page (it does over HTTPS and on this
@@ -51,11 +104,9 @@ pub(super) fn copy(viewport: &Viewport, text: String, file: &'static str) {
         if copied {
             return ui.notify(Level::Info, Topic::Export, t!("save.copied"));
         }
-        let (count, name) = (text.lines().count(), file.to_owned());
-        let file = ExportFile { name, bytes: text.into_bytes(), count, left_out: 0 };
-        match download(&document, &file, "text/csv") {
+        match download(&document, file, &Uint8Array::from(text.as_bytes()), "text/csv") {
             Ok(()) => {
-                let text = t!("save.copied_to_file", name = file.name);
+                let text = t!("save.copied_to_file", name = file);
                 ui.notify(Level::Info, Topic::Export, text);
             }
             Err(error) => ui.notify(Level::Error, Topic::Export, t!("save.copy_failed", reason = refused(error))),
@@ -90,25 +141,19 @@ pub(super) fn copy_link(viewport: &Viewport) {
 }
 
 /// Hands files to the browser's downloads, and says so.
-fn save(viewport: &Viewport, files: Result<Vec<ExportFile>, String>, mime: &str, counted: fn(String) -> String) {
-    let saved = files.and_then(|files| {
-        files.iter().try_for_each(|f| download(&viewport.document, f, mime).map_err(refused))?;
-        Ok(files)
-    });
-    viewport.ui.retract(Topic::Export);
-    match saved {
-        Ok(files) => {
-            for file in files {
-                let (count, size) = (counted(units::count(file.count as u64)), units::bytes(file.bytes.len() as u64));
-                let left_out = match file.left_out {
-                    0 => String::new(),
-                    n => t!("save.left_out", what = counted(units::count(n as u64))),
-                };
-                let text = t!("save.saved", name = file.name, count, size, left_out);
-                viewport.ui.notify(Level::Info, Topic::Export, text);
-            }
+fn save(viewport: &Viewport, files: &[Written], mime: &str, counted: fn(String) -> String) {
+    for Written { name, count, left_out, bytes } in files {
+        if let Err(error) = download(&viewport.document, name, bytes, mime) {
+            let text = t!("save.failed", reason = refused(error));
+            return viewport.ui.notify(Level::Error, Topic::Export, text);
         }
-        Err(reason) => viewport.ui.notify(Level::Error, Topic::Export, t!("save.failed", reason)),
+        let (count, size) = (counted(units::count(*count)), units::bytes(bytes.length().into()));
+        let left_out = match left_out {
+            0 => String::new(),
+            n => t!("save.left_out", what = counted(units::count(*n))),
+        };
+        let text = t!("save.saved", name, count, size, left_out);
+        viewport.ui.notify(Level::Info, Topic::Export, text);
     }
 }
 
@@ -118,19 +163,19 @@ fn refused(error: JsValue) -> String {
     t!("save.refused").to_owned()
 }
 
-/// Hands `file` to the browser's downloads.
+/// Hands a file to the browser's downloads.
 ///
 /// # Errors
 /// What the browser says when it cannot.
-pub(super) fn download(document: &Document, file: &ExportFile, mime: &str) -> Result<(), JsValue> {
-    let parts = js_sys::Array::of1(&js_sys::Uint8Array::from(file.bytes.as_slice()).into());
+pub(super) fn download(document: &Document, name: &str, bytes: &Uint8Array, mime: &str) -> Result<(), JsValue> {
+    let parts = Array::of1(bytes);
     let options = BlobPropertyBag::new();
     options.set_type(mime);
     let blob = Blob::new_with_u8_array_sequence_and_options(&parts, &options)?;
     let address = Url::create_object_url_with_blob(&blob)?;
     let link: HtmlAnchorElement = document.create_element("a")?.unchecked_into();
     link.set_href(&address);
-    link.set_download(&file.name);
+    link.set_download(name);
     link.click();
     // The browser has taken hold of the blob with the click; the address may go once this task is over.
     let revoke = Closure::once_into_js(move || drop(Url::revoke_object_url(&address)));

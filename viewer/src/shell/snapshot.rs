@@ -3,7 +3,6 @@
 use super::save::download;
 use super::viewport::Viewport;
 use crate::display::{ColorMode, ColorScheme, css_color};
-use crate::scene::export::ExportFile;
 use crate::state::color_key::ColorKey;
 use crate::state::notices::{Level, Topic};
 use crate::state::units;
@@ -29,12 +28,11 @@ pub(super) fn save_picture(viewport: &Viewport) {
         ui.retract(Topic::Export);
         let saved = async {
             let bytes = png(&composed?).await?;
-            let file = ExportFile { name, count: 1, left_out: 0, bytes };
-            download(&document, &file, "image/png").map(|()| (file.name, file.bytes.len()))
+            download(&document, &name, &bytes, "image/png").map(|()| (name, bytes.length()))
         };
         match saved.await {
             Ok((name, size)) => {
-                ui.notify(Level::Info, Topic::Export, t!("snapshot.saved", name, size = units::bytes(size as u64)));
+                ui.notify(Level::Info, Topic::Export, t!("snapshot.saved", name, size = units::bytes(size.into())));
             }
             Err(error) => {
                 web_sys::console::error_1(&error);
@@ -115,7 +113,7 @@ fn draw_key(context: &CanvasRenderingContext2d, key: &ColorKey, mode: ColorMode,
 }
 
 /// The canvas as a PNG file.
-async fn png(canvas: &HtmlCanvasElement) -> Result<Vec<u8>, JsValue> {
+async fn png(canvas: &HtmlCanvasElement) -> Result<Uint8Array, JsValue> {
     let (canvas, mut refused) = (canvas.clone(), None);
     let promise = js_sys::Promise::new(&mut |resolve, _| {
         let done = Closure::once_into_js(move |blob: JsValue| drop(resolve.call1(&JsValue::NULL, &blob)));
@@ -126,5 +124,5 @@ async fn png(canvas: &HtmlCanvasElement) -> Result<Vec<u8>, JsValue> {
     }
     let blob: Blob = JsFuture::from(promise).await?.dyn_into()?;
     let bytes = JsFuture::from(blob.array_buffer()).await?;
-    Ok(Uint8Array::new(&bytes).to_vec())
+    Ok(Uint8Array::new(&bytes))
 }

@@ -174,8 +174,8 @@ fn execute(viewport: &Rc<Viewport>, followed: &Followed, command: Command) {
         Command::Copy { text, file } => save::copy(viewport, text, file),
         Command::CopyLink => save::copy_link(viewport),
         Command::SavePicture => snapshot::save_picture(viewport),
-        Command::ExportPoints(format) => save::save_points(viewport, format),
-        Command::ExportMesh(format) => save::save_mesh(viewport, format),
+        Command::Export(format) => save::export(viewport, format),
+        Command::CancelExport => save::cancel_export(viewport),
         Command::ExportSection(format) => save::save_section(viewport, format),
         Command::Language(code) => {
             if let Some(window) = web_sys::window() {

@@ -8,6 +8,7 @@ use super::point_budget::PointBudget;
 use super::ticker::Ticker;
 use super::{anchors, canvas_data};
 use crate::camera::{Button, CameraInput, OrbitCamera, PointerInput};
+use crate::export::ExportWorker;
 use crate::features::correct::{CorrectEvent, Tool};
 use crate::features::inspect::InspectEvent;
 use crate::features::measure::MeasureEvent;
@@ -57,6 +58,7 @@ pub(super) struct Viewport {
     photograph: Rc<RefCell<HeldPhotograph>>,
     layers: Rc<RefCell<HeldLayers>>,
     pub(super) mesh_worker: Rc<MeshWorker>,
+    pub(super) export_worker: ExportWorker,
     pub(super) agent: Agent,
     controllers: OnceCell<Vec<Rc<dyn Controller>>>,
     camera: Rc<Cell<OrbitCamera>>,
@@ -112,6 +114,7 @@ impl Viewport {
                 photograph: Rc::default(),
                 layers: Rc::default(),
                 mesh_worker: Rc::default(),
+                export_worker: ExportWorker::default(),
                 agent: Agent::default(),
                 controllers: OnceCell::new(),
                 camera: Rc::default(),

@@ -2,7 +2,7 @@
 
 use super::account::Account;
 use super::connection::GraphicsStatus;
-use super::export_choice::ExportChoice;
+use super::export_choice::{ExportChoice, Exporting};
 use super::legend::ClassCount;
 use super::notices::{Level, Topic};
 use crate::display::{ColorMode, ShareScales, Theme};
@@ -61,8 +61,10 @@ pub enum Event {
     SelectView(Option<u32>),
     /// Select the view that many places further, from the last one if none is selected.
     StepView(i32),
-    /// The person chose how meshes are exported.
+    /// The person chose how the model is exported.
     ExportChoice(ExportChoice),
+    /// An export is so far, or over.
+    Exporting(Option<Exporting>),
     /// Open or close the table of shortcuts.
     Help(bool),
     /// Open or close the command palette.

@@ -11,7 +11,7 @@
 //! | [`account`] | who the person is to the agent |
 //! | [`color_key`] | what the colours mean |
 //! | [`connection`] | where the link to the agent and the graphics device stand |
-//! | [`export_choice`] | how meshes are exported |
+//! | [`export_choice`] | how the model is exported, and how far that is |
 //! | [`legend`] | component classes: visibility, figures |
 //! | [`notices`] | short messages to the person |
 //! | [`progress`] | where the inspection stands |
@@ -41,7 +41,7 @@ use crate::link::LinkEvent;
 use crate::words::t;
 use account::Account;
 use connection::{Connection, GraphicsStatus};
-use export_choice::ExportChoice;
+use export_choice::{ExportChoice, Exporting};
 use legend::{ClassFigures, Legend};
 use notices::{Level, Notices, Topic};
 use progress::{RunProgress, Standing};
@@ -93,8 +93,10 @@ pub struct AppState {
     pub display: Display,
     /// What the tools know.
     pub features: Features,
-    /// How meshes are exported.
+    /// How the model is exported.
     pub export: ExportChoice,
+    /// How far the export is that is being written; `None` while none is.
+    pub exporting: Option<Exporting>,
     /// Whether the table of shortcuts is open.
     pub help_open: bool,
     /// Whether the command palette is open.
@@ -138,6 +140,7 @@ impl AppState {
             Event::SelectView(view) => self.views.select(*view),
             Event::StepView(step) => self.views.step(*step),
             Event::ExportChoice(choice) => self.export = *choice,
+            Event::Exporting(exporting) => self.exporting = *exporting,
             Event::Help(open) => self.help_open = *open,
             Event::Palette(open) => self.palette_open = *open,
             Event::Notify { level, topic, text } => self.notices.push(*level, *topic, text.clone()),

@@ -7,8 +7,8 @@ pub(crate) mod modal;
 pub(crate) mod object_url;
 
 use crate::camera::CameraInput;
+use crate::export::Format;
 use crate::features::FeatureEvent;
-use crate::scene::export::{MeshFormat, PointFormat};
 use crate::scene::section_export::SectionFormat;
 use crate::state::notices::{Level, Topic};
 use crate::state::{AppState, Event};
@@ -19,10 +19,10 @@ use leptos::prelude::*;
 pub enum Command {
     /// Move the camera.
     Camera(CameraInput),
-    /// Download what is visible of the model.
-    ExportPoints(PointFormat),
-    /// Download what is visible of the mesh.
-    ExportMesh(MeshFormat),
+    /// Download points or mesh.
+    Export(Format),
+    /// End the export that is being written.
+    CancelExport,
     /// Download the section.
     ExportSection(SectionFormat),
     /// Pick what lies in the middle of the view.

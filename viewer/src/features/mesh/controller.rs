@@ -1,6 +1,6 @@
 //! Makes the mesh: passes the model's changes on to the mesh worker, and takes what comes back.
 
-use super::{Mesh, MeshEvent};
+use super::{Mesh, MeshEvent, part_counts};
 use crate::features::FeatureEvent;
 use crate::features::view::{Controller, Host};
 use crate::mesh_worker::{Reply, Request};
@@ -73,6 +73,7 @@ impl MeshController {
                 self.host.mesh.borrow_mut().set(mesh.clone());
                 (self.host.redraw)();
                 ui.retract(Topic::Mesh);
+                ui.send_feature(MeshEvent::Counted(part_counts(mesh)));
                 ui.send_feature(MeshEvent::Made { triangles: mesh.triangles.len() as u64 });
                 let model = self.host.model.borrow();
                 MeshEvent::Measured(Box::new(model_figures(&model.to_cloud(), mesh, model.voxel())))

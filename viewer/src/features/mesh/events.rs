@@ -1,5 +1,6 @@
 //! What happens to the mesh.
 
+use super::PartCount;
 use crate::display::Representation;
 use semascan_model::ModelFigures;
 
@@ -19,6 +20,8 @@ pub enum MeshEvent {
         /// Tiles in all.
         total: u32,
     },
+    /// The mesh that comes next has so much of each component, in the order of their classes.
+    Counted(Vec<PartCount>),
     /// A mesh of so many triangles is there.
     Made {
         /// Their number.

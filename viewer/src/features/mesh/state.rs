@@ -1,6 +1,6 @@
 //! How the meshing stands.
 
-use super::MeshEvent;
+use super::{MeshEvent, PartCount};
 use crate::display::{Display, Representation};
 use crate::features::Feature;
 use crate::render::FrameContent;
@@ -30,6 +30,8 @@ pub struct Mesh {
     pub meshing: Meshing,
     /// Triangles of the mesh that is there; 0 without one.
     pub triangles: u64,
+    /// How much of it belongs to each component, in the order of their classes.
+    pub parts: Vec<PartCount>,
     /// Whether the model changed since the mesh was made.
     pub outdated: bool,
     /// The figures of the model, measured on the mesh; `None` without one and where it is out of date.
@@ -49,6 +51,7 @@ impl Feature for Mesh {
                 self.outdated &= done > 0;
                 self.meshing = Meshing::Running { done: done.min(total), total };
             }
+            MeshEvent::Counted(ref parts) => self.parts.clone_from(parts),
             MeshEvent::Made { triangles } => {
                 self.meshing = Meshing::Ready;
                 self.triangles = triangles;

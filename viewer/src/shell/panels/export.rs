@@ -1,8 +1,8 @@
-//! Export of what is visible of the model.
+//! Export of the model: what, how and to which file; how far that is.
 
-use crate::scene::export::{MeshFormat, PointFormat};
+use crate::export::{Format, MeshFormat, PointFormat, estimate};
 use crate::state::connection::Connection;
-use crate::state::export_choice::{Detail, ExportChoice, Solids, UNITS, UP_AXES};
+use crate::state::export_choice::{Content, Detail, ExportChoice, Solids, UNITS, UP_AXES};
 use crate::state::legend::HiddenPoints;
 use crate::state::{Event, units};
 use crate::ui::icons::{DOWNLOAD, Icon};
@@ -57,29 +57,52 @@ fn WholeInspection(ui: Ui) -> impl IntoView {
     }
 }
 
+/// A choice of some named options.
+fn select(
+    ui: Ui,
+    id: &'static str,
+    name: &'static str,
+    options: Vec<(&'static str, &'static str)>,
+    chosen: fn(ExportChoice) -> &'static str,
+    with: fn(ExportChoice, &str) -> ExportChoice,
+) -> impl IntoView {
+    let choice = ui.part(|s| s.export);
+    view! {
+        <label class="switch-row">
+            <span>{name}</span>
+            <select
+                class="number" data-testid=id
+                on:change=move |e| ui.send(Event::ExportChoice(with(choice.get_untracked(), &event_target_value(&e))))
+            >
+                {options.into_iter().map(|(key, label)| view! {
+                    <option value=key prop:selected=move || chosen(choice.get()) == key>{label}</option>
+                }).collect_view()}
+            </select>
+        </label>
+    }
+}
+
+/// What of the model the files hold.
+#[component]
+fn ContentChoice(ui: Ui) -> impl IntoView {
+    let contents = Content::ALL.into_iter().map(|content| (content.key(), content.label())).collect();
+    select(
+        ui,
+        "export-content",
+        t!("export.content"),
+        contents,
+        |c| c.content.key(),
+        |c, key| ExportChoice {
+            content: Content::ALL.into_iter().find(|content| content.key() == key).unwrap_or_default(),
+            ..c
+        },
+    )
+}
+
 /// How the files of meshes are written.
 #[component]
 fn MeshChoice(ui: Ui) -> impl IntoView {
     let choice = ui.part(|s| s.export);
-    let select = move |id: &'static str,
-                       name: &'static str,
-                       options: Vec<(&'static str, &'static str)>,
-                       chosen: fn(ExportChoice) -> &'static str,
-                       with: fn(ExportChoice, &str) -> ExportChoice| {
-        view! {
-            <label class="switch-row">
-                <span>{name}</span>
-                <select
-                    class="number" data-testid=id
-                    on:change=move |e| ui.send(Event::ExportChoice(with(choice.get_untracked(), &event_target_value(&e))))
-                >
-                    {options.into_iter().map(|(key, label)| view! {
-                        <option value=key prop:selected=move || chosen(choice.get()) == key>{label}</option>
-                    }).collect_view()}
-                </select>
-            </label>
-        }
-    };
     let units = UNITS.into_iter().map(|unit| (unit.name(), units::unit_name(unit))).collect();
     let axes = UP_AXES.into_iter().map(|(_, name)| (name, name)).collect();
     let details = Detail::ALL.into_iter().map(|detail| (detail.key(), detail.label())).collect();
@@ -87,22 +110,22 @@ fn MeshChoice(ui: Ui) -> impl IntoView {
     view! {
         <details class="export-choice" data-testid="export-choice">
             <summary>{move || files(choice.get())}</summary>
-            {select("export-detail", t!("export.triangles"), details, |c| c.detail.key(), |c, key| ExportChoice {
+            {select(ui, "export-detail", t!("export.triangles"), details, |c| c.detail.key(), |c, key| ExportChoice {
                 detail: Detail::ALL.into_iter().find(|detail| detail.key() == key).unwrap_or_default(),
                 ..c
             })}
-            {select("export-unit", t!("export.unit"), units, |c| c.frame.unit.name(), |c, key| ExportChoice {
+            {select(ui, "export-unit", t!("export.unit"), units, |c| c.frame.unit.name(), |c, key| ExportChoice {
                 frame: FileFrame { unit: LengthUnit::parse(key).unwrap_or(c.frame.unit), ..c.frame },
                 ..c
             })}
-            {select("export-up", t!("export.up"), axes, up_name, |c, key| ExportChoice {
+            {select(ui, "export-up", t!("export.up"), axes, up_name, |c, key| ExportChoice {
                 frame: FileFrame {
                     up: UP_AXES.into_iter().find(|(_, name)| *name == key).map_or(c.frame.up, |(up, _)| up),
                     ..c.frame
                 },
                 ..c
             })}
-            {select("export-solids", t!("export.stl"), solids, |c| c.solids.key(), |c, key| ExportChoice {
+            {select(ui, "export-solids", t!("export.stl"), solids, |c| c.solids.key(), |c, key| ExportChoice {
                 solids: Solids::ALL.into_iter().find(|solids| solids.key() == key).unwrap_or_default(),
                 ..c
             })}
@@ -119,15 +142,68 @@ fn up_name(choice: ExportChoice) -> &'static str {
     UP_AXES.into_iter().find(|(up, _)| *up == choice.frame.up).map_or("", |(_, name)| name)
 }
 
-/// One button a format.
+/// How far the export is, and the way to end it.
+#[component]
+fn Running(ui: Ui) -> impl IntoView {
+    let exporting = ui.part(|s| s.exporting);
+    let is_running = ui.part(|s| s.exporting.is_some());
+    view! {
+        <Show when=move || is_running.get()>
+            <div class="switch-row" data-testid="export-running">
+                <span>{move || exporting.get().map_or("", |now| now.step.label())}</span>
+                <progress
+                    class="meter" aria-label=t!("export.running") max="100"
+                    prop:value=move || exporting.get().map_or(0, |now| (100.0 * now.share) as u32)
+                ></progress>
+                <button
+                    class="text-button" type="button" data-testid="export-cancel"
+                    on:click=move |_| ui.ask(Command::CancelExport)
+                >
+                    {t!("common.cancel")}
+                </button>
+            </div>
+        </Show>
+    }
+}
+
+/// The button of a format, with the size that the file will have.
+#[component]
+fn FormatButton(ui: Ui, format: Format, id: &'static str, name: &'static str, about: &'static str) -> impl IntoView {
+    let is_off = ui.part(|s| {
+        let none = match s.export.content {
+            Content::All => s.legend.held_points() == 0,
+            Content::Shown | Content::Kept => s.legend.visible_points() == 0,
+        };
+        none || s.exporting.is_some()
+    });
+    let size = ui.part(move |s| estimate(s, format));
+    let words = move || match size.get() {
+        Some(bytes) => t!("export.about", what = about, size = units::bytes(bytes)),
+        None => about.to_owned(),
+    };
+    view! {
+        <button
+            class="button" type="button" data-testid=id title=about prop:disabled=move || is_off.get()
+            data-bytes=move || size.get().map(|bytes| bytes.to_string())
+            on:click=move |_| ui.ask(Command::Export(format))
+        >
+            <Icon path=DOWNLOAD/>
+            <span>{name} <small>{words}</small></span>
+        </button>
+    }
+}
+
+/// A button for each format, and what they write.
 #[component]
 pub(super) fn ExportPanel(ui: Ui) -> impl IntoView {
     let points = ui.part(|s| s.legend.visible_points());
     let held = ui.part(|s| s.legend.held_points());
     let surface = ui.part(|s| s.legend.surface_points());
     let hidden = ui.part(|s| s.legend.hidden_points(s.display.hidden_flags()));
+    let content = ui.part(|s| s.export.content);
     let what = move || match (points.get(), held.get()) {
         (_, 0) => t!("export.none").to_owned(),
+        (_, held) if content.get() == Content::All => t!("export.all", held = units::count(held)),
         (0, held) => {
             t!("export.all_hidden", held = units::count(held), reasons = reasons(hidden.get()))
         }
@@ -140,52 +216,36 @@ pub(super) fn ExportPanel(ui: Ui) -> impl IntoView {
         }
     };
     let mesh_left_out = move || match points.get().saturating_sub(surface.get()) {
+        _ if content.get() == Content::All => String::new(),
         0 => String::new(),
         n => t!("export.mesh_without", count = units::count(n)),
     };
-    let button = move |format: PointFormat, id: &'static str, name: &'static str, about: &'static str| {
-        view! {
-            <button
-                class="button" type="button" data-testid=id prop:disabled=move || points.get() == 0
-                title=about on:click=move |_| ui.ask(Command::ExportPoints(format))
-            >
-                <Icon path=DOWNLOAD/>
-                <span>{name} <small>{about}</small></span>
-            </button>
-        }
-    };
-    let is_cut = ui.part(|s| s.display.cut.is_on());
+    let is_cut = ui.part(|s| s.display.cut.is_on() && s.export.content != Content::Kept);
     let triangles = ui.part(|s| s.features.mesh.triangles);
-    let mesh_button = move |format: MeshFormat, id: &'static str, name: &'static str, about: &'static str| {
-        view! {
-            <button
-                class="button" type="button" data-testid=id title=about
-                on:click=move |_| ui.ask(Command::ExportMesh(format))
-            >
-                <Icon path=DOWNLOAD/>
-                <span>{name} <small>{about}</small></span>
-            </button>
-        }
-    };
+    let points_as =
+        move |format, id, name, about| view! { <FormatButton ui format=Format::Points(format) id name about/> };
+    let mesh_as = move |format, id, name, about| view! { <FormatButton ui format=Format::Mesh(format) id name about/> };
     view! {
         <section class="panel" aria-labelledby="export-title">
             <header class="panel-head">
                 <h2 id="export-title">{t!("export.panel")}</h2>
                 <span class="panel-note">{move || t!("count.points", count = units::count(points.get()))}</span>
             </header>
+            <ContentChoice ui/>
             <div class="buttons">
-                {button(PointFormat::Ply, "export-ply", "PLY", t!("export.cloud"))}
-                {button(PointFormat::Glb, "export-glb", "GLB", t!("export.scene"))}
+                {points_as(PointFormat::Ply, "export-ply", "PLY", t!("export.cloud"))}
+                {points_as(PointFormat::Glb, "export-glb", "GLB", t!("export.scene"))}
             </div>
             <Show when=move || { triangles.get() > 0 }>
                 <div class="buttons">
-                    {mesh_button(MeshFormat::Ply, "export-mesh-ply", "PLY", t!("export.mesh"))}
-                    {mesh_button(MeshFormat::Glb, "export-mesh-glb", "GLB", t!("export.mesh"))}
-                    {mesh_button(MeshFormat::Obj, "export-mesh-obj", "OBJ", t!("export.materials"))}
-                    {mesh_button(MeshFormat::Stl, "export-mesh-stl", "STL", t!("export.shape"))}
+                    {mesh_as(MeshFormat::Ply, "export-mesh-ply", "PLY", t!("export.mesh"))}
+                    {mesh_as(MeshFormat::Glb, "export-mesh-glb", "GLB", t!("export.mesh"))}
+                    {mesh_as(MeshFormat::Obj, "export-mesh-obj", "OBJ", t!("export.materials"))}
+                    {mesh_as(MeshFormat::Stl, "export-mesh-stl", "STL", t!("export.shape"))}
                 </div>
                 <MeshChoice ui/>
             </Show>
+            <Running ui/>
             <WholeInspection ui/>
             <p
                 class="empty" data-testid="export-note"
