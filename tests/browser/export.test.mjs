@@ -1,10 +1,11 @@
 // What a person downloads is what is shown, and other programs read it.
 
 import assert from 'node:assert/strict';
-import { after, before, it } from 'node:test';
+import { after, before, describe, it } from 'node:test';
 import validator from 'gltf-validator';
 import { Ply } from './support/ply.mjs';
 import { semantics } from './support/semantics.mjs';
+import { BACKENDS } from './support/chromium.mjs';
 import { LIMIT, onEveryBackend } from './support/session.mjs';
 import { Viewer } from './support/viewer.mjs';
 
@@ -14,7 +15,7 @@ const COLUMNS =
 
 onEveryBackend(
   'exports',
-  (session) => {
+  (session, backend) => {
     let viewer, points;
     before(async () => {
       viewer = await Viewer.open(session.browser, session.agent.url);
@@ -69,9 +70,86 @@ onEveryBackend(
     });
 
     it('logs no error', LIMIT, () => viewer.assertNoErrors());
+
+    // What workers do is the same whatever draws.
+    if (backend === BACKENDS[0]) exportsBesideThePage(session);
   },
   { agent: {} },
 );
+
+/** An export that takes long: the page goes on meanwhile, and it can be ended. */
+function exportsBesideThePage(session) {
+  describe('beside the page', () => {
+    let viewer, page;
+    const downloads = [];
+    before(async () => {
+      viewer = await Viewer.open(session.browser, session.agent.url);
+      page = viewer.page;
+      page.on('download', (download) => downloads.push(download));
+      await page.getByTestId('open-file').setInputFiles({ name: 'waves.ply', mimeType: 'application/octet-stream', buffer: waves(400) });
+      await page.locator('[data-testid=mesh][data-state=ready]').waitFor({ timeout: 120_000 });
+      await page.getByTestId('export-choice').locator('summary').click();
+    }, LIMIT);
+    after(() => viewer?.close());
+
+    const running = () => page.getByTestId('export-running');
+    const detail = (key) => page.getByTestId('export-detail').selectOption(key);
+
+    it('is taken from there, and the picture follows a person meanwhile', LIMIT, async () => {
+      await detail('tenth');
+      await page.getByTestId('export-mesh-stl').click();
+      await page.waitForFunction(() => document.querySelector('[data-testid=export-running] progress')?.value > 0, null, { timeout: 120_000 });
+      assert.equal(await page.getByTestId('export-mesh-ply').isDisabled(), true, 'one export at a time');
+      const before = Number((await viewer.state()).frames);
+      await viewer.canvas.press('ArrowLeft');
+      await viewer.until((s, before) => Number(s.frames) > before, before, 'a frame during the export', 60_000);
+      assert.equal(await running().count(), 1, 'the export was over before the picture moved');
+    });
+
+    it('leaves nothing behind when it is cancelled', LIMIT, async () => {
+      await page.getByTestId('export-cancel').click();
+      await running().waitFor({ state: 'detached' });
+      await page.getByText('nothing was saved').first().waitFor();
+      await detail('full');
+      const file = await viewer.export('mesh-stl');
+      assert.equal(downloads.length, 1, 'the cancelled export was saved');
+      assert.equal(file.bytes.length, 84 + 50 * file.bytes.readUInt32LE(80));
+      assert.equal(file.bytes.readUInt32LE(80), 2 * 399 * 399);
+      const again = await viewer.export('mesh-stl');
+      assert.ok(again.bytes.equals(file.bytes), 'another file than the first time');
+    });
+
+    it('is as large as the panel says', LIMIT, async () => {
+      for (const kind of ['mesh-ply', 'mesh-glb', 'mesh-stl', 'ply']) {
+        const said = Number(await page.getByTestId(`export-${kind}`).getAttribute('data-bytes'));
+        const { length } = (await viewer.export(kind)).bytes;
+        assert.ok(Math.abs(said / length - 1) < 0.25, `${kind}: ${said} said, ${length} written`);
+      }
+      viewer.assertNoErrors();
+    });
+  });
+}
+
+/** A PLY of a wavy sheet of `n` x `n` vertices. */
+function waves(n) {
+  const triangles = 2 * (n - 1) * (n - 1);
+  const head = `ply\nformat binary_little_endian 1.0\nelement vertex ${n * n}\nproperty float x\nproperty float y\nproperty float z\n`
+    + `element face ${triangles}\nproperty list uchar int vertex_indices\nend_header\n`;
+  const body = Buffer.alloc(12 * n * n + 13 * triangles);
+  let at = 0;
+  for (let k = 0; k < n * n; k += 1) {
+    const [x, y] = [(k % n) / n, Math.floor(k / n) / n];
+    for (const value of [x, y, 0.05 * Math.sin(20 * x) * Math.cos(17 * y)]) at = body.writeFloatLE(0.2 * value, at);
+  }
+  for (let k = 0; k < (n - 1) * (n - 1); k += 1) {
+    const a = k + Math.floor(k / (n - 1));
+    for (const corners of [[a, a + 1, a + n + 1], [a, a + n + 1, a + n]]) {
+      at = body.writeUInt8(3, at);
+      for (const corner of corners) at = body.writeInt32LE(corner, at);
+    }
+  }
+  return Buffer.concat([Buffer.from(head), body]);
+}
 
 function extent(values) {
   return values.reduce(([least, most], value) => [Math.min(least, value), Math.max(most, value)], [Infinity, -Infinity]);

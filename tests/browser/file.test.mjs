@@ -13,6 +13,53 @@ import { Ply } from './support/ply.mjs';
 import { LIMIT, onEveryBackend } from './support/session.mjs';
 import { Viewer } from './support/viewer.mjs';
 
+/** Vertices along a side of the sheet. */
+const SIDE = 33;
+const share = (k) => k / (SIDE - 1);
+/** Corners of its triangles. */
+const TRIANGLES = Array.from({ length: (SIDE - 1) ** 2 }, (_, k) => k + Math.floor(k / (SIDE - 1))).flatMap((a) => [a, a + 1, a + SIDE + 1, a, a + SIDE + 1, a + SIDE]);
+const VERTICES = Array.from({ length: SIDE ** 2 }, (_, k) => [share(k % SIDE), share(Math.floor(k / SIDE))]);
+
+/** A square in the plane of the table as OBJ, all of a picture on it. */
+function sheetObj() {
+  const vertices = VERTICES.map(([u, v]) => `v ${100 * u} ${100 * v} 0\nvt ${u} ${v}\n`).join('');
+  const corner = (k) => `${TRIANGLES[k] + 1}/${TRIANGLES[k] + 1}`;
+  const faces = Array.from({ length: TRIANGLES.length / 3 }, (_, k) => `f ${corner(3 * k)} ${corner(3 * k + 1)} ${corner(3 * k + 2)}\n`).join('');
+  return `mtllib sheet.mtl\nusemtl skin\n${vertices}${faces}`;
+}
+
+/** The same as GLB with its picture within. */
+function sheet(picture, texture = { source: 0 }) {
+  const floats = (numbers) => Buffer.from(new Float32Array(numbers.flat()).buffer);
+  const columns = [floats(VERTICES.map(([u, v]) => [0.1 * u, 0, -0.1 * v])), floats(VERTICES.map(([u, v]) => [u, 1 - v])), Buffer.from(new Uint32Array(TRIANGLES).buffer), picture];
+  const binary = Buffer.concat([...columns, Buffer.alloc(3)]);
+  let byteOffset = 0;
+  const bufferViews = columns.map(({ length }) => ({ buffer: 0, byteOffset: (byteOffset += length) - length, byteLength: length }));
+  const json = {
+    asset: { version: '2.0' }, scene: 0, scenes: [{ nodes: [0] }], nodes: [{ mesh: 0 }],
+    meshes: [{ primitives: [{ attributes: { POSITION: 0, TEXCOORD_0: 1 }, indices: 2, material: 0 }] }],
+    accessors: [
+      { bufferView: 0, componentType: 5126, count: VERTICES.length, type: 'VEC3' },
+      { bufferView: 1, componentType: 5126, count: VERTICES.length, type: 'VEC2' },
+      { bufferView: 2, componentType: 5125, count: TRIANGLES.length, type: 'SCALAR' },
+    ],
+    bufferViews, buffers: [{ byteLength: binary.length }],
+    materials: [{ pbrMetallicRoughness: { baseColorTexture: { index: 0 } }, extensions: { KHR_materials_unlit: {} } }],
+    textures: [texture], images: [{ bufferView: 3, mimeType: 'image/jpeg' }],
+  };
+  const chunk = (kind, bytes, fill) => {
+    const head = Buffer.alloc(8);
+    const padded = Buffer.concat([bytes, Buffer.alloc(-bytes.length & 3, fill)]);
+    head.writeUInt32LE(padded.length, 0);
+    head.write(kind, 4, 'latin1');
+    return Buffer.concat([head, padded]);
+  };
+  const chunks = Buffer.concat([chunk('JSON', Buffer.from(JSON.stringify(json)), ' '), chunk('BIN\0', binary, 0)]);
+  const head = Buffer.from('glTF\x02\0\0\0\0\0\0\0', 'latin1');
+  head.writeUInt32LE(12 + chunks.length, 8);
+  return Buffer.concat([head, chunks]);
+}
+
 const AXE = createRequire(import.meta.url).resolve('axe-core/axe.min.js');
 const DIST = fileURLToPath(new URL('../../www/dist', import.meta.url));
 const TYPES = { '.html': 'text/html', '.js': 'text/javascript', '.wasm': 'application/wasm', '.css': 'text/css', '.svg': 'image/svg+xml' };
@@ -90,6 +137,44 @@ onEveryBackend(
       await opened(viewer, 'box');
       await page.getByText('taken for millimetres').waitFor({ timeout: 10_000 });
       assert.equal((await viewer.points()).reduce((sum, points) => sum + points, 0), 6);
+    });
+
+    it('shows the pictures of a scene, and of a model that is opened with its material library', LIMIT, async () => {
+      const colors = [[230, 30, 30], [30, 160, 30], [30, 60, 230], [230, 200, 20]];
+      const picture = (type) => page.evaluate(async ([colors, type]) => {
+        const canvas = new OffscreenCanvas(64, 64);
+        const context = canvas.getContext('2d');
+        colors.forEach((color, k) => {
+          context.fillStyle = `rgb(${color})`;
+          context.fillRect(32 * (k % 2), 32 * Math.floor(k / 2), 32, 32);
+        });
+        return [...new Uint8Array(await (await canvas.convertToBlob({ type })).arrayBuffer())];
+      }, [colors, type]);
+      const seen = async (name) => {
+        await opened(viewer, name);
+        await viewer.colorMode('appearance');
+        await page.keyboard.press('f');
+        const pixels = (await viewer.picture()).byHue(colors);
+        assert.ok(pixels.every((count) => count > 0.5 * Math.max(...pixels) && count > 500), `${name}: ${pixels}`);
+        await page.getByText('shown as colours at its vertices').first().waitFor({ timeout: 10_000 });
+      };
+      await open('textured.glb', sheet(Buffer.from(await picture('image/jpeg'))));
+      await seen('textured');
+      const file = (name, content) => ({ name, mimeType: 'application/octet-stream', buffer: Buffer.from(content) });
+      const png = file('skin.png', await picture('image/png'));
+      await page.getByTestId('open-file').setInputFiles([png, file('sheet.mtl', 'newmtl skin\nmap_Kd skin.png\n'), file('sheet.obj', sheetObj())]);
+      await seen('sheet');
+    });
+
+    it('names what of a scene it cannot show, and what a recording of views is', LIMIT, async () => {
+      await open('packed.glb', sheet(Buffer.from([1]), { extensions: { KHR_texture_basisu: { source: 0 } } }));
+      await opened(viewer, 'packed');
+      await page.getByText('KTX2 (KHR_texture_basisu) is not read').first().waitFor({ timeout: 10_000 });
+      await open('views.mcap', Buffer.from('\x89MCAP0\r\n'));
+      await page.getByText('is a recording of views (MCAP)').first().waitFor({ timeout: 10_000 });
+      await part(viewer, 'packed');
+      await open('box.obj', Buffer.from(OBJ));
+      await opened(viewer, 'box');
     });
 
     it('says what cannot be opened, and keeps what is shown', LIMIT, async () => {

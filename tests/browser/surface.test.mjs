@@ -43,12 +43,17 @@ onEveryBackend(
     });
 
     it('is saved as a PLY with faces and as a GLB without an error by the Khronos validator', LIMIT, async () => {
+      const estimated = async (kind) => Number(await viewer.page.getByTestId(`export-${kind}`).getAttribute('data-bytes'));
       file = await viewer.export('mesh-ply');
       const ply = new Ply(file.bytes);
       assert.ok(ply.count > 500, `${ply.count} vertices`);
       const header = file.bytes.subarray(0, 4000).toString('latin1');
       assert.equal(header.match(/element face (\d+)/)?.[1], (await said(viewer, 'mesh')).triangles);
       const glb = await viewer.export('mesh-glb');
+      for (const [kind, { bytes }] of [['mesh-ply', file], ['mesh-glb', glb]]) {
+        const said = await estimated(kind);
+        assert.ok(Math.abs(said / bytes.length - 1) < 0.25, `${kind}: ${said} bytes said, ${bytes.length} written`);
+      }
       const report = await validator.validateBytes(new Uint8Array(glb.bytes), { maxIssues: 50 });
       const errors = report.issues.messages.filter((message) => message.severity === 0);
       assert.equal(report.issues.numErrors, 0, JSON.stringify(errors, null, 2));

@@ -2,14 +2,18 @@
 //!
 //! Those of the part are the same for every inspection of its kind, whatever was found: of each component the area that was
 //! seen, of each defect that was looked for on a component that was seen the number of findings, their area together, and the
-//! largest area, length and depth. So they can be followed over many parts. Those of findings are of this part alone.
+//! largest area, length and depth. So they can be followed over many parts. Those of findings, and of what people measured and keep, are
+//! of this part alone.
 //!
 //! A figure that is not known makes no characteristic. Where nothing was seen of a component, nothing is known of its defects.
 
 use crate::described::kind;
 use crate::findings;
+use jiff::Timestamp;
 use semascan_model::finding::{Finding, FindingId, FindingKind, NamedClass, Quantity};
+use semascan_model::measurement::{Dimension, KeptMeasurement};
 use semascan_model::record::InspectionRecord;
+use semascan_model::review::ReviewId;
 use semascan_model::verdict::{Conformity, Decision, JudgedFigure, VerdictLine};
 
 /// A unit that quality systems know.
@@ -18,6 +22,8 @@ pub(crate) enum Measure {
     Area,
     Length,
     Depth,
+    Radius,
+    Angle,
     Count,
     Percent,
 }
@@ -27,7 +33,8 @@ impl Measure {
     pub(crate) fn factor(self) -> f64 {
         match self {
             Self::Area => 1e6,
-            Self::Length | Self::Depth => 1e3,
+            Self::Length | Self::Depth | Self::Radius => 1e3,
+            Self::Angle => 1.0 / 1_f64.to_radians(),
             Self::Count => 1.0,
             Self::Percent => 1e2,
         }
@@ -37,7 +44,8 @@ impl Measure {
     pub(crate) fn unit(self) -> &'static str {
         match self {
             Self::Area => "mm2",
-            Self::Length | Self::Depth => "mm",
+            Self::Length | Self::Depth | Self::Radius => "mm",
+            Self::Angle => "deg",
             Self::Count => "1",
             Self::Percent => "%",
         }
@@ -69,6 +77,19 @@ pub(crate) struct Characteristic {
     pub(crate) finding: Option<FindingId>,
     pub(crate) component: Option<String>,
     pub(crate) defect: Option<String>,
+    /// How it was measured, where a person did.
+    pub(crate) taken: Option<Taken>,
+}
+
+/// How a person measured.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Taken {
+    /// The review that the measurement came with, which names it.
+    pub(crate) review: ReviewId,
+    pub(crate) person: String,
+    pub(crate) at: Timestamp,
+    /// Whether the inspection has another model by now.
+    pub(crate) is_of_earlier_model: bool,
 }
 
 /// Those of the part, in the order of components and defects.
@@ -187,9 +208,46 @@ pub(crate) fn of_findings(record: &InspectionRecord) -> Vec<Characteristic> {
     list
 }
 
+/// Those that people measured and keep, in their order; the form of a plane has no figure, and makes none.
+pub(crate) fn of_measurements(kept: &[KeptMeasurement]) -> Vec<Characteristic> {
+    let mut list = Vec::new();
+    for (number, one) in (1..).zip(kept) {
+        let kind = one.measurement.kind;
+        let Some(figure) = one.measurement.figure else { continue };
+        let measure = match kind.dimension() {
+            Dimension::Length if kind.is_radius() => Measure::Radius,
+            Dimension::Length => Measure::Length,
+            Dimension::Area => Measure::Area,
+            Dimension::Angle => Measure::Angle,
+        };
+        let what = if kind.is_radius() { ": radius" } else { "" };
+        let note = if one.note.is_empty() { String::new() } else { format!(" ({})", one.note) };
+        list.push(Characteristic {
+            name: format!("measurement {number}, {}{what}{note}", kind.label().to_lowercase()),
+            taken: Some(Taken {
+                review: one.review,
+                person: one.person.clone(),
+                at: one.at,
+                is_of_earlier_model: one.is_of_earlier_model,
+            }),
+            ..plain(measure, figure)
+        });
+    }
+    list
+}
+
 fn plain(measure: Measure, value: Quantity) -> Characteristic {
-    let name = String::new();
-    Characteristic { name, measure, value, limit: None, judged: None, finding: None, component: None, defect: None }
+    Characteristic {
+        name: String::new(),
+        measure,
+        value,
+        limit: None,
+        judged: None,
+        finding: None,
+        component: None,
+        defect: None,
+        taken: None,
+    }
 }
 
 fn lines(record: &InspectionRecord) -> impl Iterator<Item = &VerdictLine> {
@@ -246,7 +304,7 @@ fn line_of_finding<'a>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fixtures::record;
+    use crate::fixtures::{angle, cylinder, distance, plane, record};
 
     #[test]
     fn the_part_has_the_same_characteristics_whatever_was_found() {
@@ -285,5 +343,22 @@ mod tests {
         let names: Vec<&str> = of_findings.iter().map(|c| c.name.as_str()).collect();
         assert_eq!(names, ["finding 2, wear on gear: area", "finding 2, wear on gear: length"]);
         assert_eq!(of_findings[0].judged, Some((Conformity::Broken, Decision::Reject)));
+    }
+
+    #[test]
+    fn what_people_measured_has_its_unit_and_says_who_and_of_which_model() {
+        let list = of_measurements(&[distance(), plane(), cylinder(), angle()]);
+        let shown =
+            |c: &Characteristic| (c.name.clone(), c.measure.unit(), (c.value.value * c.measure.factor()).round());
+        assert_eq!(
+            list.iter().map(shown).collect::<Vec<_>>(),
+            [
+                ("measurement 1, distance (over the rim)".to_owned(), "mm", 50.0),
+                ("measurement 3, cylinder: radius (=bore)".to_owned(), "mm", 12.0),
+                ("measurement 4, angle".to_owned(), "deg", 90.0),
+            ]
+        );
+        let earlier: Vec<bool> = list.iter().flat_map(|c| &c.taken).map(|taken| taken.is_of_earlier_model).collect();
+        assert_eq!(earlier, [false, true, true]);
     }
 }

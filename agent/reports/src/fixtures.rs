@@ -312,3 +312,17 @@ pub(crate) fn cylinder() -> KeptMeasurement {
         },
     )
 }
+
+/// A plane, which has a form and no figure.
+pub(crate) fn plane() -> KeptMeasurement {
+    let KeptMeasurement { measurement, .. } = cylinder();
+    let features = vec![MeasuredFeature { kind: FeatureKind::Plane, radius: None, ..measurement.features[0] }];
+    kept(3, "", MeasurementRecord { kind: MeasurementKind::Plane, figure: None, features, ..measurement })
+}
+
+/// A right angle of which no uncertainty is known.
+pub(crate) fn angle() -> KeptMeasurement {
+    let KeptMeasurement { measurement, .. } = distance();
+    let figure = Some(Quantity::without_uncertainty(std::f64::consts::FRAC_PI_2));
+    kept(4, "", MeasurementRecord { kind: MeasurementKind::Angle, figure, along_axes: None, ..measurement })
+}

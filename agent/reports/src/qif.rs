@@ -4,16 +4,19 @@
 //! | figure | characteristic |
 //! |---|---|
 //! | length, depth, deviation | `Length`, `Depth`, with a tolerance where the criteria have a limit, else `NonTolerance` MEASURED |
+//! | what people measured and keep | `Length`, `Radius`, `Angle` without a tolerance, or an area as below |
 //! | area, share, number | `UserDefinedUnit`, whose nominal must have a bound: without a limit that is 0 from below, and its status is NOT_ANALYZED |
 //!
 //! Each measured value has its combined standard uncertainty. A limit within the interval of its figure is INDETERMINATE. Lengths
-//! are millimetres.
+//! are millimetres, angles degrees.
 
 use crate::ReportError;
-use crate::characteristics::{Characteristic, Limit, Measure, of_findings, of_part};
+use crate::characteristics::{Characteristic, Limit, Measure, of_findings, of_measurements, of_part};
+use jiff::Timestamp;
 use quick_xml::events::{BytesDecl, BytesText, Event};
 use quick_xml::writer::Writer;
 use semascan_model::finding::Quantity;
+use semascan_model::measurement::KeptMeasurement;
 use semascan_model::record::{InspectionRecord, Outcome};
 use semascan_model::verdict::{Conformity, Decision};
 use std::io;
@@ -30,18 +33,19 @@ const EACH: u32 = 4;
 /// Units that QIF does not have.
 const UNITS: [(&str, &str); 3] = [("area", "mm2"), ("share", "%"), ("number", "1")];
 
-/// The results as a QIF document.
+/// The results, with what people measured and keep, as a QIF document.
 ///
 /// # Errors
 /// [`ReportError::Nothing`] if the inspection has no result, or no characteristic is known.
-pub fn qif(record: &InspectionRecord) -> Result<Vec<u8>, ReportError> {
+pub fn qif(record: &InspectionRecord, kept: &[KeptMeasurement]) -> Result<Vec<u8>, ReportError> {
     let nothing = |reason: &str| ReportError::Nothing { format: "QIF", reason: reason.into() };
     if matches!(record.outcome, Outcome::Running | Outcome::Failed { .. }) {
         return Err(nothing("the inspection has no result"));
     }
-    let characteristics: Vec<Characteristic> = of_part(record).into_iter().chain(of_findings(record)).collect();
+    let of_record = of_part(record).into_iter().chain(of_findings(record));
+    let characteristics: Vec<Characteristic> = of_record.chain(of_measurements(kept)).collect();
     if characteristics.is_empty() {
-        return Err(nothing("the record holds no figures of components and defects"));
+        return Err(nothing("the record holds no figures of components and defects, and nothing was measured"));
     }
     let mut writer = Writer::new_with_indent(Vec::new(), b' ', 2);
     writer.write_event(Event::Decl(BytesDecl::new("1.0", Some("UTF-8"), None)))?;
@@ -63,7 +67,7 @@ fn document(xml: &mut Xml, record: &InspectionRecord, list: &[Characteristic]) -
             // A document is one writing of the set; the inspection itself is named in the results.
             let generation = record.files.as_ref().map(|files| files.generation.clone());
             text(xml, "QPId", &generation.unwrap_or_else(|| record.id.to_string()))?;
-            within(xml, "Version", |xml| text(xml, "TimeCreated", &time(record)))?;
+            within(xml, "Version", |xml| text(xml, "TimeCreated", &time(end(record))))?;
             within(xml, "Header", |xml| {
                 within(xml, "Application", |xml| {
                     text(xml, "Name", &format!("{} {}", record.software.name, record.software.version))
@@ -93,6 +97,11 @@ fn standard(xml: &mut Xml) -> io::Result<()> {
 fn units(xml: &mut Xml) -> io::Result<()> {
     within(xml, "FileUnits", |xml| {
         within(xml, "PrimaryUnits", |xml| {
+            within(xml, "AngularUnit", |xml| {
+                text(xml, "SIUnitName", "radian")?;
+                text(xml, "UnitName", Measure::Angle.unit())?;
+                within(xml, "UnitConversion", |xml| text(xml, "Factor", "0.0174532925199433"))
+            })?;
             within(xml, "LinearUnit", |xml| {
                 text(xml, "SIUnitName", "meter")?;
                 text(xml, "UnitName", "mm")?;
@@ -135,7 +144,7 @@ fn definitions(xml: &mut Xml, list: &[Characteristic]) -> io::Result<()> {
                 identified(xml, &element(one, "Nominal"), id + 1, |xml| {
                     text(xml, "CharacteristicDefinitionId", &id.to_string())?;
                     text(xml, "Name", &one.name)?;
-                    if is_linear(one) { Ok(()) } else { bounds(xml, one) }
+                    if is_dimension(one) { Ok(()) } else { bounds(xml, one) }
                 })
             })
         })?;
@@ -151,9 +160,9 @@ fn definitions(xml: &mut Xml, list: &[Characteristic]) -> io::Result<()> {
     })
 }
 
-/// The limit of a linear characteristic.
+/// The limit of a dimension.
 fn definition(xml: &mut Xml, one: &Characteristic) -> io::Result<()> {
-    if !is_linear(one) {
+    if !is_dimension(one) {
         return Ok(());
     }
     match one.limit {
@@ -195,9 +204,13 @@ fn bounds(xml: &mut Xml, one: &Characteristic) -> io::Result<()> {
     text(xml, "DefinedAsLimit", "true")
 }
 
-/// Where the characteristic belongs.
+/// Where the characteristic belongs, or who measured it.
 fn attributes(xml: &mut Xml, one: &Characteristic) -> io::Result<()> {
+    let taken = one.taken.as_ref();
     let list = [
+        ("measurement", taken.map(|taken| taken.review.to_string())),
+        ("person", taken.map(|taken| taken.person.clone())),
+        ("model", taken.filter(|taken| taken.is_of_earlier_model).map(|_| "earlier".to_owned())),
         ("finding", one.finding.map(|id| id.to_string())),
         ("component", one.component.clone()),
         ("defect", one.defect.clone()),
@@ -257,7 +270,7 @@ fn measurement(xml: &mut Xml, record: &InspectionRecord, one: &Characteristic, i
     };
     within(xml, "Status", |xml| text(xml, "CharacteristicStatusEnum", judged))?;
     text(xml, "CharacteristicItemId", &(id + 2).to_string())?;
-    text(xml, "TimeStamp", &time(record))?;
+    text(xml, "TimeStamp", &time(one.taken.as_ref().map_or(end(record), |taken| taken.at)))?;
     text(xml, "ActualComponentId", &ACTUAL.to_string())?;
     let value = decimal(one.value.value * one.measure.factor());
     let uncertainty =
@@ -266,7 +279,7 @@ fn measurement(xml: &mut Xml, record: &InspectionRecord, one: &Characteristic, i
     if let Some(uncertainty) = &uncertainty {
         element = element.with_attribute(("combinedUncertainty", uncertainty.as_str()));
     }
-    if !is_linear(one) {
+    if !is_dimension(one) {
         element = element.with_attribute(("unitName", one.measure.unit()));
     }
     element.write_text_content(BytesText::new(&value))?;
@@ -294,6 +307,8 @@ fn element(one: &Characteristic, aspect: &str) -> String {
     let kind = match one.measure {
         Measure::Length => "Length",
         Measure::Depth => "Depth",
+        Measure::Radius => "Radius",
+        Measure::Angle => "Angle",
         Measure::Area | Measure::Count | Measure::Percent => "UserDefinedUnit",
     };
     format!("{kind}Characteristic{aspect}")
@@ -340,14 +355,18 @@ fn decimal(value: f64) -> String {
     if short == "-0" { "0".into() } else { short.into() }
 }
 
-fn time(record: &InspectionRecord) -> String {
-    record.ended.unwrap_or(record.began).strftime("%Y-%m-%dT%H:%M:%SZ").to_string()
+fn end(record: &InspectionRecord) -> Timestamp {
+    record.ended.unwrap_or(record.began)
+}
+
+fn time(at: Timestamp) -> String {
+    at.strftime("%Y-%m-%dT%H:%M:%SZ").to_string()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fixtures::record;
+    use crate::fixtures::{angle, cylinder, distance, record};
     use quick_xml::Reader;
     use std::collections::BTreeMap;
 
@@ -388,7 +407,7 @@ mod tests {
 
     #[test]
     fn values_limits_and_statuses_are_those_of_the_record() {
-        let document = read(&qif(&record()).expect("figures"));
+        let document = read(&qif(&record(), &[]).expect("figures"));
         let statuses =
             &document[&format!("{MEASURED}/UserDefinedUnitCharacteristicMeasurement/Status/CharacteristicStatusEnum")];
         assert!(statuses.contains(&"FAIL".to_owned()) && statuses.contains(&"PASS".to_owned()));
@@ -399,9 +418,25 @@ mod tests {
             "QIFDocument/Results/MeasurementResultsSet/MeasurementResults/InspectionStatus/InspectionStatusEnum";
         assert_eq!(document[status], ["FAIL"]);
         assert_eq!(document["QIFDocument/QPId"], ["0199aaaa-0000-7000-8000-000000000001"]);
-        let text = String::from_utf8(qif(&record()).expect("figures")).expect("UTF-8");
+        let text = String::from_utf8(qif(&record(), &[]).expect("figures")).expect("UTF-8");
         // Expanded 20 mm2 is a standard uncertainty of 10.
         assert!(text.contains(r#"<Value combinedUncertainty="10" unitName="mm2">400</Value>"#));
+    }
+
+    #[test]
+    fn what_people_measured_is_a_dimension_without_a_tolerance() {
+        let bytes = qif(&record(), &[distance(), cylinder(), angle()]).expect("figures");
+        let document = read(&bytes);
+        let of =
+            |kind: &str, what: &str| document[&format!("{MEASURED}/{kind}CharacteristicMeasurement/{what}")].clone();
+        assert_eq!((of("Radius", "Value"), of("Angle", "Value")), (vec!["12".into()], vec!["90".into()]));
+        assert_eq!(of("Radius", "TimeStamp"), ["1970-01-01T00:00:00Z"]);
+        assert!(of("Length", "Value").contains(&"50".to_owned()));
+        let text = String::from_utf8(bytes).expect("UTF-8");
+        assert!(text.contains(r#"<Value combinedUncertainty="0.01">12</Value>"#), "{text}");
+        assert!(
+            text.contains(r#"name="person" value="A. Reviewer""#) && text.contains(r#"name="model" value="earlier""#)
+        );
     }
 
     #[test]
@@ -409,13 +444,13 @@ mod tests {
         let mut record = record();
         record.part = "<Part id=\"9\"/> & \u{1} \"".into();
         record.findings.as_mut().expect("found").components[1].component.name = "</Name><Name>".into();
-        let bytes = qif(&record).expect("figures");
+        let bytes = qif(&record, &[]).expect("figures");
         let document = read(&bytes);
         let serial =
             &document["QIFDocument/Results/ActualComponentSets/ActualComponentSet/ActualComponent/SerialNumber"];
         assert_eq!(serial, &["<Part id=\"9\"/> &  \""]);
         assert!(!bytes.contains(&1) && !String::from_utf8_lossy(&bytes).contains("<Part id=\"9\""));
         record.outcome = Outcome::Running;
-        assert!(qif(&record).is_err());
+        assert!(qif(&record, &[]).is_err());
     }
 }

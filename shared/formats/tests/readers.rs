@@ -230,6 +230,18 @@ fn gltf_as_text_finds_its_buffer_and_picture() {
     assert_eq!((piece.name.as_str(), piece.base_color), ("node 0", Some([0.5, 0.25, 1.0])));
     assert!(piece.texture.is_some_and(|t| t.tinted) && geometry.textures[0].bytes == [7]);
     assert_eq!(geometry.texture_coordinates, [[[0.0, 1.0], [1.0, 1.0], [0.0, 0.0]]]);
+    // In a quarter of the picture, turned by a right angle.
+    let turned = json.replace(
+        r#"{"index":0}"#,
+        r#"{"index":0,"extensions":{"KHR_texture_transform":{"offset":[0.5,0.25],"rotation":1.5707963267948966,"scale":[0.5,0.5]}}}"#,
+    );
+    let turned = Geometry::read("a.gltf", turned.as_bytes(), &with_picture).expect("valid").texture_coordinates;
+    let expected = [[0.5, 0.75], [0.5, 1.25], [1.0, 0.75]];
+    let off = turned[0].iter().zip(expected).flat_map(|(a, b)| [a[0] - b[0], a[1] - b[1]]);
+    assert!(off.into_iter().all(|d: f32| d.abs() < 1e-6), "{turned:?}");
+    let packed = json.replace(r#"{"source":0}"#, r#"{"extensions":{"KHR_texture_basisu":{"source":0}}}"#);
+    let packed = Geometry::read("a.gltf", packed.as_bytes(), &with_picture).expect("the shape is there");
+    assert!(packed.warnings[0].contains("KTX2 (KHR_texture_basisu) is not read"), "{:?}", packed.warnings);
     let without = |name: &str| if name == "a.png" { no_files(name) } else { with_picture(name) };
     let bare = Geometry::read("a.gltf", json.as_bytes(), &without).expect("the shape is there");
     assert_eq!((bare.pieces[0].texture, bare.warnings.len()), (None, 1));

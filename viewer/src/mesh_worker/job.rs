@@ -3,7 +3,7 @@
 use super::message::{DeviationFigures, ReferenceInfo, Reply, Request};
 use super::placement::{Extent, Mismatch};
 use super::reference::Reference;
-use crate::opened::OpenedModel;
+use crate::opened::{OpenError, OpenedFile, OpenedModel};
 use semascan_geometry::measure::percentile;
 use semascan_geometry::mesh::{MeshOptions, Mesher};
 use semascan_model::SemanticCloud;
@@ -75,7 +75,10 @@ impl Job {
                 }
                 Err(error) => vec![Reply::NoReference(error.to_string())],
             },
-            Request::Open { name, bytes } => self.open(&name, &bytes),
+            Request::Open { name, bytes, beside } => {
+                let model = OpenedFile::read(&name, &bytes, &beside).and_then(|file| file.model(&[]));
+                self.open(model)
+            }
             Request::Forget => {
                 self.reference = None;
                 self.compared = None;
@@ -84,9 +87,9 @@ impl Job {
         }
     }
 
-    /// Reads a file, whose content takes the place of the model.
-    fn open(&mut self, name: &str, bytes: &[u8]) -> Vec<Reply> {
-        let model = match OpenedModel::read(name, bytes) {
+    /// Takes the content of a file in the place of the model; what there is to reply.
+    pub fn open(&mut self, model: Result<OpenedModel, OpenError>) -> Vec<Reply> {
+        let model = match model {
             Ok(model) => model,
             Err(error) => return vec![Reply::NotOpened(error.to_string())],
         };

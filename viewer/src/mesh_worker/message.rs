@@ -5,7 +5,7 @@
 
 use super::placement::Mismatch;
 use crate::columns;
-use crate::opened::OpenedModel;
+use crate::opened::{Beside, OpenedModel};
 use semascan_model::LengthUnit;
 use semascan_model::{SemanticCloud, SemanticMesh, Taxonomy};
 use serde::{Deserialize, Serialize};
@@ -48,6 +48,8 @@ pub enum Request {
         name: String,
         /// Its content.
         bytes: Arc<[u8]>,
+        /// What was opened with it.
+        beside: Vec<Beside>,
     },
 }
 
@@ -153,8 +155,16 @@ impl Request {
                 block(5, &[bytemuck::cast_slice(&lengths), name.as_bytes(), bytes.as_ref()])
             }
             Self::Forget => block(6, &[]),
-            Self::Open { name, bytes } => {
-                block(7, &[&(name.len() as u32).to_le_bytes(), name.as_bytes(), bytes.as_ref()])
+            Self::Open { name, bytes, beside } => {
+                let mut block = block(7, &[]);
+                put(&mut block, name.as_bytes());
+                block.extend_from_slice(&(beside.len() as u32).to_le_bytes());
+                for (name, bytes) in beside {
+                    put(&mut block, name.as_bytes());
+                    put(&mut block, bytes);
+                }
+                block.extend_from_slice(bytes);
+                block
             }
         }
     }
@@ -187,7 +197,15 @@ impl Request {
                 Self::Reference { name, unit, bytes: reader.0.into() }
             }
             6 => Self::Forget,
-            7 => Self::Open { name: reader.string()?, bytes: reader.0.into() },
+            7 => {
+                let (name, count) = (reader.string()?, reader.number()?);
+                let mut beside = Vec::new();
+                for _ in 0..count {
+                    let (name, length) = (reader.string()?, reader.number()?);
+                    beside.push((name, reader.column::<u8>(length)?.into()));
+                }
+                Self::Open { name, bytes: reader.0.into(), beside }
+            }
             _ => return Err(Broken),
         })
     }
@@ -303,6 +321,12 @@ fn block(kind: u8, body: &[&[u8]]) -> Vec<u8> {
     let mut bytes = vec![kind, 0, 0, 0];
     body.iter().for_each(|part| bytes.extend_from_slice(part));
     bytes
+}
+
+/// Adds bytes with their length before them.
+fn put(block: &mut Vec<u8>, bytes: &[u8]) {
+    block.extend_from_slice(&(bytes.len() as u32).to_le_bytes());
+    block.extend_from_slice(bytes);
 }
 
 struct Reader<'a>(&'a [u8]);

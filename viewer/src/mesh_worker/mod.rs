@@ -7,6 +7,7 @@
 //! | [`message`] | the messages between page and worker | anywhere |
 //! | [`placement`] | whether a reference lies where the model lies and is as large |
 //! | [`mod@reference`] | a file that the mesh is compared with | anywhere |
+//! | `decoded` | pictures of files, decoded (browser only) | |
 //! | `worker` | the worker's entry point (browser only) | |
 //! | `client` | the page's side (browser only) | |
 //!
@@ -20,6 +21,8 @@ pub mod reference;
 
 #[cfg(target_arch = "wasm32")]
 mod client;
+#[cfg(target_arch = "wasm32")]
+mod decoded;
 #[cfg(target_arch = "wasm32")]
 mod worker;
 

@@ -1,11 +1,14 @@
-//! The worker's side: takes requests, works in slices between them.
+//! The worker's side: takes requests, works in slices between them. Pictures of files are decoded by the browser, which tells later.
 
+use super::decoded;
 use super::job::Job;
 use super::message::{Reply, Request};
+use crate::opened::{OpenError, OpenedFile, OpenedModel};
 use js_sys::{Array, ArrayBuffer, Date, Uint8Array};
 use std::cell::{Cell, RefCell};
 use std::rc::Rc;
 use wasm_bindgen::prelude::*;
+use wasm_bindgen_futures::spawn_local;
 use web_sys::{DedicatedWorkerGlobalScope, MessageEvent};
 
 /// Work between two looks at what requests there are, milliseconds: browsers wait for four before each.
@@ -22,6 +25,7 @@ pub fn mesh_worker_start() -> Result<(), JsValue> {
     let worker = Rc::new(Worker {
         scope: scope.clone(),
         job: RefCell::default(),
+        opened: Cell::default(),
         next: Cell::new(false),
         slice: RefCell::default(),
     });
@@ -37,6 +41,10 @@ pub fn mesh_worker_start() -> Result<(), JsValue> {
     let on_message = Closure::<dyn FnMut(MessageEvent)>::new(move |message: MessageEvent| {
         let Ok(buffer) = message.data().dyn_into::<ArrayBuffer>() else { return };
         let replies = match Request::decode(&Uint8Array::new(&buffer).to_vec()) {
+            Ok(Request::Open { name, bytes, beside }) => {
+                let file = OpenedFile::read(&name, &bytes, &beside);
+                return spawn_local(worker.clone().open(file));
+            }
             Ok(request) => worker.job.borrow_mut().handle(request),
             Err(error) => vec![Reply::Failed(error.to_string())],
         };
@@ -51,12 +59,26 @@ pub fn mesh_worker_start() -> Result<(), JsValue> {
 struct Worker {
     scope: DedicatedWorkerGlobalScope,
     job: RefCell<Job>,
+    /// Files opened so far.
+    opened: Cell<u32>,
     /// The next slice is on its way.
     next: Cell<bool>,
     slice: RefCell<Option<Closure<dyn FnMut()>>>,
 }
 
 impl Worker {
+    /// Shows a file once its pictures are decoded, unless another has been opened meanwhile.
+    async fn open(self: Rc<Self>, file: Result<OpenedFile, OpenError>) {
+        let number = self.opened.get() + 1;
+        self.opened.set(number);
+        let model = decoded_model(file).await;
+        if self.opened.get() == number {
+            let replies = self.job.borrow_mut().open(model);
+            self.send(&replies);
+            self.schedule();
+        }
+    }
+
     /// Works for a slice; what there is to reply then.
     fn work(&self) -> Vec<Reply> {
         let begun = Date::now();
@@ -90,4 +112,13 @@ impl Worker {
             self.next.set(asked.is_ok());
         }
     }
+}
+
+async fn decoded_model(file: Result<OpenedFile, OpenError>) -> Result<OpenedModel, OpenError> {
+    let file = file?;
+    let mut pictures = Vec::new();
+    for texture in file.textures() {
+        pictures.push(decoded::picture(&texture.bytes).await.inspect_err(web_sys::console::warn_1).ok());
+    }
+    file.model(&pictures)
 }

@@ -3,6 +3,7 @@
 //! | module | what |
 //! |---|---|
 //! | `model` | [`OpenedModel`]: points, surface and classes of a file |
+//! | `picture` | what pictures on its surface show at its vertices |
 //! | `spacing` | how far apart its points lie |
 //! | `events` | the same as events of the link, which model and state follow |
 //!
@@ -10,6 +11,8 @@
 
 mod events;
 mod model;
+mod picture;
 mod spacing;
 
-pub use model::{OpenError, OpenedModel};
+pub use model::{Beside, OpenError, OpenedFile, OpenedModel};
+pub use picture::Picture;

@@ -1,12 +1,15 @@
 //! Points, surface and classes of a file.
 
+use super::picture::{self, Picture};
 use super::spacing;
 use crate::words::t;
 use glam::Vec3;
 use semascan_formats::offset::{common_offset, relative};
-use semascan_formats::{Geometry, Piece, ReadError, no_files, ply};
+use semascan_formats::{Geometry, Piece, ReadError, Texture, ply};
 use semascan_model::{LengthUnit, SemanticCloud, SemanticMesh, SemanticPoint, Taxonomy};
 use std::collections::{BTreeMap, BTreeSet};
+use std::io;
+use std::sync::Arc;
 
 /// Most points: a page has 4 GB, and holds each point twice.
 const MOST_POINTS: usize = 10_000_000;
@@ -53,23 +56,82 @@ pub struct OpenedModel {
     pub mesh: SemanticMesh,
 }
 
-impl OpenedModel {
+/// A file that was opened together with a model: its name and its content. A material library, for instance, or a picture.
+pub type Beside = (String, Arc<[u8]>);
+
+/// A file whose pictures are still to be decoded.
+#[derive(Debug)]
+pub struct OpenedFile {
+    name: String,
+    content: Content,
+}
+
+#[derive(Debug)]
+enum Content {
+    /// Semascan's own, with the edge of its voxels.
+    Own(ply::PlyModel, f32),
+    Foreign(Geometry),
+}
+
+impl OpenedFile {
     /// Reads a file by the ending of its name.
     ///
+    /// * `beside`: what was opened with it.
+    ///
     /// # Errors
-    /// [`OpenError`] if it cannot be read, or holds nothing or too much.
-    pub fn read(name: &str, bytes: &[u8]) -> Result<Self, OpenError> {
+    /// [`OpenError`] if it cannot be read.
+    pub fn read(name: &str, bytes: &[u8], beside: &[Beside]) -> Result<Self, OpenError> {
         let is_ply = name.rsplit_once('.').is_some_and(|(_, ending)| ending.eq_ignore_ascii_case("ply"));
-        let (mut model, voxel) = match is_ply {
+        let content = match is_ply {
             true => {
                 let file = ply::read(name, bytes)?;
                 match file.voxel() {
-                    Some(voxel) => (Self::own(name, file), Some(voxel)),
-                    None => (Self::foreign(name, Geometry::of_ply(name, file)?), None),
+                    Some(voxel) => Content::Own(file, voxel),
+                    None => Content::Foreign(Geometry::of_ply(name, file)?),
                 }
             }
-            false => (Self::foreign(name, Geometry::read(name, bytes, &no_files)?), None),
+            false => Content::Foreign(Geometry::read(name, bytes, &|named: &str| find(beside, named))?),
         };
+        Ok(Self { name: name.to_owned(), content })
+    }
+
+    /// Its pictures as they are stored.
+    pub fn textures(&self) -> &[Texture] {
+        match &self.content {
+            Content::Own(..) => &[],
+            Content::Foreign(geometry) => &geometry.textures,
+        }
+    }
+
+    /// The model.
+    ///
+    /// * `pictures`: those of [`Self::textures`] that could be decoded, in their order.
+    ///
+    /// # Errors
+    /// [`OpenError`] if it holds nothing or too much.
+    pub fn model(self, pictures: &[Option<Picture>]) -> Result<OpenedModel, OpenError> {
+        match self.content {
+            Content::Own(file, voxel) => OpenedModel::own(&self.name, file).checked(Some(voxel)),
+            Content::Foreign(geometry) => OpenedModel::foreign(&self.name, geometry, pictures).checked(None),
+        }
+    }
+}
+
+/// What a model calls `named` among the files that were opened with it, wherever it stands there.
+fn find(beside: &[Beside], named: &str) -> io::Result<Vec<u8>> {
+    let last = named.rsplit('/').next().unwrap_or(named);
+    let found = beside.iter().find(|(name, _)| name.eq_ignore_ascii_case(last));
+    let missing = || io::Error::new(io::ErrorKind::NotFound, t!("file.beside", name = last));
+    found.map(|(_, bytes)| bytes.to_vec()).ok_or_else(missing)
+}
+
+impl OpenedModel {
+    /// The model with what follows from its points.
+    ///
+    /// * `voxel`: the edge of its voxels, where the file says it.
+    fn checked(self, voxel: Option<f32>) -> Result<Self, OpenError> {
+        let mut model = self;
+        let name = &model.name;
         // Points without a place, and vertices that no triangle names.
         let positions = &model.mesh.vertices.positions;
         let is_placed = |p: &[f32; 3]| p.iter().all(|c| c.abs() < FARTHEST);
@@ -83,10 +145,10 @@ impl OpenedModel {
         }
         let points = model.mesh.len();
         if points == 0 {
-            return Err(OpenError::Empty(name.to_owned()));
+            return Err(OpenError::Empty(name.clone()));
         }
         if points > MOST_POINTS {
-            return Err(OpenError::Large { name: name.to_owned(), points });
+            return Err(OpenError::Large { name: name.clone(), points });
         }
         if model.mesh.vertices.normals.iter().all(|n| *n == [0.0; 3]) {
             set_normals(&mut model.mesh);
@@ -112,7 +174,7 @@ impl OpenedModel {
     }
 
     /// Any other file: its objects are the components.
-    fn foreign(name: &str, geometry: Geometry) -> Self {
+    fn foreign(name: &str, geometry: Geometry, pictures: &[Option<Picture>]) -> Self {
         let unit = geometry.assumed_unit();
         let mut remarks = Vec::new();
         // Of glTF metres are the rule, and no guess.
@@ -124,8 +186,14 @@ impl OpenedModel {
         if offset != [0.0; 3] {
             remarks.push(t!("file.far").into());
         }
-        if !geometry.textures.is_empty() {
-            remarks.push(t!("file.no_pictures").into());
+        for (index, texture) in geometry.textures.iter().enumerate() {
+            if pictures.get(index).is_none_or(Option::is_none) {
+                remarks.push(t!("file.no_picture", name = texture.name));
+            }
+        }
+        let of_pictures = picture::colors(&geometry, pictures);
+        if of_pictures.is_some() {
+            remarks.push(t!("file.pictures_at_vertices").into());
         }
         let positions = relative(&geometry.positions, unit.in_metres(), offset);
         let Geometry { normals, colors, labels, confidence, flags, triangles, pieces, warnings, .. } = geometry;
@@ -153,6 +221,11 @@ impl OpenedModel {
                 if let (Some(of_vertex), Some(color)) = (vertices.colors.get_mut(vertex), color) {
                     *of_vertex = color;
                 }
+            }
+        }
+        for (of_vertex, color) in vertices.colors.iter_mut().zip(of_pictures.into_iter().flatten()) {
+            if let Some(color) = color {
+                *of_vertex = color.map(stored);
             }
         }
         let mesh = SemanticMesh { boundary: vec![false; vertices.len()], vertices, triangles };
@@ -249,6 +322,53 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
     use semascan_formats::ply::write_cloud;
+
+    impl OpenedModel {
+        /// A file alone, without its pictures.
+        pub(crate) fn read(name: &str, bytes: &[u8]) -> Result<Self, OpenError> {
+            OpenedFile::read(name, bytes, &[])?.model(&[])
+        }
+    }
+
+    #[test]
+    fn pictures_that_were_opened_with_a_model_colour_its_vertices() {
+        let obj =
+            b"mtllib C:\\scans\\box.mtl\nv 0 0 0\nv 10 0 0\nv 10 10 0\nv 0 10 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n\
+                    usemtl skin\nf 1/1 2/2 3/3 4/4\n";
+        let library: Beside = ("BOX.MTL".into(), b"newmtl skin\nKd 0.1 0.1 0.1\nmap_Kd skin.png\n"[..].into());
+        let picture: Beside = ("skin.png".into(), [1, 2, 3][..].into());
+        let file = OpenedFile::read("box.obj", obj, &[library.clone(), picture]).expect("a mesh");
+        assert_eq!(file.textures().iter().map(|t| t.bytes.as_slice()).collect::<Vec<_>>(), [[1, 2, 3]]);
+        // Large enough that the vertices, in its corners, see one colour each.
+        let side = 64;
+        let color = |k: u32| match (k % side < side / 2, k / side < side / 2) {
+            (true, true) => [255, 0, 0, 255],
+            (false, true) => [0, 255, 0, 255],
+            (true, false) => [0, 0, 255, 255],
+            (false, false) => [255, 255, 0, 255],
+        };
+        let pixels: Vec<u8> = (0..side * side).flat_map(color).collect();
+        let model = file.model(&[Picture::new(side, side, &pixels)]).expect("a mesh");
+        assert_eq!(model.mesh.vertices.colors, [[0, 0, 255], [255, 255, 0], [0, 255, 0], [255, 0, 0]]);
+        assert!(model.remarks.iter().any(|remark| remark == t!("file.pictures_at_vertices")), "{:?}", model.remarks);
+
+        let alone = OpenedFile::read("box.obj", obj, &[library]).expect("a mesh").model(&[]).expect("a mesh");
+        assert!(alone.remarks.iter().any(|remark| remark.contains("skin.png")), "{:?}", alone.remarks);
+        assert!(
+            alone.mesh.vertices.colors.iter().all(|c| c[0] == c[2] && c[0] < 128),
+            "{:?}",
+            alone.mesh.vertices.colors
+        );
+    }
+
+    #[test]
+    fn a_picture_that_nobody_can_decode_is_named() {
+        let obj = b"mtllib a.mtl\nv 0 0 0\nv 10 0 0\nv 10 10 0\nvt 0 0\nusemtl skin\nf 1/1 2/1 3/1\n";
+        let library: Beside = ("a.mtl".into(), b"newmtl skin\nmap_Kd skin.tga\n"[..].into());
+        let file = OpenedFile::read("a.obj", obj, &[library, ("skin.tga".into(), [7][..].into())]).expect("a mesh");
+        let model = file.model(&[None]).expect("a mesh");
+        assert!(model.remarks.iter().any(|remark| remark.contains("skin.tga")), "{:?}", model.remarks);
+    }
 
     #[test]
     fn an_own_file_keeps_everything_that_is_known_of_a_point() {

@@ -8,7 +8,7 @@ use crate::features::mesh::MeshEvent;
 use crate::features::timeline::TimelineEvent;
 use crate::link::LinkEvent;
 use crate::mesh_worker::{Reply, Request};
-use crate::opened::OpenedModel;
+use crate::opened::{Beside, OpenedModel};
 use crate::state::notices::{Level, Topic};
 use crate::state::{Event, units};
 use crate::ui::Command;
@@ -17,7 +17,7 @@ use js_sys::{ArrayBuffer, Uint8Array};
 use std::rc::Rc;
 use wasm_bindgen::prelude::*;
 use wasm_bindgen_futures::{JsFuture, spawn_local};
-use web_sys::{DragEvent, File, HtmlElement, Response, Window};
+use web_sys::{DragEvent, File, FileList, HtmlElement, Response, Window};
 
 /// Largest file, bytes: a page has 4 GB, and the file is there beside what it holds.
 const LARGEST: f64 = 1e9;
@@ -40,20 +40,30 @@ pub(super) fn follow(viewport: &Rc<Viewport>, followed: &Followed) {
     });
 }
 
-/// Reads a file of the person's.
-pub(super) fn open(viewport: &Rc<Viewport>, followed: &Followed, file: File) {
+/// Reads a file of the person's, with those that it names.
+pub(super) fn open(viewport: &Rc<Viewport>, followed: &Followed, files: &FileList) {
     let (viewport, followed) = (viewport.clone(), followed.clone());
+    let mut files: Vec<File> = (0..files.length()).filter_map(|index| files.get(index)).collect();
+    if files.is_empty() {
+        return;
+    }
+    // Of a model and what it names; of others, what was named first.
+    let main = files.iter().position(|file| !is_named_by_models(&file.name())).unwrap_or(0);
+    let file = files.remove(main);
     let (ui, name) = (viewport.ui, file.name());
     ui.retract(Topic::File);
-    if file.size() > LARGEST {
+    if has_ending(&name, &["mcap"]) {
+        return refuse(&viewport, &t!("file.recording", name));
+    }
+    if files.iter().map(|beside| beside.size()).sum::<f64>() + file.size() > LARGEST {
         let text = t!("file.too_large", name);
         ui.notify(Level::Error, Topic::File, text);
         return;
     }
     ui.notify(Level::Info, Topic::File, t!("file.reading", name));
     spawn_local(async move {
-        match JsFuture::from(file.array_buffer()).await {
-            Ok(buffer) => take(&viewport, &followed, name, &buffer.unchecked_into()),
+        match contents(&file, &files).await {
+            Ok((buffer, beside)) => take(&viewport, &followed, name, &buffer, beside),
             Err(error) => {
                 web_sys::console::error_1(&error);
                 refuse(&viewport, &t!("file.unreadable", name));
@@ -62,13 +72,37 @@ pub(super) fn open(viewport: &Rc<Viewport>, followed: &Followed, file: File) {
     });
 }
 
+/// Whether a file of that name is one that models name.
+fn is_named_by_models(name: &str) -> bool {
+    has_ending(name, &["mtl", "bin", "png", "jpg", "jpeg", "webp"])
+}
+
+fn has_ending(name: &str, endings: &[&str]) -> bool {
+    name.rsplit_once('.').is_some_and(|(_, ending)| endings.iter().any(|own| ending.eq_ignore_ascii_case(own)))
+}
+
+/// What is in a file, and in those beside it.
+///
+/// # Errors
+/// What the browser says of one that it cannot read.
+async fn contents(file: &File, beside: &[File]) -> Result<(ArrayBuffer, Vec<Beside>), JsValue> {
+    let mut contents = Vec::new();
+    for file in beside {
+        let buffer = JsFuture::from(file.array_buffer()).await?;
+        contents.push((file.name(), Uint8Array::new(&buffer).to_vec().into()));
+    }
+    Ok((JsFuture::from(file.array_buffer()).await?.unchecked_into(), contents))
+}
+
 /// Shows what is in a file.
-fn take(viewport: &Rc<Viewport>, followed: &Followed, name: String, buffer: &ArrayBuffer) {
+///
+/// * `beside`: the files that were opened with it.
+fn take(viewport: &Rc<Viewport>, followed: &Followed, name: String, buffer: &ArrayBuffer, beside: Vec<Beside>) {
     let taken = match is_inspection(&name) {
         true => show_file(viewport, followed, &name, buffer),
         false => {
             let bytes = Uint8Array::new(buffer).to_vec().into();
-            viewport.mesh_worker.send(&Request::Open { name, bytes })
+            viewport.mesh_worker.send(&Request::Open { name, bytes, beside })
         }
     };
     if let Err(reason) = taken {
@@ -83,7 +117,7 @@ pub(super) fn fetch(viewport: &Rc<Viewport>, followed: &Followed, path: String) 
     let (viewport, followed) = (viewport.clone(), followed.clone());
     spawn_local(async move {
         match fetched(&path).await {
-            Ok(buffer) => take(&viewport, &followed, name, &buffer),
+            Ok(buffer) => take(&viewport, &followed, name, &buffer, Vec::new()),
             Err(error) => refuse(&viewport, &t!("file.not_loaded", path, reason = error.reason())),
         }
     });
@@ -175,10 +209,10 @@ pub(super) fn drops(window: &Window, viewport: &Rc<Viewport>) -> Result<(), JsVa
     let ui = viewport.ui;
     let on_drop = Closure::<dyn FnMut(DragEvent)>::new(move |event: DragEvent| {
         let _ = body.remove_attribute(DRAGGED);
-        let file = event.data_transfer().and_then(|data| data.files()).and_then(|files| files.get(0));
-        if let Some(file) = file {
+        let files = event.data_transfer().and_then(|data| data.files());
+        if let Some(files) = files.filter(|files| files.length() > 0) {
             event.prevent_default();
-            ui.ask(Command::OpenFile(file));
+            ui.ask(Command::OpenFiles(files));
         }
     });
     window.add_event_listener_with_callback("dragover", on_over.as_ref().unchecked_ref())?;

@@ -168,7 +168,7 @@ fn execute(viewport: &Rc<Viewport>, followed: &Followed, command: Command) {
             }
         }
         Command::PlayInspection => play_file::play_inspection(viewport, followed),
-        Command::OpenFile(file) => open_file::open(viewport, followed, file),
+        Command::OpenFiles(files) => open_file::open(viewport, followed, &files),
         Command::Camera(input) => viewport.steer(input),
         Command::PickMiddle => viewport.pick_middle(),
         Command::Copy { text, file } => save::copy(viewport, text, file),

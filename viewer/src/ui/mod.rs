@@ -38,8 +38,8 @@ pub enum Command {
     CopyLink,
     /// Download the picture, with what its colours mean.
     SavePicture,
-    /// Look at the model in this file in the place of the agent's.
-    OpenFile(web_sys::File),
+    /// Look at the model in one of these files in the place of the agent's; the others are what it names.
+    OpenFiles(web_sys::FileList),
     /// Play what the agent keeps of the inspection that is shown.
     PlayInspection,
     /// Show what is played as it stood at this stop.

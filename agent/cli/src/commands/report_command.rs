@@ -64,12 +64,12 @@ impl ReportArgs {
                 self.write_tables(&record, kept.as_deref())
             }
             Format::Dfq => {
-                let (record, _) = report_html::with_reviews(&self.folder, record)?;
-                write(&self.path("report.dfq"), &made(dfq(&record))?)
+                let (record, kept) = report_html::with_reviews(&self.folder, record)?;
+                write(&self.path("report.dfq"), &made(dfq(&record, &kept.unwrap_or_default()))?)
             }
             Format::Qif => {
-                let (record, _) = report_html::with_reviews(&self.folder, record)?;
-                write(&self.path("report.qif"), &made(qif(&record))?)
+                let (record, kept) = report_html::with_reviews(&self.folder, record)?;
+                write(&self.path("report.qif"), &made(qif(&record, &kept.unwrap_or_default()))?)
             }
         }
     }

@@ -178,6 +178,42 @@ pub(super) struct TextureReference {
     pub(super) index: usize,
     #[serde(default)]
     pub(super) tex_coord: u32,
+    #[serde(default)]
+    pub(super) extensions: ReferenceExtensions,
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+pub(super) struct ReferenceExtensions {
+    #[serde(rename = "KHR_texture_transform")]
+    pub(super) transform: Option<TextureTransform>,
+}
+
+/// Where on the picture texture coordinates lie.
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "camelCase", default)]
+pub(super) struct TextureTransform {
+    pub(super) offset: [f32; 2],
+    /// Radians.
+    pub(super) rotation: f32,
+    pub(super) scale: [f32; 2],
+    /// Other coordinates than those of the reference.
+    pub(super) tex_coord: Option<u32>,
+}
+
+impl Default for TextureTransform {
+    fn default() -> Self {
+        Self { offset: [0.0; 2], rotation: 0.0, scale: [1.0; 2], tex_coord: None }
+    }
+}
+
+impl TextureTransform {
+    /// The place on the picture.
+    pub(super) fn of(&self, [u, v]: [f32; 2]) -> [f32; 2] {
+        let (sine, cosine) = self.rotation.sin_cos();
+        let [u, v] = [u * self.scale[0], v * self.scale[1]];
+        [cosine * u + sine * v + self.offset[0], cosine * v - sine * u + self.offset[1]]
+    }
 }
 
 #[derive(Debug, Default, Deserialize)]
@@ -185,6 +221,8 @@ pub(super) struct TextureReference {
 pub(super) struct Texture {
     /// The image; none where only an extension names one.
     pub(super) source: Option<usize>,
+    /// By their names.
+    pub(super) extensions: std::collections::BTreeMap<String, serde::de::IgnoredAny>,
 }
 
 #[derive(Debug, Default, Deserialize)]

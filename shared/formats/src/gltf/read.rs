@@ -5,7 +5,7 @@
 
 use super::accessor::Buffers;
 use super::container;
-use super::document::{Document, Node, Primitive, Versioned};
+use super::document::{Document, Node, Primitive, TextureReference, Versioned};
 use super::placement::{Placement, instances, joints};
 use crate::files::Allowance;
 use crate::geometry::{Geometry, MAX_PIECES, MAX_TRIANGLES, Piece, PieceTexture, Texture};
@@ -339,14 +339,19 @@ impl Reader<'_> {
         let appearance = material.map(|m| &m.pbr_metallic_roughness);
         let [r, g, b, _] = appearance.and_then(|a| a.base_color_factor).unwrap_or([1.0; 4]);
         let mut texture = None;
-        if let Some(reference) = appearance.and_then(|a| a.base_color_texture.as_ref())
-            && let Some(&accessor) = primitive.attributes.get(&format!("TEXCOORD_{}", reference.tex_coord))
+        let reference = appearance.and_then(|a| a.base_color_texture.as_ref());
+        let transform = reference.and_then(|reference| reference.extensions.transform.as_ref());
+        let set = |of: &TextureReference| transform.and_then(|t| t.tex_coord).unwrap_or(of.tex_coord);
+        if let Some(reference) = reference
+            && let Some(&accessor) = primitive.attributes.get(&format!("TEXCOORD_{}", set(reference)))
         {
             let flat = self.buffers.numbers(accessor, 2)?;
             // glTF's v runs downwards.
             let at = |i: u32| {
                 let i = 2 * i as usize;
-                flat.get(i..i + 2).map_or([0.0; 2], |c| [c[0] as f32, 1.0 - c[1] as f32])
+                let place = flat.get(i..i + 2).map_or([0.0; 2], |c| [c[0] as f32, c[1] as f32]);
+                let [u, v] = transform.map_or(place, |transform| transform.of(place));
+                [u, 1.0 - v]
             };
             self.geometry.texture_coordinates.resize(first, [[0.0; 2]; 3]);
             self.geometry.texture_coordinates.extend(triangles.iter().map(|t| t.map(at)));
@@ -364,11 +369,12 @@ impl Reader<'_> {
 
     /// Index of a texture's picture among those of the geometry; `None`, with a warning, where it cannot be opened.
     fn texture(&mut self, index: usize) -> Option<usize> {
-        let image = self.document.textures.get(index).and_then(|t| t.source);
-        let Some(image) = image else {
-            self.geometry
-                .warnings
-                .push(format!("texture {index} is left out: it is not there, or in a form that is not read"));
+        let texture = self.document.textures.get(index);
+        let Some(image) = texture.and_then(|t| t.source) else {
+            let forms: Vec<&str> = texture.iter().flat_map(|t| t.extensions.keys()).map(|form| form_of(form)).collect();
+            let why =
+                if forms.is_empty() { "it is not there".into() } else { format!("{} is not read", forms.join(", ")) };
+            self.geometry.warnings.push(format!("texture {index} is left out: {why}"));
             return None;
         };
         if let Some(known) = self.images.get(&image) {
@@ -399,6 +405,16 @@ impl Reader<'_> {
             }
             (None, None) => Err("it names no picture".to_owned()),
         }
+    }
+}
+
+/// The form of pictures that an extension is for.
+fn form_of(extension: &str) -> &str {
+    match extension {
+        "KHR_texture_basisu" => "KTX2 (KHR_texture_basisu)",
+        "EXT_texture_webp" => "WebP (EXT_texture_webp)",
+        "EXT_texture_avif" => "AVIF (EXT_texture_avif)",
+        other => other,
     }
 }
 

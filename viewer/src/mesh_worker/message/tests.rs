@@ -78,7 +78,12 @@ fn requests_cross_unchanged() {
         Request::Reference { name: "a.stl".into(), unit: None, bytes: [1, 2, 3].into() },
         Request::Reference { name: String::new(), unit: Some(LengthUnit::Metres), bytes: [].into() },
         Request::Forget,
-        Request::Open { name: "ß.ply".into(), bytes: [1, 2, 3].into() },
+        Request::Open { name: "ß.ply".into(), bytes: [1, 2, 3].into(), beside: Vec::new() },
+        Request::Open {
+            name: "a.obj".into(),
+            bytes: [1, 2, 3].into(),
+            beside: vec![("ß.mtl".into(), [4].into()), (String::new(), [].into())],
+        },
     ];
     for request in requests {
         assert_eq!(Request::decode(&request.encode()), Ok(request));

@@ -12,6 +12,9 @@ use leptos::prelude::*;
 use wasm_bindgen::JsCast;
 use web_sys::HtmlInputElement;
 
+/// What can be chosen: inspections, models, and the files that these name.
+const ACCEPT: &str = ".semascan,.ply,.glb,.gltf,.obj,.stl,.pcd,.mtl,.bin,.png,.jpg,.jpeg,.webp";
+
 /// Brand, part, connection, buttons.
 #[component]
 pub(super) fn Header(ui: Ui) -> impl IntoView {
@@ -23,8 +26,8 @@ pub(super) fn Header(ui: Ui) -> impl IntoView {
     let is_file = ui.part(|s| s.connection.is_file() && !s.connection.is_recorded());
     let take_file = move |event: web_sys::Event| {
         let Some(input) = event.target().and_then(|t| t.dyn_into::<HtmlInputElement>().ok()) else { return };
-        if let Some(file) = input.files().and_then(|files| files.get(0)) {
-            ui.ask(Command::OpenFile(file));
+        if let Some(files) = input.files() {
+            ui.ask(Command::OpenFiles(files));
         }
         // The same file may be chosen again.
         input.set_value("");
@@ -79,7 +82,7 @@ pub(super) fn Header(ui: Ui) -> impl IntoView {
         </button>
         <label class="tool file-button" title=t!("header.open")>
             <input
-                id=FILE_FIELD class="visually-hidden" type="file" accept=".semascan,.ply,.glb,.gltf,.obj,.stl,.pcd" data-testid="open-file"
+                id=FILE_FIELD class="visually-hidden" type="file" multiple=true accept=ACCEPT data-testid="open-file"
                 aria-label=t!("command.open") on:change=take_file
             />
             <Icon path=OPEN/>
