@@ -127,6 +127,14 @@ function exportsBesideThePage(session) {
       }
       viewer.assertNoErrors();
     });
+
+    it('is saved even where the worker does not load', LIMIT, async () => {
+      const usual = (await viewer.export('mesh-stl')).bytes;
+      await page.route('**/export_worker.js', (route) => route.abort());
+      const { bytes } = await viewer.export('mesh-stl');
+      assert.ok(bytes.equals(usual));
+      await page.unroute('**/export_worker.js');
+    });
   });
 }
 

@@ -75,7 +75,7 @@ describe('the page', () => {
       globals: Object.keys(window).filter((name) => /semascan|test/i.test(name)),
       viewer: Object.getOwnPropertyNames((await import('/semascan_viewer.js')).Viewer.prototype).sort(),
     }));
-    assert.deepEqual(shipped.entries, ['Viewer', 'default', 'initSync', 'link_worker_start', 'mesh_worker_start', 'player_worker_start', 'speak', 'start']);
+    assert.deepEqual(shipped.entries, ['Viewer', 'default', 'export_worker_start', 'initSync', 'link_worker_start', 'mesh_worker_start', 'player_worker_start', 'speak', 'start']);
     assert.deepEqual(shipped.globals, []);
     assert.deepEqual(shipped.viewer.filter((name) => !name.startsWith('__')), ['constructor', 'free']);
   });

@@ -1,6 +1,7 @@
 //! The page's side of the export worker: one for each export, ended with it.
 
 use super::task::Task;
+use super::write::ExportFile;
 use crate::state::export_choice::{Exporting, Step};
 use crate::words::t;
 use crate::worker_script;
@@ -24,6 +25,13 @@ pub struct Written {
     pub bytes: Uint8Array,
 }
 
+impl From<ExportFile> for Written {
+    fn from(ExportFile { name, bytes, count, left_out }: ExportFile) -> Self {
+        let bytes = Uint8Array::from(bytes.as_slice());
+        Self { name, count: count as u64, left_out: left_out as u64, bytes }
+    }
+}
+
 /// What the worker says.
 pub enum Reply {
     /// So far it is.
@@ -32,6 +40,8 @@ pub enum Reply {
     Written(Vec<Written>),
     /// There will be none.
     Failed(String),
+    /// The worker did not load: its server is gone, for instance.
+    NotLoaded,
 }
 
 /// The export that is being written, if any.
@@ -80,8 +90,10 @@ impl Running {
         });
         worker.set_onmessage(Some(on_message.as_ref().unchecked_ref()));
         let on_error = Closure::<dyn FnMut(ErrorEvent)>::new(move |error: ErrorEvent| {
-            let why = worker_script::reason(&error).unwrap_or_else(|| t!("mesh.not_loaded").to_owned());
-            on_reply(Reply::Failed(t!("save.worker_failed", why)));
+            on_reply(match worker_script::reason(&error) {
+                Some(why) => Reply::Failed(t!("save.worker_failed", why)),
+                None => Reply::NotLoaded,
+            });
         });
         worker.set_onerror(Some(on_error.as_ref().unchecked_ref()));
         Ok(Self { worker, _on_message: on_message, _on_error: on_error })

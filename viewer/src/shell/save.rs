@@ -1,7 +1,7 @@
 //! Exports: the model, the mesh or a section as files for the person, saved as if they came from a server; texts for the clipboard.
 
 use super::viewport::Viewport;
-use crate::export::{ExportFile, Format, Reply, Task, Written};
+use crate::export::{Format, Reply, Task, Written};
 use crate::scene::section_export::{SectionFormat, export_section};
 use crate::state::export_choice::Exporting;
 use crate::state::notices::{Level, Topic};
@@ -67,22 +67,29 @@ fn receive(viewport: &Viewport, format: Format, reply: Reply) {
         Format::Points(_) => |count| t!("count.points", count),
         Format::Mesh(_) => |count| t!("count.triangles", count),
     };
-    match reply {
-        Reply::Progress(_) => {}
-        Reply::Written(files) => save(viewport, &files, format.mime(), counted),
-        Reply::Failed(reason) => ui.notify(Level::Error, Topic::Export, t!("save.failed", reason)),
+    let files = match reply {
+        Reply::Progress(_) => return,
+        Reply::Written(files) => Ok(files),
+        Reply::Failed(reason) => Err(reason),
+        Reply::NotLoaded => written_here(viewport, format),
+    };
+    match files {
+        Ok(files) => save(viewport, &files, format.mime(), counted),
+        Err(reason) => ui.notify(Level::Error, Topic::Export, t!("save.failed", reason)),
     }
+}
+
+/// Writes on the page, which stands still meanwhile: a person can save what is shown even when the server of the worker is gone.
+fn written_here(viewport: &Viewport, format: Format) -> Result<Vec<Written>, String> {
+    let files = task(viewport, format)?.run(|_, _| {}).map_err(|error| error.to_string())?;
+    Ok(files.into_iter().map(Written::from).collect())
 }
 
 /// Saves the section.
 pub(super) fn save_section(viewport: &Viewport, format: SectionFormat) {
     viewport.ui.retract(Topic::Export);
     match viewport.ui.read(|state| export_section(state, format)) {
-        Some(ExportFile { name, bytes, count, left_out }) => {
-            let bytes = Uint8Array::from(bytes.as_slice());
-            let file = Written { name, count: count as u64, left_out: left_out as u64, bytes };
-            save(viewport, &[file], format.mime(), |count| t!("count.outlines", count));
-        }
+        Some(file) => save(viewport, &[file.into()], format.mime(), |count| t!("count.outlines", count)),
         None => {
             let text = t!("save.failed", reason = t!("save.no_section"));
             viewport.ui.notify(Level::Error, Topic::Export, text);
