@@ -92,13 +92,13 @@ function exportsBesideThePage(session) {
     }, LIMIT);
     after(() => viewer?.close());
 
-    const running = () => page.getByTestId('export-running');
+    const running = () => page.getByTestId('export-progress');
     const detail = (key) => page.getByTestId('export-detail').selectOption(key);
 
     it('is taken from there, and the picture follows a person meanwhile', LIMIT, async () => {
       await detail('tenth');
       await page.getByTestId('export-mesh-stl').click();
-      await page.waitForFunction(() => document.querySelector('[data-testid=export-running] progress')?.value > 0, null, { timeout: 120_000 });
+      await page.waitForFunction(() => document.querySelector('[data-testid=export-progress]')?.value > 0, null, { timeout: 120_000 });
       assert.equal(await page.getByTestId('export-mesh-ply').isDisabled(), true, 'one export at a time');
       const before = Number((await viewer.state()).frames);
       await viewer.canvas.press('ArrowLeft');

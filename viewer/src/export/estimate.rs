@@ -1,11 +1,9 @@
 //! How large the files will be, from counts of points and triangles.
 
 use super::format::{Format, MeshFormat, PointFormat};
-use super::write::comments;
 use crate::state::AppState;
 use crate::state::export_choice::{Content, ExportChoice, Solids};
-use semascan_formats::ply;
-use semascan_model::{LengthUnit, ModelFigures, POINT_COLUMNS, SemanticCloud};
+use semascan_model::{LengthUnit, ModelFigures, POINT_COLUMNS};
 
 /// What the size of a file follows from.
 #[derive(Clone, Copy, Debug)]
@@ -64,13 +62,13 @@ fn row() -> u64 {
 
 /// Bytes before the first point.
 fn header(state: &AppState, format: Format) -> u64 {
-    if !matches!(format, Format::Points(PointFormat::Ply) | Format::Mesh(MeshFormat::Ply)) {
-        return 0;
+    match format {
+        // A line for each property and class.
+        Format::Points(PointFormat::Ply) | Format::Mesh(MeshFormat::Ply) => {
+            700 + 36 * (state.legend.rows.len() + state.legend.defects.len()) as u64
+        }
+        _ => 0,
     }
-    let (mut bytes, inspection) = (Vec::new(), &state.inspection);
-    // Writing to memory does not fail.
-    let _ = ply::write_cloud(&mut bytes, &SemanticCloud::default(), &inspection.taxonomy(), &comments(inspection));
-    bytes.len() as u64
 }
 
 fn of_points(state: &AppState) -> Amounts {

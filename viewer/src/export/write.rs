@@ -2,7 +2,7 @@
 
 use super::estimate::{Amounts, bytes_of};
 use super::format::{Format, MeshFormat, PointFormat};
-use super::task::Task;
+use super::task::{About, Task};
 use crate::state::export_choice::{Solids, Step};
 use crate::state::units;
 use semascan_formats::gltf::{self, GlbOptions};
@@ -10,7 +10,6 @@ use semascan_formats::{WriteError, components, file_part, obj, ply, stl};
 use semascan_geometry::measure::model_figures;
 use semascan_geometry::mesh::decimate;
 use semascan_model::SemanticMesh;
-use semascan_protocol::Inspection;
 use std::cell::Cell;
 use std::io::Write;
 use std::ops::ControlFlow;
@@ -49,23 +48,23 @@ impl Task {
         let is_kept = |position| !self.cut.is_on() || self.cut.keeps(position);
         let cloud = whole.iter().filter(|p| self.filter.keep(p) && is_kept(p.position)).collect();
         let mesh = SemanticMesh { vertices: cloud, ..SemanticMesh::default() };
-        let (cloud, taxonomy) = (&mesh.vertices, self.inspection.taxonomy());
+        let (cloud, taxonomy) = (&mesh.vertices, &self.about.taxonomy);
         let meter = self.meter(&mesh, report);
         let mut out = meter.file();
         let extension = match format {
             PointFormat::Ply => {
-                ply::write_cloud(&mut out, cloud, &taxonomy, &comments(&self.inspection))?;
+                ply::write_cloud(&mut out, cloud, taxonomy, &comments(&self.about))?;
                 "ply"
             }
             PointFormat::Glb => {
-                let counted = || model_figures(whole, &SemanticMesh::default(), self.inspection.voxel as f32);
+                let counted = || model_figures(whole, &SemanticMesh::default(), self.about.voxel as f32);
                 let figures = self.figures.clone().unwrap_or_else(counted);
-                let options = GlbOptions { part: self.inspection.part.clone(), figures, ..GlbOptions::default() };
-                gltf::write_points(&mut out, cloud, &taxonomy, &options)?;
+                let options = GlbOptions { part: self.about.part.clone(), figures, ..GlbOptions::default() };
+                gltf::write_points(&mut out, cloud, taxonomy, &options)?;
                 "glb"
             }
         };
-        let name = format!("{}.{extension}", units::file_stem(&self.inspection.part));
+        let name = format!("{}.{extension}", units::file_stem(&self.about.part));
         Ok(ExportFile { name, bytes: out.bytes, count: cloud.len(), left_out: whole.len() - cloud.len() })
     }
 
@@ -92,31 +91,31 @@ impl Task {
 
     fn surface(&self, format: MeshFormat, report: Report) -> Result<Vec<ExportFile>, WriteError> {
         let (mesh, left_out) = self.chosen_mesh(report);
-        let (inspection, frame) = (&self.inspection, self.choice.frame);
-        let taxonomy = inspection.taxonomy();
-        let stem = format!("{}-mesh", units::file_stem(&inspection.part));
+        let (about, frame) = (&self.about, self.choice.frame);
+        let taxonomy = &about.taxonomy;
+        let stem = format!("{}-mesh", units::file_stem(&about.part));
         let count = mesh.triangles.len();
         let meter = self.meter(&mesh, report);
         let mut out = meter.file();
         let file = |name: String, out: Output<'_>, count| ExportFile { name, bytes: out.bytes, count, left_out };
         Ok(match format {
             MeshFormat::Ply => {
-                ply::write_semantic_mesh(&mut out, &mesh, &taxonomy, &comments(inspection))?;
+                ply::write_semantic_mesh(&mut out, &mesh, taxonomy, &comments(about))?;
                 vec![file(format!("{stem}.ply"), out, count)]
             }
             MeshFormat::Obj => {
                 let (library, mut materials) = (format!("{stem}.mtl"), meter.file());
-                obj::write_mesh(&mut out, &mesh, &taxonomy, &library, frame)?;
-                obj::write_materials(&mut materials, &mesh, &taxonomy)?;
+                obj::write_mesh(&mut out, &mesh, taxonomy, &library, frame)?;
+                obj::write_materials(&mut materials, &mesh, taxonomy)?;
                 vec![file(format!("{stem}.obj"), out, count), file(library, materials, count)]
             }
             MeshFormat::Stl if self.choice.solids == Solids::One => {
-                stl::write_mesh(&mut out, &mesh, None, &inspection.part, frame)?;
+                stl::write_mesh(&mut out, &mesh, None, &about.part, frame)?;
                 vec![file(format!("{stem}.stl"), out, count)]
             }
             MeshFormat::Stl => {
                 let mut files = Vec::new();
-                for component in components(&mesh, &taxonomy)? {
+                for component in components(&mesh, taxonomy)? {
                     let mut out = meter.file();
                     stl::write_mesh(&mut out, &mesh, Some(component.label), &component.name, frame)?;
                     let name = format!("{stem}-{}.stl", file_part(&component.name));
@@ -126,8 +125,8 @@ impl Task {
             }
             MeshFormat::Glb => {
                 let figures = self.figures.clone().unwrap_or_default();
-                let options = GlbOptions { part: inspection.part.clone(), figures, ..GlbOptions::default() };
-                gltf::write_mesh(&mut out, &mesh, &taxonomy, &options)?;
+                let options = GlbOptions { part: about.part.clone(), figures, ..GlbOptions::default() };
+                gltf::write_mesh(&mut out, &mesh, taxonomy, &options)?;
                 vec![file(format!("{stem}.glb"), out, count)]
             }
         })
@@ -144,12 +143,12 @@ impl Task {
 }
 
 /// What a PLY says beside the classes.
-pub(super) fn comments(inspection: &Inspection) -> [(String, String); 4] {
+fn comments(about: &About) -> [(String, String); 4] {
     [
-        ("part".to_owned(), inspection.part.clone()),
-        ("source".to_owned(), inspection.source.clone()),
-        ("inspection".to_owned(), inspection.id.clone()),
-        ("voxel".to_owned(), inspection.voxel.to_string()),
+        ("part".to_owned(), about.part.clone()),
+        ("source".to_owned(), about.source.clone()),
+        ("inspection".to_owned(), about.id.clone()),
+        ("voxel".to_owned(), about.voxel.to_string()),
     ]
 }
 

@@ -5,6 +5,7 @@
 pub(crate) mod icons;
 pub(crate) mod modal;
 pub(crate) mod object_url;
+pub(crate) mod running;
 
 use crate::camera::CameraInput;
 use crate::export::Format;

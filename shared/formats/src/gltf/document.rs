@@ -221,8 +221,28 @@ impl TextureTransform {
 pub(super) struct Texture {
     /// The image; none where only an extension names one.
     pub(super) source: Option<usize>,
-    /// By their names.
-    pub(super) extensions: std::collections::BTreeMap<String, serde::de::IgnoredAny>,
+    pub(super) extensions: TextureForms,
+}
+
+/// The forms of a picture that only an extension names.
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+pub(super) struct TextureForms {
+    #[serde(rename = "KHR_texture_basisu")]
+    pub(super) ktx2: Option<serde::de::IgnoredAny>,
+    #[serde(rename = "EXT_texture_webp")]
+    pub(super) webp: Option<serde::de::IgnoredAny>,
+    #[serde(rename = "EXT_texture_avif")]
+    pub(super) avif: Option<serde::de::IgnoredAny>,
+}
+
+impl TextureForms {
+    /// What is said of the first of them.
+    pub(super) fn unread(&self) -> Option<&'static str> {
+        let ktx2 = self.ktx2.map(|_| "KTX2 (KHR_texture_basisu) is not read");
+        let webp = self.webp.map(|_| "WebP (EXT_texture_webp) is not read");
+        ktx2.or(webp).or(self.avif.map(|_| "AVIF (EXT_texture_avif) is not read"))
+    }
 }
 
 #[derive(Debug, Default, Deserialize)]

@@ -371,9 +371,8 @@ impl Reader<'_> {
     fn texture(&mut self, index: usize) -> Option<usize> {
         let texture = self.document.textures.get(index);
         let Some(image) = texture.and_then(|t| t.source) else {
-            let forms: Vec<&str> = texture.iter().flat_map(|t| t.extensions.keys()).map(|form| form_of(form)).collect();
             let why =
-                if forms.is_empty() { "it is not there".into() } else { format!("{} is not read", forms.join(", ")) };
+                texture.and_then(|t| t.extensions.unread()).unwrap_or("it is not there, or in a form that is not read");
             self.geometry.warnings.push(format!("texture {index} is left out: {why}"));
             return None;
         };
@@ -405,16 +404,6 @@ impl Reader<'_> {
             }
             (None, None) => Err("it names no picture".to_owned()),
         }
-    }
-}
-
-/// The form of pictures that an extension is for.
-fn form_of(extension: &str) -> &str {
-    match extension {
-        "KHR_texture_basisu" => "KTX2 (KHR_texture_basisu)",
-        "EXT_texture_webp" => "WebP (EXT_texture_webp)",
-        "EXT_texture_avif" => "AVIF (EXT_texture_avif)",
-        other => other,
     }
 }
 

@@ -6,6 +6,7 @@ use crate::display::Representation;
 use crate::features::view::{Controller, FeatureView, Host};
 use crate::state::units;
 use crate::ui::Ui;
+use crate::ui::running::Running;
 use crate::words::t;
 use leptos::prelude::*;
 use std::rc::Rc;
@@ -89,22 +90,11 @@ fn MeshingRow(ui: Ui) -> impl IntoView {
         Meshing::Running { done, total } => Some((done, total.max(1))),
         _ => None,
     });
+    let name = Memo::new(|_| t!("mesh.meshing"));
+    let on_cancel = UnsyncCallback::new(move |()| ui.send_feature(MeshEvent::CancelRequested));
     let outdated = ui.part(|s| s.features.mesh.outdated && !s.features.mesh.is_running());
     view! {
-        <Show when=move || running.get().is_some()>
-            <div class="switch-row">
-                <progress
-                    class="meter" data-testid="mesh-progress" aria-label=t!("mesh.meshing") max="100"
-                    prop:value=move || running.get().map_or(0, |(done, total)| done * 100 / total)
-                ></progress>
-                <button
-                    class="text-button" type="button" data-testid="mesh-cancel"
-                    on:click=move |_| ui.send_feature(MeshEvent::CancelRequested)
-                >
-                    {t!("common.cancel")}
-                </button>
-            </div>
-        </Show>
+        <Running name done=running meter="mesh-progress" cancel="mesh-cancel" on_cancel/>
         <Show when=move || outdated.get()>
             <div class="switch-row">
                 <span>{t!("mesh.outdated")} <small>{t!("mesh.outdated.since")}</small></span>

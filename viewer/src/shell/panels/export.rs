@@ -6,6 +6,7 @@ use crate::state::export_choice::{Content, Detail, ExportChoice, Solids, UNITS, 
 use crate::state::legend::HiddenPoints;
 use crate::state::{Event, units};
 use crate::ui::icons::{DOWNLOAD, Icon};
+use crate::ui::running::Running;
 use crate::ui::{Command, Ui};
 use crate::words::t;
 use leptos::prelude::*;
@@ -142,30 +143,6 @@ fn up_name(choice: ExportChoice) -> &'static str {
     UP_AXES.into_iter().find(|(up, _)| *up == choice.frame.up).map_or("", |(_, name)| name)
 }
 
-/// How far the export is, and the way to end it.
-#[component]
-fn Running(ui: Ui) -> impl IntoView {
-    let exporting = ui.part(|s| s.exporting);
-    let is_running = ui.part(|s| s.exporting.is_some());
-    view! {
-        <Show when=move || is_running.get()>
-            <div class="switch-row" data-testid="export-running">
-                <span>{move || exporting.get().map_or("", |now| now.step.label())}</span>
-                <progress
-                    class="meter" aria-label=t!("export.running") max="100"
-                    prop:value=move || exporting.get().map_or(0, |now| (100.0 * now.share) as u32)
-                ></progress>
-                <button
-                    class="text-button" type="button" data-testid="export-cancel"
-                    on:click=move |_| ui.ask(Command::CancelExport)
-                >
-                    {t!("common.cancel")}
-                </button>
-            </div>
-        </Show>
-    }
-}
-
 /// The button of a format, with the size that the file will have.
 #[component]
 fn FormatButton(ui: Ui, format: Format, id: &'static str, name: &'static str, about: &'static str) -> impl IntoView {
@@ -176,15 +153,15 @@ fn FormatButton(ui: Ui, format: Format, id: &'static str, name: &'static str, ab
         };
         none || s.exporting.is_some()
     });
-    let size = ui.part(move |s| estimate(s, format));
+    let size = ui.part(move |s| estimate(s, format).unwrap_or(0));
     let words = move || match size.get() {
-        Some(bytes) => t!("export.about", what = about, size = units::bytes(bytes)),
-        None => about.to_owned(),
+        0 => about.to_owned(),
+        bytes => t!("export.about", what = about, size = units::bytes(bytes)),
     };
     view! {
         <button
             class="button" type="button" data-testid=id title=about prop:disabled=move || is_off.get()
-            data-bytes=move || size.get().map(|bytes| bytes.to_string())
+            data-bytes=move || size.get().to_string()
             on:click=move |_| ui.ask(Command::Export(format))
         >
             <Icon path=DOWNLOAD/>
@@ -225,6 +202,9 @@ pub(super) fn ExportPanel(ui: Ui) -> impl IntoView {
     let points_as =
         move |format, id, name, about| view! { <FormatButton ui format=Format::Points(format) id name about/> };
     let mesh_as = move |format, id, name, about| view! { <FormatButton ui format=Format::Mesh(format) id name about/> };
+    let step = ui.part(|s| s.exporting.unwrap_or_default().step.label());
+    let done = ui.part(|s| s.exporting.map(|now| ((100.0 * now.share) as u32, 100)));
+    let on_cancel = UnsyncCallback::new(move |()| ui.ask(Command::CancelExport));
     view! {
         <section class="panel" aria-labelledby="export-title">
             <header class="panel-head">
@@ -245,7 +225,7 @@ pub(super) fn ExportPanel(ui: Ui) -> impl IntoView {
                 </div>
                 <MeshChoice ui/>
             </Show>
-            <Running ui/>
+            <Running name=step done meter="export-progress" cancel="export-cancel" on_cancel/>
             <WholeInspection ui/>
             <p
                 class="empty" data-testid="export-note"
