@@ -306,7 +306,10 @@ impl AppState {
     fn begin(&mut self, inspection: &Inspection) {
         self.notices.begin();
         self.is_cut = false;
-        self.legend.set_taxonomy(inspection);
+        // Marks that are not signed are of these classes.
+        if !self.is_unsaid(inspection) || self.features.review.case.inspection.is_empty() {
+            self.legend.set_taxonomy(inspection);
+        }
         self.legend.clear_counts();
         self.measured = None;
         self.scales = ShareScales::default();
@@ -314,7 +317,24 @@ impl AppState {
         self.timings = Timings::default();
         self.views = Views::default();
         self.features.begin(&mut self.display);
+        if !self.may_be_reviewed_on(inspection) {
+            let Features { review, correct, .. } = &self.features;
+            if review.draft.is_some() || correct.drawn().next().is_some() {
+                self.notices.push(Level::Warning, Topic::Decision, t!("review.given_up").into());
+            }
+            self.features.leave();
+        }
         self.inspection = inspection.clone();
+    }
+
+    /// Whether `inspection` is, or may be, the one that the person reviews.
+    fn may_be_reviewed_on(&self, inspection: &Inspection) -> bool {
+        self.is_unsaid(inspection) || inspection.id == self.features.review.case.inspection
+    }
+
+    /// Whether an agent, which has just started, does not know yet which inspection it will show.
+    fn is_unsaid(&self, inspection: &Inspection) -> bool {
+        inspection.id.is_empty() && !self.connection.is_file()
     }
 
     /// What is known of the inspection that is shown anyway.

@@ -151,8 +151,14 @@ impl Feature for Correct {
         }
     }
 
-    /// What the tools give stays.
+    /// Marks are of the surface, which is the same when the model of the same inspection comes again.
     fn begin(&mut self, _: &mut Display) {
+        self.path.clear();
+        self.missed = None;
+    }
+
+    /// What the tools give stays.
+    fn leave(&mut self) {
         let Self { brush, outline, radius, shows_earlier, made, .. } = *self;
         *self = Self { brush, outline, radius, shows_earlier, made, ..Self::default() };
     }
@@ -431,6 +437,8 @@ mod tests {
     fn another_inspection_begins_without_marks() {
         let (mut correct, mut display) = after([Choose(Some(Tool::Brush)), Step(1), at(0.0, 0.0)]);
         correct.begin(&mut display);
+        assert_eq!((correct.marks.len(), correct.tool), (1, Some(Tool::Brush)), "it may be the same again");
+        correct.leave();
         assert!(correct.marks.is_empty() && correct.tool.is_none());
         assert_eq!((correct.radius, correct.next_number()), (5e-3, 2));
     }
