@@ -144,6 +144,7 @@ impl AppState {
             Event::Elapsed { ms } => {
                 self.connection.elapsed(*ms);
                 self.notices.elapsed(*ms);
+                self.features.others.elapsed(*ms);
             }
         }
     }
@@ -216,6 +217,7 @@ impl AppState {
             }
             Body::Page(page) => self.views.page(page),
             Body::Review(change) => self.announce_review(change),
+            Body::Pointer(pointer) => self.features.others.point(pointer),
             // Each of these is an event of the link of its own.
             Body::Welcome(_) | Body::Refused(_) | Body::Clear(_) | Body::Chunk(_) | Body::Gone(_) => {}
         }
@@ -223,7 +225,9 @@ impl AppState {
 
     /// Whether something counts down, so that [`Event::Elapsed`] is wanted.
     pub fn wants_clock(&self) -> bool {
-        matches!(self.connection, Connection::Reconnecting { retry_ms, .. } if retry_ms > 0) || self.notices.fading()
+        matches!(self.connection, Connection::Reconnecting { retry_ms, .. } if retry_ms > 0)
+            || self.notices.fading()
+            || !self.features.others.list.is_empty()
     }
 
     /// The one sentence that a screen reader speaks when it changes.
