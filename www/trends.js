@@ -15,10 +15,11 @@ const NAMES = {
 const MOST_DAYS = 60;
 const HEIGHT = 120;
 const SLOT = 14;
+const ONE_DECIMAL = { maximumFractionDigits: 1 };
 const THREE_DIGITS = { minimumSignificantDigits: 3, maximumSignificantDigits: 3 };
 
 const element = (id) => document.getElementById(id);
-const [panel, said, days, classes] = ["trends", "trends-said", "days", "classes"].map(element);
+const [panel, said, days, confidence, classes] = ["trends", "trends-said", "days", "confidence", "classes"].map(element);
 let latest = 0;
 let query = new URLSearchParams();
 
@@ -51,6 +52,8 @@ const show = async () => {
   const share = judged > 0 ? t("trends.share", { percent: Math.round((100 * accepted) / judged), judged }) : t("trends.none_judged");
   said.textContent = t("trends.said", { count: body.inspections, share });
   days.replaceChildren(...(body.days.length > 0 ? [bars(body.days.slice(-MOST_DAYS))] : []));
+  confidence.hidden = body.days.every((day) => day.confidence === undefined);
+  if (!confidence.hidden) confidence.lastElementChild.replaceChildren(line(body.days.slice(-MOST_DAYS)));
   const looked = sum(body.days, (day) => day.looked);
   classes.replaceChildren(...body.classes.map((found) => row(found, looked)));
 };
@@ -82,6 +85,43 @@ const bars = (list) => {
   });
   return chart;
 };
+
+/** A point for each day whose inspections say how sure their labels are, from the least of all to 1; days that say nothing break the line. */
+const line = (list) => {
+  const known = list.filter((day) => day.confidence !== undefined);
+  const least = Math.min(0.99, Math.floor(20 * Math.min(...known.map((day) => day.confidence))) / 20);
+  const height = (share) => HEIGHT - 4 - ((share - least) / (1 - least)) * (HEIGHT - 8);
+  const chart = made("svg", {
+    viewBox: `0 0 ${SLOT * list.length} ${HEIGHT}`,
+    width: SLOT * list.length,
+    height: HEIGHT,
+    role: "img",
+    "aria-label": known.map(sureness).join("; "),
+  });
+  let before;
+  list.forEach((day, place) => {
+    const at = day.confidence === undefined ? undefined : { x: SLOT * (place + 0.5), y: height(day.confidence) };
+    if (at && before) chart.append(made("line", { x1: before.x, y1: before.y, x2: at.x, y2: at.y }));
+    if (at) {
+      const point = made("circle", { cx: at.x, cy: at.y, r: 4 });
+      point.append(Object.assign(made("title", {}), { textContent: sureness(day) }));
+      chart.append(point);
+    }
+    before = at;
+  });
+  const scale = document.createElement("div");
+  scale.className = "trends-scale";
+  scale.setAttribute("aria-hidden", "true");
+  scale.replaceChildren(...[1, least].map((share) => Object.assign(document.createElement("span"), { textContent: percent(share) })));
+  const plot = document.createElement("div");
+  plot.className = "trends-plot";
+  plot.append(scale, chart);
+  return plot;
+};
+
+const percent = (share) => `${figure(100 * share, ONE_DECIMAL)} %`;
+
+const sureness = (day) => `${day.day}: ${percent(day.confidence)}`;
 
 const judgedOn = (day) => day.accept + day.person + day.rework + day.reject;
 

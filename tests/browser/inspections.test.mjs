@@ -80,6 +80,10 @@ describe('the list of inspections', () => {
     const kinds = await page.locator('#days rect').evaluateAll((bars) => bars.map((bar) => bar.dataset.kind));
     assert.ok(kinds.includes('none') && kinds.some((kind) => kind === 'rework' || kind === 'person'), `${kinds}`);
     assert.match(await page.locator('#days svg').getAttribute('aria-label'), /^\d{4}-\d\d-\d\d: .*1 not judged/);
+    // How sure the labels were: one point, because all were today or, at midnight, two.
+    const sure = page.locator('#confidence svg');
+    assert.match(await sure.getAttribute('aria-label'), /^\d{4}-\d\d-\d\d: \d+(\.\d)? %/);
+    assert.equal(await sure.locator('circle').count(), await page.locator('#days g').count());
     const found = await page.locator('#classes tr').evaluateAll((rows) => rows.map((row) => [...row.cells].map((cell) => cell.textContent.trim())));
     assert.ok(found.some(([what, , count, area]) => /^corrosion on /.test(what) && Number(count) > 0 && /mm²$/.test(area)), JSON.stringify(found));
     await page.evaluate(await readFile(AXE, 'utf8'));

@@ -10,7 +10,7 @@ use std::path::Path;
 
 /// Largest sum of the viewer's WebAssembly and JavaScript, in bytes after brotli: with the page, its style sheet and another language
 /// it stays below 1.6 MB.
-const LIMIT: u64 = 1_570_000;
+const LIMIT: u64 = 1_580_000;
 
 /// Prints the figures; an error when the viewer is over its budget.
 pub(crate) fn check(workspace: &Workspace) -> Result<()> {

@@ -25,7 +25,9 @@ mod volume;
 pub use corrected::{Contradiction, Corrected, CorrectedLabels, Labeller, Stroke, WithoutEffect, corrected_labels};
 pub use empty::EmptySpace;
 pub use projection::{CapturedView, LabelledModel, PixelCounts, PoseUncertainty, Projection, Selection, ViewMasks};
-pub use queue::{Basis, QUEUE_CELL, QueuedRegion, queued_regions};
+pub use queue::{
+    Basis, NamedRegion, NothingToTeach, QueuedRegion, TeachingQueue, check_teachable, queue_convention, teaching_queue,
+};
 pub use rim::RimTreatment;
 pub use volume::MeasuringVolume;
 

@@ -4,17 +4,17 @@
 //! looked; the map keeps the whole uncertainty alone. So each region says which of the two it was ordered by: the whole is
 //! never less than the part. Surface that a person labelled is not listed.
 
-use crate::{Corrected, Labeller};
+use crate::{Corrected, Labeller, corrected_labels};
 use semascan_geometry::measure::seen_vertex_areas;
-use semascan_model::SemanticMesh;
 use semascan_model::finding::{FindingId, FindingKind};
-use semascan_model::record::InspectionRecord;
+use semascan_model::record::{InspectionRecord, Outcome};
 use semascan_model::review::{ReviewEntry, Subject};
+use semascan_model::{SemanticMesh, Taxonomy};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
 /// Edge of the cells that surface is divided into, metres: what one looks at and labels at once.
-pub const QUEUE_CELL: f64 = 0.02;
+const QUEUE_CELL: f64 = 0.02;
 
 /// Which uncertainty a region is ordered by.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -46,8 +46,89 @@ pub struct QueuedRegion {
     pub worth: f64,
 }
 
+/// The queue of an inspection.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct TeachingQueue {
+    /// Whole standard uncertainty times area over its surface that nobody labelled, square metres.
+    pub worth: f64,
+    /// Its regions, the one that would teach most first.
+    pub regions: Vec<NamedRegion>,
+}
+
+/// A region with the name of its component.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct NamedRegion {
+    /// The component.
+    pub name: String,
+    /// The region.
+    #[serde(flatten)]
+    pub region: QueuedRegion,
+}
+
+/// Why an inspection says nothing about what a label would teach.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum NothingToTeach {
+    /// It runs.
+    #[error("it has not ended")]
+    Running,
+    /// There is no surface.
+    #[error("it did not come to a model")]
+    NoModel,
+    /// Nothing is there to order by.
+    #[error("its labels have no uncertainty: they come from the source, or people labelled all that has one")]
+    NoUncertainty,
+}
+
+/// How the queue is ordered, for people.
+pub fn queue_convention() -> String {
+    format!(
+        "worth: mean standard uncertainty of the labels (0 to 1) times area; basis model_part: the part of the networks alone, \
+         whole: all of it, where the part is not known; surface by cells of {} mm",
+        1e3 * QUEUE_CELL
+    )
+}
+
+/// Whether the inspection of `record` has a model to learn from.
+///
+/// # Errors
+/// [`NothingToTeach`].
+pub fn check_teachable(record: &InspectionRecord) -> Result<(), NothingToTeach> {
+    match &record.outcome {
+        Outcome::Running => Err(NothingToTeach::Running),
+        _ if record.points == 0 => Err(NothingToTeach::NoModel),
+        _ => Ok(()),
+    }
+}
+
+/// The queue of the inspection of `record`, whose model is `mesh` with the classes of `taxonomy`; `entries` is what people said of it.
+///
+/// # Errors
+/// [`NothingToTeach`].
+pub fn teaching_queue(
+    mesh: &SemanticMesh,
+    taxonomy: &Taxonomy,
+    record: &InspectionRecord,
+    entries: &[ReviewEntry],
+) -> Result<TeachingQueue, NothingToTeach> {
+    check_teachable(record)?;
+    let corrected = corrected_labels(mesh, taxonomy, record, entries);
+    let regions = queued_regions(mesh, &corrected, record, entries);
+    if regions.is_empty() {
+        return Err(NothingToTeach::NoUncertainty);
+    }
+    let whole = regions.iter().filter(|region| region.basis == Basis::Whole);
+    let worth = whole.map(|region| region.worth).sum();
+    let named = |region: QueuedRegion| NamedRegion { name: name(taxonomy, region.component), region };
+    Ok(TeachingQueue { worth, regions: regions.into_iter().map(named).collect() })
+}
+
+fn name(taxonomy: &Taxonomy, component: u16) -> String {
+    let class = taxonomy.components.iter().find(|class| class.id == component);
+    class.map_or_else(|| format!("class {component}"), |class| class.name.clone())
+}
+
 /// The regions of a model, the one that would teach most first. Empty where no label has an uncertainty.
-pub fn queued_regions(
+fn queued_regions(
     mesh: &SemanticMesh,
     corrected: &Corrected,
     record: &InspectionRecord,
@@ -123,7 +204,6 @@ struct Cell {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::corrected_labels;
     use crate::fixtures::{entry, plate, record, taxonomy, worn_finding};
     use semascan_model::PointFlags;
     use semascan_model::finding::Spread;
@@ -182,5 +262,14 @@ mod tests {
         assert!((regions[0].worth - 0.25 * 1.2e-4).abs() < 1e-12);
         let looked = [entry(1, Subject::Finding { finding: finding.id }, ReviewAction::Accept)];
         assert!(queued_regions(&mesh, &corrected, &record, &looked).is_empty());
+        let queue = teaching_queue(&mesh, &taxonomy(), &record, &[]).expect("a finding");
+        assert_eq!(
+            (queue.worth, queue.regions.len()),
+            (0.0, 1),
+            "what the whole uncertainty says of the rest is not known"
+        );
+        assert_eq!(teaching_queue(&mesh, &taxonomy(), &record, &looked), Err(NothingToTeach::NoUncertainty));
+        let running = InspectionRecord { outcome: Outcome::Running, ..record };
+        assert_eq!(check_teachable(&running), Err(NothingToTeach::Running));
     }
 }

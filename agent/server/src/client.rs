@@ -201,6 +201,7 @@ async fn write(
 ) -> Option<Farewell> {
     let mut changes = live.changes();
     let (mut cursor, welcome) = live.welcome(&hello);
+    let _attends = live.attend(&cursor);
     // A long list need not stay as long as the client does.
     drop(hello);
     let (ping, pong) = (seconds(limits.ping_s), seconds(limits.pong_s));

@@ -32,7 +32,7 @@ use hyper::service::service_fn;
 use hyper_util::rt::{TokioIo, TokioTimer};
 use semascan_inspection::ports::PortError;
 use semascan_model::InspectionId;
-use semascan_protocol::{Phase, ReviewChange, SUBPROTOCOL};
+use semascan_protocol::{Phase, Pointer, ReviewChange, SUBPROTOCOL};
 use std::collections::HashMap;
 use std::future::Future;
 use std::io::ErrorKind;
@@ -213,6 +213,11 @@ impl Shared {
     pub(super) fn tell_review(&self, change: &ReviewChange) {
         self.live.review(change.clone());
         self.replays.tell_review(change);
+    }
+
+    /// Tells all who look at an inspection where somebody points on it; how many they are.
+    pub(super) fn tell_pointer(&self, inspection: &str, pointer: &Pointer) -> u32 {
+        self.live.point(inspection, pointer) + self.replays.tell_pointer(inspection, pointer)
     }
 }
 

@@ -21,6 +21,9 @@ pub const SUBPROTOCOL: &str = "semascan.v1";
 /// Capability of a client that takes [`ReviewChange`].
 pub const TAKES_REVIEWS: &str = "reviews.1";
 
+/// Capability of a client that takes [`Pointer`].
+pub const TAKES_POINTERS: &str = "pointers.1";
+
 /// The generated messages.
 #[allow(missing_docs, unreachable_pub, clippy::all)]
 mod v1 {

@@ -212,6 +212,12 @@ fn chunk_gone() {
 }
 
 #[test]
+fn pointer() {
+    let pointer = Pointer { viewer: "v-1".into(), person: "A. Reviewer".into(), x: 0.01, y: -0.02, z: 0.5 };
+    insta::assert_snapshot!(server(server_message::Body::Pointer(pointer)));
+}
+
+#[test]
 fn review_change() {
     let change = ReviewChange {
         inspection: "3f2a".into(),

@@ -33,14 +33,17 @@ export class Agent {
   }
 
   /**
-   * Starts `semascan demo`, or `semascan serve` if trained networks are to label the views, and waits until it listens.
-   * @param {{source?: string, port?: number, pace?: number, voxel?: number, models?: string}} options `port` 0 takes a
+   * Starts `semascan demo`, or `semascan serve` if trained networks are to label the views or nothing is to be inspected
+   * (`source` null), and waits until it listens.
+   * @param {{source?: string|null, port?: number, pace?: number, voxel?: number, models?: string}} options `port` 0 takes a
    *   free one; `pace` is the shortest time of a view in seconds, so that a test can act in the middle of an inspection;
    *   `voxel` is in millimetres; `models` names networks; `args` are passed on as they are
    */
   static async start({ source = SOURCE, port = 0, pace = 0, voxel, models, args: more = [] } = {}) {
-    const command = models ? ['serve', '--labels', 'network', '--models', models] : ['demo', '--no-open'];
-    const args = [...command, '--source', source, '--port', String(port), '--pace', String(pace), ...more];
+    const networks = models ? ['--labels', 'network', '--models', models] : [];
+    const command = models || source === null ? ['serve', ...networks] : ['demo', '--no-open'];
+    const args = [...command, '--port', String(port), '--pace', String(pace), ...more];
+    if (source !== null) args.push('--source', source);
     if (voxel !== undefined) args.push('--voxel', String(voxel));
     const agent = new Agent(spawn(BINARY, args, { stdio: ['ignore', 'pipe', 'pipe'] }));
     agent.url = await agent.#listening();

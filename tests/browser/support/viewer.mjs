@@ -69,9 +69,9 @@ export class Viewer {
   }
 
   /** Waits for the last view, and until the page holds what the agent says is the whole model. */
-  finished() {
+  finished(limit = FINISH_LIMIT_MS) {
     const whole = (s) => s.phase === 'finished' && s.hash === s.agentHash && s.hash !== '0'.repeat(16);
-    return this.until(whole, null, 'the whole model');
+    return this.until(whole, null, 'the whole model', limit);
   }
 
   /** Number of points by component class, as the legend gives them: all but those whose marks are hidden, drawn or not. */

@@ -14,10 +14,13 @@ pub trait Feature: Clone + Debug + Default + PartialEq {
     /// * `display`: how the model is shown, which a tool may change.
     fn reduce(&mut self, event: &Self::Event, display: &mut Display);
 
-    /// Another model begins: what was of the one before is void.
+    /// Another model begins: what was of the one before is void. It may be that of the same inspection, as after a cut link.
     fn begin(&mut self, display: &mut Display) {
         let _ = display;
     }
+
+    /// Another inspection is shown: what the person has begun to say of the one before is void, too.
+    fn leave(&mut self) {}
 
     /// Puts what the tool shows into the picture.
     fn draw(&self, display: &Display, content: &mut FrameContent) {

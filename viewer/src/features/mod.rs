@@ -10,7 +10,8 @@
 //! To add a tool, write its folder and enter it here, as a module and as a row of the table. The folder's `mod.rs` exports
 //! the type of the tool's state, which implements [`Feature`] and, for the browser, `FeatureView`; methods that the tool has
 //! no use for keep their defaults. A tool may know another one, in one direction: deviations are those of the mesh,
-//! photographs those of the inspected point, or of the mesh as a whole, a section goes through it, corrections are sent as reviews.
+//! photographs those of the inspected point, or of the mesh as a whole, a section goes through it, corrections are sent as reviews, others
+//! are told what is inspected.
 
 /// The table of tools, in the order of their panels. A row is the tool's module and the type of its state there; `$then`
 /// is a macro that gets all rows.
@@ -28,6 +29,7 @@ macro_rules! for_each_feature {
             mesh: Mesh,
             deviation: Deviation,
             photo: Photo,
+            others: Others,
         }
     };
 }
@@ -38,6 +40,7 @@ pub mod evidence;
 pub mod inspect;
 pub mod measure;
 pub mod mesh;
+pub mod others;
 pub mod photo;
 pub mod review;
 pub mod section;

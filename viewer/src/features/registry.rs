@@ -45,6 +45,11 @@ macro_rules! define_registry {
                 $(self.$module.begin(display);)+
             }
 
+            /// Another inspection is shown, for every tool.
+            pub fn leave(&mut self) {
+                $(self.$module.leave();)+
+            }
+
             /// Puts what every tool shows into the picture.
             pub fn draw(&self, display: &Display, content: &mut FrameContent) {
                 $(self.$module.draw(display, content);)+

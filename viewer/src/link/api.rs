@@ -1,6 +1,7 @@
 //! The agent's REST interface, from the page: JSON in and out. Commands carry the header by which the agent tells what its own pages
 //! ask from what others make a browser send. Where an inspection from a file is shown, the file answers.
 
+use super::ApiError;
 use crate::words::t;
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
@@ -10,20 +11,6 @@ use std::rc::Rc;
 use wasm_bindgen::prelude::*;
 use wasm_bindgen_futures::JsFuture;
 use web_sys::{Request, RequestInit, Response};
-
-/// Why there is no answer.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum ApiError {
-    /// The agent did not answer, or not in time: the same may be asked again.
-    Unreachable,
-    /// The agent refused, and would again.
-    Refused {
-        /// HTTP status.
-        status: u16,
-        /// Why, for people.
-        reason: String,
-    },
-}
 
 /// An error as the agent says it (RFC 9457).
 #[derive(Deserialize)]

@@ -3,6 +3,7 @@
 //! | module | what |
 //! |---|---|
 //! | `event` | what happens on the link |
+//! | `api_error` | why the agent's REST interface did not answer |
 //! | [`session`] | messages to events; what to ask for after a lost connection |
 //! | [`halving`] | which points are held where there is no memory for all |
 //! | [`reconnect`] | when to try again |
@@ -19,6 +20,7 @@
 //! (`#[wasm_bindgen(start)]` would run in the worker too): the page calls its entry point, the worker calls
 //! `link_worker_start`.
 
+mod api_error;
 mod event;
 pub mod halving;
 pub mod player;
@@ -36,6 +38,7 @@ mod player_worker;
 #[cfg(target_arch = "wasm32")]
 mod worker;
 
+pub use api_error::{ApiError, may_pass};
 #[cfg(target_arch = "wasm32")]
 pub use client::Link;
 pub use event::{DecodedChunk, LinkEvent};

@@ -150,8 +150,8 @@ fn keep(message: Bytes) -> Option<Kept> {
         Body::Chunk(update) => Kept::Chunk(update),
         Body::Gone(message) => Kept::Gone { id: message.id?.to_array(), message },
         Body::Progress(progress) => Kept::Progress(progress),
-        // A file refuses nobody, and has all its views at hand.
-        Body::Refused(_) | Body::Page(_) => Kept::Other(Bytes::new()),
+        // A file refuses nobody, has all its views at hand, and nobody points in it.
+        Body::Refused(_) | Body::Page(_) | Body::Pointer(_) => Kept::Other(Bytes::new()),
         Body::Stage(_) | Body::View(_) | Body::Review(_) => Kept::Other(message),
     })
 }

@@ -10,8 +10,8 @@ use semascan_model::SemanticPoint;
 use semascan_protocol::chunk::ChunkDecoder;
 use semascan_protocol::server_message::Body;
 use semascan_protocol::{
-    ChunkGone, ChunkId, ChunkUpdate, ClientMessage, HeldChunk, Hello, Inspection, MAX_HELD_CHUNKS, TAKES_REVIEWS,
-    ViewRequest, WireError, client_message, decode_server,
+    ChunkGone, ChunkId, ChunkUpdate, ClientMessage, HeldChunk, Hello, Inspection, MAX_HELD_CHUNKS, TAKES_POINTERS,
+    TAKES_REVIEWS, ViewRequest, WireError, client_message, decode_server,
 };
 use std::collections::BTreeMap;
 
@@ -87,7 +87,7 @@ impl Session {
         self.welcomed = false;
         let mut hello = Hello {
             client: concat!("semascan-viewer ", env!("CARGO_PKG_VERSION")).to_owned(),
-            capabilities: vec![TAKES_REVIEWS.to_owned()],
+            capabilities: vec![TAKES_REVIEWS.to_owned(), TAKES_POINTERS.to_owned()],
             epoch: self.epoch,
             ..Hello::default()
         };

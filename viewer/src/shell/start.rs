@@ -138,9 +138,10 @@ fn follow_state(viewport: &Rc<Viewport>) {
         content.with(|_| drawn.redraw());
     });
     let anchored = ui.part(|s| {
-        let Features { inspect, measure, section, .. } = &s.features;
+        let Features { inspect, measure, section, others, .. } = &s.features;
         let read = (section.readings.clone(), section.aim, section.first);
-        (inspect.clone(), measure.clone(), read, s.legend.visibility(), s.display.cut)
+        let pointed: Vec<_> = others.list.iter().map(|other| other.position).collect();
+        (inspect.clone(), measure.clone(), read, pointed, s.legend.visibility(), s.display.cut)
     });
     let placed = viewport.clone();
     Effect::new(move |_| anchored.with(|_| placed.place_anchors()));

@@ -149,6 +149,7 @@ impl AppState {
             Event::Elapsed { ms } => {
                 self.connection.elapsed(*ms);
                 self.notices.elapsed(*ms);
+                self.features.others.elapsed(*ms);
             }
         }
     }
@@ -222,6 +223,7 @@ impl AppState {
             }
             Body::Page(page) => self.views.page(page),
             Body::Review(change) => self.announce_review(change),
+            Body::Pointer(pointer) => self.features.others.point(pointer),
             // Each of these is an event of the link of its own.
             Body::Welcome(_) | Body::Refused(_) | Body::Clear(_) | Body::Chunk(_) | Body::Gone(_) => {}
         }
@@ -229,7 +231,9 @@ impl AppState {
 
     /// Whether something counts down, so that [`Event::Elapsed`] is wanted.
     pub fn wants_clock(&self) -> bool {
-        matches!(self.connection, Connection::Reconnecting { retry_ms, .. } if retry_ms > 0) || self.notices.fading()
+        matches!(self.connection, Connection::Reconnecting { retry_ms, .. } if retry_ms > 0)
+            || self.notices.fading()
+            || !self.features.others.list.is_empty()
     }
 
     /// The one sentence that a screen reader speaks when it changes.
@@ -312,7 +316,10 @@ impl AppState {
     fn begin(&mut self, inspection: &Inspection) {
         self.notices.begin();
         self.is_cut = false;
-        self.legend.set_taxonomy(inspection);
+        // Marks that are not signed are of these classes.
+        if !self.is_unsaid(inspection) || self.features.review.case.inspection.is_empty() {
+            self.legend.set_taxonomy(inspection);
+        }
         self.legend.clear_counts();
         self.measured = None;
         self.scales = ShareScales::default();
@@ -320,7 +327,24 @@ impl AppState {
         self.timings = Timings::default();
         self.views = Views::default();
         self.features.begin(&mut self.display);
+        if !self.may_be_reviewed_on(inspection) {
+            let Features { review, correct, .. } = &self.features;
+            if review.draft.is_some() || correct.drawn().next().is_some() {
+                self.notices.push(Level::Warning, Topic::Decision, t!("review.given_up").into());
+            }
+            self.features.leave();
+        }
         self.inspection = inspection.clone();
+    }
+
+    /// Whether `inspection` is, or may be, the one that the person reviews.
+    fn may_be_reviewed_on(&self, inspection: &Inspection) -> bool {
+        self.is_unsaid(inspection) || inspection.id == self.features.review.case.inspection
+    }
+
+    /// Whether an agent, which has just started, does not know yet which inspection it will show.
+    fn is_unsaid(&self, inspection: &Inspection) -> bool {
+        inspection.id.is_empty() && !self.connection.is_file()
     }
 
     /// What is known of the inspection that is shown anyway.

@@ -10,6 +10,7 @@ use super::{AppState, Event};
 use crate::display::{ColorMode, Display, HiddenFlags, Representation, ShareScales, Theme};
 use crate::features::deviation::DeviationEvent;
 use crate::features::mesh::MeshEvent;
+use crate::features::review::{Case, ReviewEvent, Ruling};
 use crate::link::LinkEvent;
 use crate::mesh_worker::{DeviationFigures, ReferenceInfo};
 use proptest::prelude::*;
@@ -349,6 +350,34 @@ fn a_model_that_is_cut_says_so_until_another_begins() {
     state.reduce(&left_out());
     state.reduce(&cleared(inspection("b", 0, &[])));
     assert!(!state.is_cut);
+}
+
+#[test]
+fn what_somebody_writes_stays_while_the_inspection_may_be_the_same() {
+    let known = |id: &str| {
+        let case = Case { inspection: id.into(), findings: Some(Vec::new()), ..Case::default() };
+        Event::Feature(ReviewEvent::Known(Box::new(case)).into())
+    };
+    let drafted = || {
+        let draft = Event::Feature(ReviewEvent::Draft(Ruling::Accept).into());
+        state_after([connected(inspection("a", 0, &[]), false), known("a"), draft])
+    };
+    let writes = |events: Vec<Event>| {
+        let mut state = drafted();
+        events.iter().for_each(|event| state.reduce(event));
+        state.features.review.draft.is_some()
+    };
+    let nothing_yet = || connected(Inspection::default(), false);
+    assert!(writes(vec![disconnected("gone", 500), nothing_yet(), cleared(inspection("a", 0, &[]))]));
+    let mut waiting = state_after([connected(inspection("a", 0, &["gear"]), false), known("a"), nothing_yet()]);
+    assert_eq!(waiting.legend.rows.len(), 2, "marks have their classes");
+    waiting.reduce(&cleared(inspection("b", 0, &[])));
+    assert_eq!(waiting.legend.rows.len(), 1);
+    assert!(!writes(vec![nothing_yet(), cleared(inspection("b", 0, &[]))]));
+    let mut other = drafted();
+    other.reduce(&cleared(inspection("b", 0, &[])));
+    assert!(other.notices.iter().any(|notice| notice.text.contains("not signed")), "it is said");
+    assert!(!writes(vec![Event::Opened("part.ply".into()), nothing_yet()]), "a file is no inspection of an agent");
 }
 
 #[test]

@@ -141,6 +141,13 @@ fn past_inspections_are_listed_and_everything_of_them_can_be_had() {
     let findings = agent.get(&format!("{own}/findings")).json();
     assert_eq!(findings["measured"], serde_json::to_value(&record.findings).expect("plain data"));
     assert_eq!(findings["now"], findings["measured"]["list"]);
+    // Labels of the source are certain: nothing would teach more than anything else.
+    let teaching = agent.get(&format!("{own}/teaching?limit=3")).json();
+    assert!(teaching["nothing"].as_str().is_some_and(|reason| reason.contains("no uncertainty")), "{teaching}");
+    assert_eq!(agent.get(&format!("{own}/teaching?limit=0")).status, 400);
+    let day = agent.get("/api/v1/trends").json()["days"][0].clone();
+    let known = record.component_confidence().expect("labelled");
+    assert!(day["confidence"].as_f64().is_some_and(|mean| (mean - known).abs() < 1e-9), "{day}, {known}");
     let criteria = agent.get(&format!("{own}/criteria")).json();
     assert_eq!(criteria["record"]["sha256"], verdict.criteria.sha256.as_str());
     assert_eq!(criteria["criteria"]["defect"][0]["largest_area_mm2"], 1.0);

@@ -59,8 +59,8 @@ pub trait Archive: Send + Sync {
     /// The points of the final model and their classes, table frame.
     fn model(&self, id: InspectionId) -> Result<Option<(Taxonomy, SemanticCloud)>, PortError>;
 
-    /// The mesh of the final model, table frame.
-    fn mesh(&self, id: InspectionId) -> Result<Option<SemanticMesh>, PortError>;
+    /// The mesh of the final model and its classes, table frame.
+    fn mesh(&self, id: InspectionId) -> Result<Option<(Taxonomy, SemanticMesh)>, PortError>;
 
     /// Hands the depth of each captured view that is part of the model of `record`, at its pose, to `each`, in order. Says why
     /// some or all are not there; `None` where all are.

@@ -129,6 +129,8 @@ pub struct ResultRows {
     pub row: ResultRow,
     /// Its findings.
     pub findings: Vec<FindingRow>,
+    /// Mean confidence of the components of its model; `None` where it is not known.
+    pub confidence: Option<f64>,
 }
 
 impl ResultRows {
@@ -141,7 +143,8 @@ impl ResultRows {
             conflicts: 0,
             findings: findings.map(|list| list.len() as u32),
         };
-        Self { row, findings: findings.unwrap_or_default().iter().map(FindingRow::of).collect() }
+        let findings = findings.unwrap_or_default().iter().map(FindingRow::of).collect();
+        Self { row, findings, confidence: record.component_confidence() }
     }
 }
 
@@ -230,7 +233,7 @@ pub struct Trends {
 }
 
 /// Inspections that began on one day.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct DayTrend {
     /// The day (UTC), as `2026-11-29`.
     pub day: String,
@@ -248,6 +251,8 @@ pub struct DayTrend {
     pub reject: u64,
     /// Those that a person must decide about.
     pub person: u64,
+    /// Mean over the inspections whose components' mean confidence is known; `None` where it is known of none.
+    pub confidence: Option<f64>,
 }
 
 /// Findings of a kind.

@@ -34,7 +34,7 @@ impl ReviewDesk {
         }
         let nothing = |reason: &str| Ok(Some(DrawnFigures { note: Some(reason.into()), ..DrawnFigures::default() }));
         let Some(models) = &self.models else { return nothing("the model is not at hand") };
-        let (Some(mesh), Some(voxel)) = (models.mesh(record.id)?, record.voxel) else {
+        let (Some((_, mesh)), Some(voxel)) = (models.mesh(record.id)?, record.voxel) else {
             return nothing("the inspection has no mesh");
         };
         let on = DrawnOn { mesh: &mesh, voxel, record };

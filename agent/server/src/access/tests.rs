@@ -12,7 +12,8 @@ use axum::http::{Method, Request, StatusCode};
 use axum::response::Response;
 use jiff::SignedDuration;
 use semascan_protocol::client_message::Body as FromClient;
-use semascan_protocol::{Hello, ViewRequest};
+use semascan_protocol::server_message::Body as FromAgent;
+use semascan_protocol::{Hello, Inspection, TAKES_POINTERS, ViewRequest, decode_server};
 use semascan_store::data::{DataFolder, SqliteAccounts};
 use std::collections::BTreeSet;
 use tower_service::Service;
@@ -478,4 +479,40 @@ async fn every_login_is_noted_and_a_flood_of_refused_ones_is_counted() {
     agent.shared.entry.note_counts(true).await;
     assert_eq!(logged()[103], "202 refused logins not listed by the agent");
     assert_eq!(agent.accounts.audit(None).expect("reads").fault, None);
+}
+
+#[tokio::test]
+async fn who_points_is_told_to_others_under_their_own_name_and_nothing_else_is_taken() {
+    let agent = Agent::with_users();
+    let id = semascan_model::InspectionId::new(1, &[7; 10]).to_string();
+    agent.shared.live.begin(Inspection { id: id.clone(), ..Inspection::default() });
+    let (mut cursor, _) =
+        agent.shared.live.welcome(&Hello { capabilities: vec![TAKES_POINTERS.into()], ..Hello::default() });
+    let _two = [agent.shared.live.attend(&cursor), agent.shared.live.attend(&cursor)];
+    let bearer = format!("Bearer {}", agent.token(Role::Viewer));
+    let path = format!("/api/v1/inspections/{id}/pointers");
+    let json = [("authorization", bearer.as_str()), ("content-type", "application/json")];
+    let told = agent.ask("POST", &path, &json, r#"{"viewer":"v","person":"x","position":[1,2,3]}"#).await;
+    assert_eq!((told.status(), text(told).await.as_str()), (StatusCode::OK, r#"{"others":1}"#));
+    let mut seen = Vec::new();
+    while let Some(bytes) = agent.shared.live.next(&mut cursor) {
+        if let Some(FromAgent::Pointer(pointer)) = decode_server(&bytes).expect("valid").body {
+            seen.push((pointer.viewer, pointer.person.starts_with("viewer"), [pointer.x, pointer.y, pointer.z]));
+        }
+    }
+    assert_eq!(seen, [("v".to_owned(), true, [1.0, 2.0, 3.0])]);
+    let long = format!(r#"{{"viewer":"v","person":"{}","position":[1,2,3]}}"#, "x".repeat(101));
+    let huge = format!(r#"{{"viewer":"v","person":"{}","position":[1,2,3]}}"#, "x".repeat(2000));
+    for (body, status) in [
+        (r#"{"viewer":"","position":[1,2,3]}"#, 422),
+        (long.as_str(), 422),
+        (r#"{"viewer":"v","position":[1e99,2,3]}"#, 422),
+        (huge.as_str(), 413),
+        (r#"{"viewer":"v","position":[1,2]}"#, 400),
+        (r#"{"viewer":"v","position":[1,2,3],"more":1}"#, 400),
+    ] {
+        let answer = agent.ask("POST", &path, &json, body).await;
+        assert_eq!(answer.status().as_u16(), status, "{body:.80}: {}", text(answer).await);
+    }
+    assert_eq!(agent.ask("POST", &path, &json[..1], "{}").await.status().as_u16(), 415);
 }

@@ -7,11 +7,12 @@ use super::super::access::{Credential, Identity};
 use super::super::past::Past;
 use super::super::server::Shared;
 use super::answer;
+use super::content::content;
 use super::openapi::{long_limits, numbers};
 use super::problem::Problem;
 use super::request::{blocking, command, inspection_id, limit, parsed};
 use axum::Extension;
-use axum::body::{Body, to_bytes};
+use axum::body::Body;
 use axum::extract::rejection::QueryRejection;
 use axum::extract::{Path, Query, State};
 use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
@@ -24,7 +25,6 @@ use semascan_model::review::{Review, ReviewEntry, Subject, SubjectState};
 use semascan_model::verdict::Decision;
 use semascan_protocol::{ReviewChange, ReviewSubject, review_subject};
 use serde::{Deserialize, Serialize};
-use tokio::time::timeout;
 use utoipa::IntoParams;
 
 /// Entries of a page where the client does not say it, and most.
@@ -139,8 +139,7 @@ pub(super) async fn take(
     body: Body,
 ) -> Result<Response, Problem> {
     let id = inspection_id(&id)?;
-    let body = read(&shared, &headers, body).await?;
-    let review = parse(&body)?;
+    let review: Review = content(&shared, &headers, body, "a review", LARGEST).await?;
     // Where nobody logs in, people say who they are.
     if identity.credential != Credential::Reach && review.person != identity.name {
         let reason = format!("is {}, and {} is who sends it", review.person, identity.name);
@@ -160,57 +159,6 @@ pub(super) async fn take(
     let taken = ReviewTaken { entry, decision: state.decision, conflicts: state.conflicts, subjects: state.subjects };
     let no_store = [(header::CACHE_CONTROL, HeaderValue::from_static("no-store"))];
     Ok((status, no_store, axum::Json(taken)).into_response())
-}
-
-/// The content of a request, within its size and time.
-async fn read(shared: &Shared, headers: &HeaderMap, body: Body) -> Result<Vec<u8>, Problem> {
-    let media_type = headers.get(header::CONTENT_TYPE).and_then(|value| value.to_str().ok()).unwrap_or_default();
-    let media_type = media_type.split(';').next().unwrap_or_default().trim();
-    // What a form of another page can send is none: a browser asks before it sends JSON elsewhere.
-    if !media_type.eq_ignore_ascii_case("application/json") {
-        let reason = "a review is sent with Content-Type: application/json";
-        return Err(Problem::new(StatusCode::UNSUPPORTED_MEDIA_TYPE, reason));
-    }
-    let time = super::super::limits::seconds(shared.limits.request_s);
-    match timeout(time, to_bytes(body, LARGEST)).await {
-        Ok(Ok(bytes)) => Ok(bytes.into()),
-        Ok(Err(error)) if is_too_large(&error) => {
-            Err(Problem::new(StatusCode::PAYLOAD_TOO_LARGE, format!("a review has at most {LARGEST} bytes")))
-        }
-        Ok(Err(_)) => Err(Problem::new(StatusCode::BAD_REQUEST, "the content broke off")),
-        Err(_) => {
-            let reason = format!("the content did not come within {} s", shared.limits.request_s);
-            Err(Problem::new(StatusCode::REQUEST_TIMEOUT, reason))
-        }
-    }
-}
-
-fn is_too_large(error: &axum::Error) -> bool {
-    let mut cause: Option<&(dyn std::error::Error + 'static)> = Some(error);
-    while let Some(error) = cause {
-        if error.is::<http_body_util::LengthLimitError>() {
-            return true;
-        }
-        cause = error.source();
-    }
-    false
-}
-
-/// The review that `body` is; the problem names the field that is wrong.
-fn parse(body: &[u8]) -> Result<Review, Problem> {
-    let mut json = serde_json::Deserializer::from_slice(body);
-    let review: Review = serde_path_to_error::deserialize(&mut json).map_err(|error| {
-        let path = error.path().to_string();
-        let reason = error.into_inner().to_string();
-        // A body that is no JSON at all is about no field.
-        if path == "." {
-            Problem::new(StatusCode::BAD_REQUEST, reason)
-        } else {
-            Problem::new(StatusCode::BAD_REQUEST, format!("{path}: {reason}")).about(path)
-        }
-    })?;
-    json.end().map_err(|error| Problem::new(StatusCode::BAD_REQUEST, error.to_string()))?;
-    Ok(review)
 }
 
 impl From<ReviewError> for Problem {
@@ -252,8 +200,13 @@ fn change(entry: &ReviewEntry, decision: Option<Decision>, conflicts: u32) -> Re
 
 #[cfg(test)]
 mod tests {
+    use super::super::content;
     use super::*;
     use proptest::prelude::*;
+
+    fn parse(body: &[u8]) -> Result<Review, Problem> {
+        content::parse(body)
+    }
 
     #[test]
     fn what_is_no_review_is_refused_by_its_field() {

@@ -47,6 +47,9 @@ pub(crate) struct Day {
     reject: u64,
     /// Those that a person must decide about.
     person: u64,
+    /// Mean confidence of the models' components, 0 to 1, over the inspections of which it is known; absent where it is of none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    confidence: Option<f64>,
 }
 
 /// Findings of a kind.
@@ -72,8 +75,8 @@ pub(crate) struct Class {
 
 impl From<DayTrend> for Day {
     fn from(trend: DayTrend) -> Self {
-        let DayTrend { day, inspections, looked, findings, accept, rework, reject, person } = trend;
-        Self { day, inspections, looked, findings, accept, rework, reject, person }
+        let DayTrend { day, inspections, looked, findings, accept, rework, reject, person, confidence } = trend;
+        Self { day, inspections, looked, findings, accept, rework, reject, person, confidence }
     }
 }
 

@@ -8,6 +8,7 @@
 //! A rebuilt map comes as a whole ([`LiveModel::renew`]): the client is sent the announcement of a successor, then its chunks,
 //! then that these were all, so that it can go on showing the old model until then.
 
+mod pointer_log;
 mod review_log;
 mod stage_log;
 mod state;
@@ -15,18 +16,21 @@ mod view_log;
 
 use crate::metrics::Metrics;
 use axum::body::Bytes;
+use pointer_log::{Attendance, PointerLog};
 use review_log::ReviewLog;
 use semascan_protocol as wire;
 use semascan_protocol::chunk::model_hash;
 use semascan_protocol::server_message::Body;
 use semascan_protocol::{
-    Clear, Hello, Inspection, Progress, ReviewChange, StageEvent, TAKES_REVIEWS, ViewReport, ViewRequest,
+    Clear, Hello, Inspection, Pointer, Progress, ReviewChange, StageEvent, TAKES_POINTERS, TAKES_REVIEWS, ViewReport,
+    ViewRequest,
 };
 use stage_log::StageLog;
 pub use state::StreamTotals;
 pub(super) use state::{Cursor, Published, pack};
 use state::{LiveChunk, State};
 use std::collections::{BTreeMap, HashMap};
+use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use tokio::sync::watch;
@@ -37,6 +41,8 @@ use view_log::ViewLog;
 pub struct LiveModel {
     state: Mutex<State>,
     changed: watch::Sender<()>,
+    /// Clients that follow and take pointers.
+    attending: AtomicU32,
     metrics: Metrics,
     /// Why the agent is not ready; empty where it is.
     unready: Mutex<String>,
@@ -56,6 +62,7 @@ impl LiveModel {
             stages: StageLog::default(),
             views: ViewLog::default(),
             reviews: ReviewLog::default(),
+            pointers: PointerLog::default(),
             progressed: Instant::now(),
             totals: StreamTotals::default(),
             whole_at: None,
@@ -63,6 +70,7 @@ impl LiveModel {
         Self {
             state: Mutex::new(state),
             changed: watch::Sender::new(()),
+            attending: AtomicU32::new(0),
             metrics: Metrics::default(),
             unready: Mutex::default(),
         }
@@ -177,6 +185,23 @@ impl LiveModel {
         self.changed.send_replace(());
     }
 
+    /// Tells where somebody points on the surface of `inspection`, if that is the one that is published; how many are told.
+    pub(super) fn point(&self, inspection: &str, pointer: &Pointer) -> u32 {
+        let mut state = self.lock();
+        if state.inspection.id != inspection {
+            return 0;
+        }
+        state.pointers.put(pointer, Instant::now());
+        drop(state);
+        self.changed.send_replace(());
+        self.attending.load(Ordering::Relaxed)
+    }
+
+    /// Counts the client at `cursor`, while it follows, among those who are told where others point.
+    pub(super) fn attend(&self, cursor: &Cursor) -> Option<Attendance<'_>> {
+        cursor.takes_pointers.then(|| Attendance::of(&self.attending))
+    }
+
     /// The inspection did something.
     pub(super) fn progressed(&self) {
         self.lock().progressed = Instant::now();
@@ -255,8 +280,10 @@ impl LiveModel {
             inspection: Some(state.inspection.clone()),
             resumed,
         };
-        let takes_reviews = capabilities.iter().any(|capability| capability == TAKES_REVIEWS);
-        let cursor = Cursor { held, takes_reviews, review: state.reviews.latest(), ..Cursor::at_the_beginning(&state) };
+        let takes = |what: &str| capabilities.iter().any(|capability| capability == what);
+        let (takes_reviews, takes_pointers) = (takes(TAKES_REVIEWS), takes(TAKES_POINTERS));
+        let review = state.reviews.latest();
+        let cursor = Cursor { held, takes_reviews, takes_pointers, review, ..Cursor::at_the_beginning(&state) };
         (cursor, pack(Body::Welcome(welcome)))
     }
 
@@ -267,6 +294,7 @@ impl LiveModel {
             let successor = cursor.inspection == state.inspection.id;
             let old = std::mem::replace(cursor, Cursor::at_the_beginning(&state));
             (cursor.review, cursor.takes_reviews) = (old.review, old.takes_reviews);
+            cursor.takes_pointers = old.takes_pointers;
             if successor {
                 *cursor = old.at_the_next_epoch(&state);
             }
@@ -284,6 +312,12 @@ impl LiveModel {
         {
             cursor.review = place;
             return Some(change);
+        }
+        if cursor.takes_pointers
+            && let Some((place, pointer)) = state.pointers.after(cursor.pointer, Instant::now())
+        {
+            cursor.pointer = place;
+            return Some(pointer);
         }
         if state.views.is_far_behind(cursor.view) {
             let (page, reports) = state.views.page(&ViewRequest::default());

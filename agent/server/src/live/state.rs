@@ -1,5 +1,6 @@
 //! What is published, in the order of its last change, and how far along it each client is.
 
+use super::pointer_log::PointerLog;
 use super::review_log::ReviewLog;
 use super::stage_log::StageLog;
 use super::view_log::ViewLog;
@@ -48,6 +49,8 @@ pub(super) struct State {
     pub(super) views: ViewLog,
     /// What people decided, whatever is shown.
     pub(super) reviews: ReviewLog,
+    /// Where people point.
+    pub(super) pointers: PointerLog,
     /// When the inspection last did something.
     pub(super) progressed: Instant,
     pub(super) totals: StreamTotals,
@@ -72,6 +75,9 @@ pub(crate) struct Cursor {
     pub(super) review: u64,
     /// Whether it is sent those.
     pub(super) takes_reviews: bool,
+    /// Last pointer it was sent, and whether it is sent those.
+    pub(super) pointer: u64,
+    pub(super) takes_pointers: bool,
     /// Reports that it is sent next, oldest first.
     pub(super) page: VecDeque<Bytes>,
     pub(super) progress: Option<Progress>,
@@ -91,6 +97,9 @@ impl Cursor {
             view: 0,
             review: 0,
             takes_reviews: false,
+            // Pointers are of now: those of before it came are not for it.
+            pointer: state.pointers.latest(),
+            takes_pointers: false,
             page: VecDeque::new(),
             progress: None,
             held: HashMap::new(),
@@ -99,8 +108,8 @@ impl Cursor {
 
     /// Before the first chunk of a model that was made anew: what was said of the inspection's views still holds.
     pub(super) fn at_the_next_epoch(self, state: &State) -> Self {
-        let Self { stage, view, review, takes_reviews, page, .. } = self;
-        Self { stage, view, review, takes_reviews, page, ..Self::at_the_beginning(state) }
+        let Self { stage, view, review, takes_reviews, takes_pointers, page, .. } = self;
+        Self { stage, view, review, takes_reviews, takes_pointers, page, ..Self::at_the_beginning(state) }
     }
 }
 

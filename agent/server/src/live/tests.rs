@@ -281,3 +281,40 @@ fn reviews_go_to_those_who_take_them_from_their_coming_on_and_outlive_the_model(
     assert_eq!(seen(&mut cursor), [4]);
     assert!(seen(&mut earlier).is_empty());
 }
+
+#[test]
+fn pointers_go_to_those_who_take_them_and_are_of_the_inspection_that_is_shown() {
+    let live = running();
+    let pointer = |viewer: &str| Pointer { viewer: viewer.into(), ..Pointer::default() };
+    let takes = Hello { capabilities: vec![TAKES_POINTERS.into()], ..Hello::default() };
+    let shown = live.lock().inspection.id.clone();
+    assert_eq!(live.point(&shown, &pointer("a")), 0, "nobody follows");
+    let (mut cursor, _) = live.welcome(&takes);
+    let (mut earlier, _) = live.welcome(&hello("", 0, &[]));
+    let attends = (live.attend(&cursor), live.attend(&earlier));
+    assert!(attends.0.is_some() && attends.1.is_none());
+    let seen = |cursor: &mut Cursor| {
+        let mut seen = Vec::new();
+        while let Some(bytes) = live.next(cursor) {
+            if let Some(Body::Pointer(pointer)) = wire::decode_server(&bytes).expect("valid").body {
+                seen.push(pointer.viewer);
+            }
+        }
+        seen
+    };
+    assert!(seen(&mut cursor).is_empty(), "what was before it came is over");
+    assert_eq!((live.point(&shown, &pointer("a")), live.point("elsewhere", &pointer("b"))), (1, 0));
+    assert_eq!(seen(&mut cursor), ["a"]);
+    assert!(seen(&mut cursor).is_empty() && seen(&mut earlier).is_empty());
+    // A new epoch does not lose them, another inspection does.
+    live.renew(2, vec![published([0; 3], 1)]);
+    live.point(&shown, &pointer("c"));
+    seen(&mut cursor);
+    live.point(&shown, &pointer("d"));
+    assert_eq!(seen(&mut cursor), ["d"]);
+    live.point(&shown, &pointer("e"));
+    live.begin(Inspection { id: "b".into(), epoch: 1, ..Inspection::default() });
+    assert!(seen(&mut cursor).is_empty());
+    drop(attends);
+    assert_eq!(live.point("b", &pointer("a")), 0);
+}

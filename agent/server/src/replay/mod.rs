@@ -15,7 +15,7 @@ use super::past::Past;
 use super::saved::publish_saved;
 use semascan_inspection::ports::PortError;
 use semascan_model::InspectionId;
-use semascan_protocol::{FileMessage, Phase, ReviewChange};
+use semascan_protocol::{FileMessage, Phase, Pointer, ReviewChange};
 use std::sync::{Arc, Mutex, PoisonError, Weak};
 use tokio::sync::{Mutex as AsyncMutex, oneshot};
 
@@ -55,6 +55,12 @@ impl Replays {
     pub(super) fn tell_review(&self, change: &ReviewChange) {
         let followed = self.followed.lock().unwrap_or_else(PoisonError::into_inner);
         followed.iter().filter_map(Weak::upgrade).for_each(|live| live.review(change.clone()));
+    }
+
+    /// Tells everybody who follows a past inspection where somebody points on it; how many they are.
+    pub(super) fn tell_pointer(&self, inspection: &str, pointer: &Pointer) -> u32 {
+        let followed = self.followed.lock().unwrap_or_else(PoisonError::into_inner);
+        followed.iter().filter_map(Weak::upgrade).map(|live| live.point(inspection, pointer)).sum()
     }
 
     /// The messages of an inspection, as viewers that keep up with it are sent them; of one that cannot be made again those of its

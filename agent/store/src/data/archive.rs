@@ -66,14 +66,14 @@ impl Archive for DataFolder {
         }
     }
 
-    fn mesh(&self, id: InspectionId) -> Result<Option<SemanticMesh>, PortError> {
+    fn mesh(&self, id: InspectionId) -> Result<Option<(Taxonomy, SemanticMesh)>, PortError> {
         let Some(mut file) = self.file(id, "mesh.ply")? else { return Ok(None) };
         let path = self.result_path(id).join("mesh.ply");
         let mut bytes = Vec::new();
         file.content.read_to_end(&mut bytes).map_err(|error| PortError::of(path.display(), &error))?;
         let name = path.display().to_string();
         let model = ply::read(&name, &bytes).map_err(|error| PortError::new(&name, error))?;
-        Ok(Some(model.mesh).filter(|mesh| !mesh.triangles.is_empty()))
+        Ok(Some((model.taxonomy, model.mesh)).filter(|(_, mesh)| !mesh.triangles.is_empty()))
     }
 
     fn depths(

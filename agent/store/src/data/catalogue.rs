@@ -361,8 +361,8 @@ pub(super) fn conditions(filter: &InspectionFilter) -> (String, Vec<String>) {
 fn note_result(transaction: &Transaction<'_>, id: InspectionId, result: &ResultRows) -> rusqlite::Result<()> {
     note_row(transaction, id, &result.row)?;
     note_findings(transaction, id, &result.findings)?;
-    let listed = "UPDATE inspections SET listed = 1 WHERE id = ?1";
-    transaction.execute(listed, [id.to_string()]).map(drop)
+    let listed = "UPDATE inspections SET listed = 1, confidence = ?2 WHERE id = ?1";
+    transaction.execute(listed, params![id.to_string(), result.confidence]).map(drop)
 }
 
 /// Notes in short what an inspection comes to.
@@ -568,7 +568,7 @@ mod tests {
             conflicts,
             findings: Some(findings.len() as u32),
         };
-        ResultRows { row, findings: findings.to_vec() }
+        ResultRows { row, findings: findings.to_vec(), confidence: None }
     }
 
     #[test]

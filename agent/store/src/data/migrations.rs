@@ -9,6 +9,7 @@ const MIGRATIONS: &[&str] = &[
     include_str!("../../migrations/0003_access.sql"),
     include_str!("../../migrations/0004_account_log.sql"),
     include_str!("../../migrations/0005_provider_identities.sql"),
+    include_str!("../../migrations/0006_confidence.sql"),
 ];
 
 /// Why the schema cannot be brought up to date.

@@ -16,8 +16,8 @@ impl SqliteCatalogue {
         let days = format!(
             "SELECT substr(began, 1, 10) AS day, count(*), count(findings), coalesce(sum(findings), 0), \
              count(*) FILTER (WHERE decision = 'accept'), count(*) FILTER (WHERE decision = 'rework'), \
-             count(*) FILTER (WHERE decision = 'reject'), count(*) FILTER (WHERE decision = 'person') \
-             FROM (SELECT began, findings, decision {fitting}) GROUP BY day ORDER BY day"
+             count(*) FILTER (WHERE decision = 'reject'), count(*) FILTER (WHERE decision = 'person'), avg(confidence) \
+             FROM (SELECT began, findings, decision, confidence {fitting}) GROUP BY day ORDER BY day"
         );
         let mut select = connection.prepare(&days).map_err(self.error())?;
         let rows = select.query_map(params_from_iter(&values), |row| {
@@ -30,6 +30,7 @@ impl SqliteCatalogue {
                 rework: row.get(5)?,
                 reject: row.get(6)?,
                 person: row.get(7)?,
+                confidence: row.get(8)?,
             })
         });
         let days = rows.and_then(Iterator::collect).map_err(self.error())?;
@@ -89,9 +90,11 @@ mod tests {
             defect: Some((*defect).into()),
             area: (*area > 0.0).then_some(*area),
         });
+        // Nobody looked: nothing is labelled.
+        let confidence = findings.map(|findings| 1.0 - 0.1 * findings.len() as f64);
         let findings = findings.map(|findings| findings.len() as u32);
         let result = ResultRow { decision, automatic: decision, conflicts: 0, findings };
-        catalogue.set_result(id, &ResultRows { row: result, findings: list.collect() }).expect("noted");
+        catalogue.set_result(id, &ResultRows { row: result, findings: list.collect(), confidence }).expect("noted");
     }
 
     #[test]
@@ -107,6 +110,9 @@ mod tests {
         assert_eq!(days, [("1970-01-11", 2, 2, 2), ("1970-01-13", 2, 1, 2)]);
         let first = &trends.days[0];
         assert_eq!((first.accept, first.rework, first.reject, first.person), (1, 1, 0, 0));
+        let confidence: Vec<_> =
+            trends.days.iter().map(|day| day.confidence.map(|c| (c * 1e6).round() / 1e6)).collect();
+        assert_eq!(confidence, [Some(0.9), Some(0.8)], "of those of which it is known");
         let wear = &trends.classes[0];
         assert_eq!((wear.defect.as_deref(), wear.findings, wear.inspections), (Some("wear"), 3, 2));
         assert!(wear.area.is_some_and(|area| (area - 3e-4).abs() < 1e-12) && wear.without_area == 1);

@@ -135,6 +135,16 @@ pub struct Setting {
 }
 
 impl InspectionRecord {
+    /// Mean confidence of the components over their points, 0 to 1; `None` where nothing is labelled, which is no sign that labels
+    /// are bad.
+    pub fn component_confidence(&self) -> Option<f64> {
+        let components = || self.components.iter().filter(|summary| summary.class != 0);
+        let points: u64 = components().map(|summary| summary.points).sum();
+        let share: f64 = components().map(|summary| summary.points as f64 * summary.confidence).sum();
+        let is_known = self.labels != LabelSource::None && points > 0;
+        is_known.then(|| share / points as f64).filter(|mean| (0.0..=1.0).contains(mean))
+    }
+
     /// The JSON Schema of `inspection.json`.
     #[cfg(feature = "schema")]
     pub fn json_schema() -> serde_json::Value {

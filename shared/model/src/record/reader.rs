@@ -148,6 +148,19 @@ mod tests {
     const WITH_NETWORKS: &str = include_str!("fixtures/version1_networks.json");
 
     #[test]
+    fn the_mean_confidence_is_that_of_labelled_points() {
+        let record = InspectionRecord::from_json(WITH_NETWORKS).expect("version 1");
+        let seen: Vec<f64> =
+            record.components.iter().filter(|c| c.class != 0 && c.points > 0).map(|c| c.confidence).collect();
+        let (least, most) = (seen.iter().copied().fold(1.0, f64::min), seen.iter().copied().fold(0.0, f64::max));
+        let mean = record.component_confidence().expect("labelled");
+        assert!(least < mean && mean < most, "{least} < {mean} < {most}");
+        let unlabelled = InspectionRecord { labels: LabelSource::None, ..record.clone() };
+        let empty = InspectionRecord { components: Vec::new(), ..record };
+        assert_eq!((unlabelled.component_confidence(), empty.component_confidence()), (None, None));
+    }
+
+    #[test]
     fn version_1_is_read_whole() {
         let record = InspectionRecord::from_json(VERSION_1).expect("version 1");
         assert_eq!((record.schema_version, record.labels, record.outcome), (2, LabelSource::Source, Outcome::Finished));

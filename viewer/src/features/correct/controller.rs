@@ -1,15 +1,21 @@
 //! Paints the corrections onto the picture, and asks the agent for those that people made before.
 
 use super::patch::{segment, within};
-use super::{CorrectEvent, Corrections, Tool};
+use super::{CorrectEvent, Corrections, Teaching, Tool};
+use crate::camera::CameraInput;
 use crate::features::FeatureEvent;
 use crate::features::measure::MeasureEvent;
 use crate::features::review::ReviewEvent;
 use crate::features::section::SectionEvent;
 use crate::features::view::{Controller, Host};
-use crate::link::api::{Agent, ApiError};
+use crate::link::ApiError;
+use crate::link::api::Agent;
 use crate::scene::paint::Paint;
+use crate::scene::pick::nearest_point;
 use crate::state::AppState;
+use crate::ui::Command;
+use crate::words::t;
+use glam::{DVec3, Vec3};
 use leptos::prelude::{Effect, Get};
 use semascan_model::ClassDef;
 use semascan_model::review::{Review, ReviewAction};
@@ -20,6 +26,10 @@ use wasm_bindgen_futures::spawn_local;
 
 /// Entries of the log that are asked for at once.
 const PAGE: u32 = 500;
+/// Places that are asked for where a label would teach most.
+const REGIONS: u32 = 8;
+/// How far from such a place it is looked at, metres.
+const LOOK_FROM: f32 = 0.1;
 
 /// The answer of `/inspections/{inspection}/reviews`, as far as it is used.
 #[derive(Deserialize)]
@@ -82,6 +92,34 @@ impl CorrectController {
             }
             this.is_asking.set(false);
         });
+    }
+
+    /// Asks where a label would teach most.
+    fn ask_teaching(&self) {
+        let id = self.host.ui.read(|s| s.features.review.case.inspection.clone());
+        let (ui, agent) = (self.host.ui, self.host.agent.clone());
+        spawn_local(async move {
+            let path = format!("/api/v1/inspections/{id}/teaching?limit={REGIONS}");
+            let said = match agent.get::<Teaching>(&path).await {
+                Ok(teaching) => teaching,
+                Err(ApiError::Unreachable) => Teaching::none(t!("review.unreachable").into()),
+                Err(ApiError::Refused { reason, .. }) => Teaching::none(reason),
+            };
+            ui.send_feature(CorrectEvent::Teaching(Box::new(said)));
+        });
+    }
+
+    /// Turns the view to the place that was chosen.
+    fn show_taught(&self) {
+        let Some(position) = self.host.ui.read(|s| s.features.correct.taught_region().map(|region| region.position))
+        else {
+            return;
+        };
+        let target = DVec3::from(position).as_vec3();
+        let normal = nearest_point(&self.host.model.borrow(), target).map(|point| Vec3::from(point.normal));
+        if let Some(normal) = normal.and_then(Vec3::try_normalize) {
+            self.host.ui.ask(Command::Camera(CameraInput::From { eye: target + normal * LOOK_FROM, target }));
+        }
     }
 
     /// Puts into the picture what is painted.
@@ -160,6 +198,11 @@ impl Controller for CorrectController {
                 let path = ui.read(|s| s.features.correct.path.clone());
                 let taken = within(&self.host.model.borrow(), &self.host.camera.get(), &path);
                 ui.send_feature(CorrectEvent::Taken(taken));
+            }
+            FeatureEvent::Correct(CorrectEvent::AskTeaching(true)) => self.ask_teaching(),
+            FeatureEvent::Correct(CorrectEvent::Teach(_)) => {
+                self.show_taught();
+                ui.send_feature(CorrectEvent::Choose(Some(Tool::Brush)));
             }
             // One tool has the pointer.
             FeatureEvent::Correct(CorrectEvent::Choose(Some(_))) => {

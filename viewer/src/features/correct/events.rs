@@ -1,6 +1,6 @@
 //! What happens to the corrections.
 
-use super::{Corrections, Naming, NoPatch, Patch, Tool};
+use super::{Corrections, Naming, NoPatch, Patch, Teaching, Tool};
 use crate::features::inspect::PickedPoint;
 use glam::Vec2;
 
@@ -51,4 +51,10 @@ pub enum CorrectEvent {
     Known(Box<Corrections>),
     /// Earlier corrections are shown, or not.
     ShowEarlier(bool),
+    /// The person wants to know where a label would teach most, or not any more.
+    AskTeaching(bool),
+    /// The agent said where.
+    Teaching(Box<Teaching>),
+    /// The person chose one of these places.
+    Teach(usize),
 }

@@ -8,8 +8,10 @@
 //! | `mark` | [`Mark`]: a stroke or an outline on the surface, and the review that it becomes | anywhere |
 //! | `events` | what happens to the tool | anywhere |
 //! | `state` | the tool in hand, marks that are not sent, and what people painted before | anywhere |
+//! | `teaching` | where a label would teach most, and what of that is done | anywhere |
 //! | `controller` | paints the picture, asks the agent for earlier corrections | in a browser |
 //! | `overlay` | the loop while it is drawn | in a browser |
+//! | `teaching_list` | the list of these places | in a browser |
 //! | `panel` | tool, class, width, undo, signing | in a browser |
 //!
 //! A mark changes nothing of the model as it was measured: it becomes a review, which stands in the log beside it, labels every
@@ -20,6 +22,7 @@ mod mark;
 mod naming;
 pub mod patch;
 mod state;
+mod teaching;
 
 #[cfg(target_arch = "wasm32")]
 mod controller;
@@ -27,9 +30,12 @@ mod controller;
 mod overlay;
 #[cfg(target_arch = "wasm32")]
 mod panel;
+#[cfg(target_arch = "wasm32")]
+mod teaching_list;
 
 pub use events::CorrectEvent;
 pub use mark::{Mark, Tool};
 pub use naming::Naming;
 pub use patch::{NoPatch, Patch};
 pub use state::{Correct, Corrections};
+pub use teaching::{Teaching, TeachingRegion};

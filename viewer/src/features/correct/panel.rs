@@ -2,6 +2,7 @@
 
 use super::controller::CorrectController;
 use super::overlay::Loop;
+use super::teaching_list::TeachingList;
 use super::{Correct, CorrectEvent, Naming, Tool};
 use crate::features::review::{Reason, ReviewEvent, Signature, Signed, Unsent, new_name};
 use crate::features::view::{Controller, FeatureView, Host};
@@ -91,6 +92,7 @@ fn CorrectPanel(ui: Ui) -> impl IntoView {
                     </div>
                 </Show>
                 <Show when=move || has_marks.get()><SignForm ui/></Show>
+                <TeachingList ui/>
                 <Show when=move || earlier.get() != 0>
                     <label class="switch-row">
                         <span>{move || t!("correct.earlier", count = earlier.get())}</span>

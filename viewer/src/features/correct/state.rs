@@ -1,6 +1,6 @@
 //! The tool in hand, the marks that are not sent yet, and what people corrected before.
 
-use super::{CorrectEvent, Mark, Naming, NoPatch, Patch, Tool};
+use super::{CorrectEvent, Mark, Naming, NoPatch, Patch, Teaching, TeachingRegion, Tool};
 use crate::display::{ColorMode, ColorScheme, Display};
 use crate::features::Feature;
 use crate::features::inspect::PickedPoint;
@@ -8,6 +8,7 @@ use crate::render::FrameContent;
 use crate::render::segment::Segment;
 use crate::words::t;
 use glam::{DVec3, Vec2, Vec3};
+use semascan_model::ClassDef;
 use semascan_model::review::ReviewAction;
 use std::collections::BTreeMap;
 
@@ -54,6 +55,12 @@ pub struct Correct {
     pub missed: Option<NoPatch>,
     /// The loop that is being drawn, as shares of the viewport.
     pub path: Vec<Vec2>,
+    /// Whether it is shown where a label would teach most.
+    pub shows_teaching: bool,
+    /// Where, once the agent has said it.
+    pub teaching: Option<Teaching>,
+    /// The place that was chosen last.
+    pub taught: Option<usize>,
 }
 
 impl Default for Correct {
@@ -70,6 +77,9 @@ impl Default for Correct {
             made: 0,
             missed: None,
             path: Vec::new(),
+            shows_teaching: false,
+            teaching: None,
+            taught: None,
         }
     }
 }
@@ -148,11 +158,36 @@ impl Feature for Correct {
             }
             CorrectEvent::Known(corrections) => self.earlier = corrections.as_ref().clone(),
             CorrectEvent::ShowEarlier(shows) => self.shows_earlier = *shows,
+            // What was said before holds no more.
+            CorrectEvent::AskTeaching(shows) => {
+                self.shows_teaching = *shows;
+                self.teaching = None;
+                self.taught = None;
+            }
+            CorrectEvent::Teaching(teaching) => {
+                let known = self.earlier.actions.len();
+                self.teaching = self.shows_teaching.then(|| Teaching { known, ..teaching.as_ref().clone() });
+            }
+            CorrectEvent::Teach(place) => {
+                self.taught = self.regions().get(*place).map(|_| *place);
+                if let Some(naming) = self.taught_region().map(TeachingRegion::naming) {
+                    self.tool = Some(Tool::Brush);
+                    self.brush = naming;
+                    self.missed = None;
+                    self.show_classes(display);
+                }
+            }
         }
     }
 
-    /// What the tools give stays.
+    /// Marks are of the surface, which is the same when the model of the same inspection comes again.
     fn begin(&mut self, _: &mut Display) {
+        self.path.clear();
+        self.missed = None;
+    }
+
+    /// What the tools give stays.
+    fn leave(&mut self) {
         let Self { brush, outline, radius, shows_earlier, made, .. } = *self;
         *self = Self { brush, outline, radius, shows_earlier, made, ..Self::default() };
     }
@@ -181,6 +216,27 @@ impl Feature for Correct {
 }
 
 impl Correct {
+    /// Where a label would teach most, as far as it is known.
+    pub fn regions(&self) -> &[TeachingRegion] {
+        self.teaching.as_ref().map_or(&[], |teaching| &teaching.regions)
+    }
+
+    /// The chosen one of these places.
+    pub fn taught_region(&self) -> Option<&TeachingRegion> {
+        self.regions().get(self.taught?)
+    }
+
+    /// Whether each of these places has been corrected since they were asked for; marks that are not signed count.
+    ///
+    /// * `components`, `defects`: classes of the model.
+    pub fn taught(&self, components: &[ClassDef], defects: &[ClassDef]) -> Vec<bool> {
+        let known = self.teaching.as_ref().map_or(0, |teaching| teaching.known);
+        let since = self.earlier.actions.iter().skip(known).cloned();
+        let marks = self.marks.iter().filter_map(|mark| mark.action(components, defects));
+        let since: Vec<ReviewAction> = since.chain(marks).collect();
+        self.regions().iter().map(|region| region.is_among(&since)).collect()
+    }
+
     /// Number of the next mark.
     pub fn next_number(&self) -> u32 {
         self.made.saturating_add(1)
@@ -308,6 +364,8 @@ mod tests {
         Begun, Choose, Close, Dotted, Drawn, Known, Lifted, LoopClosed, Looped, Name, Redo, ShowEarlier, Signed, Step,
         Taken, Undo,
     };
+    use semascan_model::Taxonomy;
+    use semascan_model::review::SurfacePatch;
 
     fn after(events: impl IntoIterator<Item = CorrectEvent>) -> (Correct, Display) {
         let (mut correct, mut display) = (Correct::default(), Display::default());
@@ -428,9 +486,42 @@ mod tests {
     }
 
     #[test]
+    fn a_place_that_teaches_takes_the_brush_and_is_done_by_a_mark() {
+        let region = |component, x: f64| TeachingRegion {
+            component,
+            name: "gear".into(),
+            position: [x, 0.0, 0.0],
+            area: 1e-4,
+            sigma: 0.3,
+            finding: None,
+        };
+        let teaching = Teaching { regions: vec![region(1, 0.0), region(2, 0.5)], ..Teaching::default() };
+        let said = || CorrectEvent::Teaching(Box::new(teaching.clone()));
+        assert!(after([said()]).0.teaching.is_none(), "nobody asks any more");
+        let asked = || [CorrectEvent::AskTeaching(true), said()];
+        let (chosen, display) = after(asked().into_iter().chain([CorrectEvent::Teach(1)]));
+        assert_eq!((chosen.tool, chosen.brush), (Some(Tool::Brush), Naming::Component(2)));
+        assert_eq!((display.color_mode, chosen.taught), (ColorMode::Component, Some(1)));
+        assert_eq!(after(asked().into_iter().chain([CorrectEvent::Teach(7)])).0.tool, None);
+        let classes = Taxonomy::from_names(&["gear", "shaft"], &["wear"]);
+        let done = |events: Vec<CorrectEvent>| after(events).0.taught(&classes.components, &classes.defects);
+        let with = |more: Vec<CorrectEvent>| asked().into_iter().chain(more).collect::<Vec<_>>();
+        assert_eq!(done(with(vec![])), [false, false]);
+        assert_eq!(done(with(vec![CorrectEvent::Teach(0), at(1.0, 0.0)])), [true, false]);
+        // What was in the log before says nothing.
+        let stroke = SurfacePatch::Points { points: vec![[0.5, 0.0, 0.0]], radius: 1e-3 };
+        let relabel = ReviewAction::Relabel { patch: stroke, component: Some("gear".into()), defect: None };
+        let known = Known(Box::new(Corrections { inspection: "a".into(), sequence: 1, actions: vec![relabel] }));
+        assert_eq!(done(with(vec![known.clone()])), [false, true]);
+        assert_eq!(done([known].into_iter().chain(asked()).collect()), [false, false]);
+    }
+
+    #[test]
     fn another_inspection_begins_without_marks() {
         let (mut correct, mut display) = after([Choose(Some(Tool::Brush)), Step(1), at(0.0, 0.0)]);
         correct.begin(&mut display);
+        assert_eq!((correct.marks.len(), correct.tool), (1, Some(Tool::Brush)), "it may be the same again");
+        correct.leave();
         assert!(correct.marks.is_empty() && correct.tool.is_none());
         assert_eq!((correct.radius, correct.next_number()), (5e-3, 2));
     }

@@ -2,12 +2,13 @@
 //! has confirmed it, and sent again until then.
 
 use super::case::{FindingsAnswer, ReviewsAnswer, VerdictAnswer};
-use super::{Case, ReviewEvent, Unsent};
+use super::{Case, ReviewEvent, outbox};
 use crate::camera::CameraInput;
 use crate::features::FeatureEvent;
 use crate::features::inspect::InspectEvent;
 use crate::features::view::{Controller, Host};
-use crate::link::api::{Agent, ApiError};
+use crate::link::api::Agent;
+use crate::link::{ApiError, may_pass};
 use crate::scene::pick::nearest_point;
 use crate::state::notices::{Level, Topic};
 use crate::ui::{Command, storage};
@@ -22,8 +23,7 @@ use std::rc::{Rc, Weak};
 use std::time::Duration;
 use wasm_bindgen_futures::spawn_local;
 
-/// Where decisions that have not arrived yet are kept, and who makes them.
-const UNSENT_KEY: &str = "semascan.unsent-reviews";
+/// Where it is kept who decides.
 const PERSON_KEY: &str = "semascan.reviewer";
 /// How long until a decision is sent again.
 const RETRY: Duration = Duration::from_secs(3);
@@ -104,8 +104,10 @@ impl ReviewController {
                 let body = serde_json::to_string(&unsent.review).unwrap_or_default();
                 let event = match this.host.agent.post::<IgnoredAny>(&path, &body).await {
                     Ok(_) => ReviewEvent::Sent(id),
-                    Err(ApiError::Refused { reason, .. }) => ReviewEvent::Refused { id, reason },
-                    Err(ApiError::Unreachable) => {
+                    Err(ApiError::Refused { reason, status }) if !may_pass(status) => {
+                        ReviewEvent::Refused { id, reason }
+                    }
+                    Err(_) => {
                         let weak = this.this.clone();
                         set_timeout(
                             move || {
@@ -142,31 +144,14 @@ impl ReviewController {
         ui.send_feature(InspectEvent::Picked(point));
     }
 
-    /// What is left from an earlier visit.
+    /// Decisions that this page, an earlier visit or another tab have left, the oldest first.
     fn restore(&self) {
-        let Some(storage) = storage() else { return };
-        if let Ok(Some(person)) = storage.get_item(PERSON_KEY) {
-            self.host.ui.send_feature(ReviewEvent::Person(person));
-        }
-        let text = storage.get_item(UNSENT_KEY).ok().flatten();
-        let unsent = text.and_then(|text| serde_json::from_str::<Vec<Unsent>>(&text).ok()).unwrap_or_default();
-        for one in unsent {
-            self.host.ui.send_feature(ReviewEvent::Decided(Box::new(one)));
-        }
-    }
-
-    /// Keeps what has not arrived yet.
-    fn keep(&self) {
-        let text = self.host.ui.read(|s| serde_json::to_string(&s.features.review.unsent));
-        let kept = text.ok().zip(storage()).map(|(text, storage)| storage.set_item(UNSENT_KEY, &text));
-        if !matches!(kept, Some(Ok(()))) {
-            let text = t!("review.not_kept");
-            self.host.ui.notify(Level::Warning, Topic::Decision, text);
+        for unsent in storage().map(|storage| outbox::kept(&storage)).unwrap_or_default() {
+            self.host.ui.send_feature(ReviewEvent::Decided(Box::new(unsent)));
         }
     }
 }
 
-/// The browser's storage for this page, where it has one.
 /// All that the agent says of an inspection's findings.
 async fn case(agent: &Agent, id: &str) -> Result<Case, ApiError> {
     let path = format!("/api/v1/inspections/{id}");
@@ -187,6 +172,9 @@ fn eye(region: &RegionFigures) -> Option<Vec3> {
 
 impl Controller for ReviewController {
     fn begin(&self) {
+        if let Some(person) = storage().and_then(|storage| storage.get_item(PERSON_KEY).ok().flatten()) {
+            self.host.ui.send_feature(ReviewEvent::Person(person));
+        }
         self.restore();
         // What is known of the case holds until the inspection ends, another is shown, or somebody decides.
         let due = self.host.ui.part(|s| {
@@ -198,6 +186,7 @@ impl Controller for ReviewController {
         Effect::new(move |_| {
             if let (Some((id, ..)), Some(controller)) = (due.get(), weak.upgrade()) {
                 controller.ask(id, 0);
+                controller.restore();
                 controller.send();
             }
         });
@@ -213,11 +202,17 @@ impl Controller for ReviewController {
                     let _ = storage.set_item(PERSON_KEY, person);
                 }
             }
-            ReviewEvent::Decided(_) => {
-                self.keep();
+            ReviewEvent::Decided(unsent) => {
+                if !storage().is_some_and(|storage| outbox::keep(&storage, unsent)) {
+                    self.host.ui.notify(Level::Warning, Topic::Decision, t!("review.not_kept"));
+                }
                 self.send();
             }
-            ReviewEvent::Sent(_) | ReviewEvent::Refused { .. } => self.keep(),
+            ReviewEvent::Sent(id) | ReviewEvent::Refused { id, .. } => {
+                if let Some(storage) = storage() {
+                    outbox::forget(&storage, *id);
+                }
+            }
             _ => {}
         }
     }

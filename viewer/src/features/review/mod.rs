@@ -8,8 +8,9 @@
 //! | `events` | what happens to the tool | anywhere |
 //! | `state` | the case, the chosen finding, the draft, what is not sent yet | anywhere |
 //! | `words` | findings and decisions in words | anywhere |
+//! | `outbox` | keeps decisions in the browser's storage until they have arrived | in a browser |
 //! | `name` | names for reviews | in a browser |
-//! | `controller` | asks the agent, sends decisions and keeps them until they have arrived | in a browser |
+//! | `controller` | asks the agent, sends decisions until they have arrived | in a browser |
 //! | `signature` | reason and name under what is signed | in a browser |
 //! | `panel` | the list, the chosen finding, the form of a decision | in a browser |
 //!
@@ -19,6 +20,8 @@
 mod case;
 mod draft;
 mod events;
+#[cfg(any(test, target_arch = "wasm32"))]
+mod outbox;
 mod state;
 pub mod words;
 

@@ -108,8 +108,13 @@ impl Feature for Review {
         }
     }
 
-    /// What has not arrived yet stays, and so do who decides and what a link leads to.
+    /// What is known of the case holds while it is asked for again, and nobody loses what they write.
     fn begin(&mut self, _: &mut Display) {
+        self.standing = Standing::Nothing;
+    }
+
+    /// What has not arrived yet stays, and so do who decides and what a link leads to.
+    fn leave(&mut self) {
         let (person, unsent) = (std::mem::take(&mut self.person), std::mem::take(&mut self.unsent));
         *self = Self { person, unsent, wanted: self.wanted, ..Self::default() };
     }
@@ -215,7 +220,11 @@ mod tests {
         review.reduce(&Decided(unsent.clone()), &mut display);
         review.reduce(&Decided(unsent), &mut display);
         assert!(review.unsent.len() == 1 && review.draft.is_none());
+        review.reduce(&ReviewEvent::Draft(Ruling::Accept), &mut display);
         review.begin(&mut display);
+        assert!(review.draft.is_some() && review.is_open(), "the same inspection may come again");
+        review.leave();
+        assert!(review.draft.is_none() && !review.is_open());
         assert_eq!((review.unsent.len(), review.person.as_str(), review.case.inspection.as_str()), (1, "A", ""));
         review.reduce(&Sent(id), &mut display);
         assert!(review.unsent.is_empty());

@@ -27,7 +27,7 @@
 //! | `[data-testid=show-points]`, `show-mesh` | radio: what the model is shown as; `show-mesh` makes the mesh where there is none |
 //! | `[data-testid=mesh]` | the mesh's panel; `data-state` = `none`, `running`, `ready`; `data-triangles`, `data-outdated` |
 //! | `[data-testid=mesh-progress]`, `mesh-cancel`, `mesh-update` | progress of the meshing; its cancel button; make an outdated mesh anew |
-//! | `[data-testid=correct]` | corrections; `data-marks` (not signed), `data-earlier` (in the log); in it `correct-brush`, `correct-outline`, `correct-class`, `correct-width`, `correct-undo`, `correct-redo`, `correct-sign` |
+//! | `[data-testid=correct]` | corrections; `data-marks` (not signed), `data-earlier` (in the log); in it `correct-brush`, `correct-outline`, `correct-class`, `correct-width`, `correct-undo`, `correct-redo`, `correct-sign`; `teach-open`, `teach-<n>` (`data-done`), `teach-nothing` |
 //! | `[data-testid=reference-file]`, `reference`, `reference-forget` | file input; what is compared with; its button |
 //! | `[data-testid=reference-unit]`, `reference-unit-offer` | select: unit of the reference; button: take the unit that fits |
 //! | `[data-testid=reference-mismatch]`, `reference-warnings` | why deviations mean nothing; what the reader had to say |
@@ -41,6 +41,7 @@
 //! | `[data-testid=inspect-status]` | the same in a sentence, or that nothing lies there; a live region |
 //! | `[data-testid=inspect-pin]`, `inspect-close` | its buttons |
 //! | `[data-testid=picked-ring]`, `hover`, `label-<n>` | at the picked point, where the mouse rests, a pinned label; `data-behind`, of labels `data-occluded` |
+//! | `[data-testid=other]` | where somebody else points; `data-place`, `data-color`, `data-behind`, `data-occluded` |
 //! | `[data-testid=labels]`, `label-entry-<n>`, `labels-remove-all` | the list of the labels |
 //! | `[data-testid=evidence-open]`, `evidence`, `evidence-close` | the offer of photographs, their card, its button |
 //! | `[data-testid=evidence-picture]` | the photograph; `data-view`, `data-u`, `data-v` (the pixel), `data-full` = `true`, `false` once its pixels are there |

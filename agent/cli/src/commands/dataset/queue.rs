@@ -4,9 +4,10 @@ use super::Failure;
 use super::input::{self, Input, LeftOut};
 use crate::stdout::print_json;
 use clap::Args;
-use semascan_labelling::{Basis, QUEUE_CELL, QueuedRegion, corrected_labels, queued_regions};
-use semascan_model::record::Outcome;
-use semascan_model::{InspectionId, Taxonomy};
+use semascan_labelling::{
+    Basis, NamedRegion, NothingToTeach, TeachingQueue, check_teachable, queue_convention, teaching_queue,
+};
+use semascan_model::InspectionId;
 use serde::Serialize;
 use std::io::{self, Write};
 use std::path::PathBuf;
@@ -49,14 +50,6 @@ struct QueuedInspection {
     regions: Vec<NamedRegion>,
 }
 
-/// A region with the name of its component.
-#[derive(Debug, Serialize)]
-struct NamedRegion {
-    name: String,
-    #[serde(flatten)]
-    region: QueuedRegion,
-}
-
 impl QueueArgs {
     pub(super) fn run(self) -> Result<(), Failure> {
         let input::Inputs { list, mut left_out } = input::open(&self.from, &[])?;
@@ -64,16 +57,11 @@ impl QueueArgs {
         for input in &list {
             match self.queued(input)? {
                 Ok(queued) => inspections.push(queued),
-                Err(reason) => left_out.push(LeftOut { inspection: input.record.id, reason }),
+                Err(reason) => left_out.push(LeftOut { inspection: input.record.id, reason: reason.to_string() }),
             }
         }
         inspections.sort_by(|a, b| b.worth.total_cmp(&a.worth).then(a.inspection.cmp(&b.inspection)));
-        let convention = format!(
-            "worth: mean standard uncertainty of the labels (0 to 1) times area; basis model_part: the part of the networks \
-             alone, whole: all of it, where the part is not known; surface by cells of {} mm",
-            1e3 * QUEUE_CELL
-        );
-        let queue = Queue { convention, inspections, left_out };
+        let queue = Queue { convention: queue_convention(), inspections, left_out };
         if self.json {
             print_json(&queue)?;
         } else {
@@ -83,34 +71,18 @@ impl QueueArgs {
     }
 
     /// An inspection with its regions, or why there is nothing to order by.
-    fn queued(&self, input: &Input) -> Result<Result<QueuedInspection, String>, Failure> {
+    fn queued(&self, input: &Input) -> Result<Result<QueuedInspection, NothingToTeach>, Failure> {
         let record = &input.record;
-        if record.outcome == Outcome::Running {
-            return Ok(Err("it has not ended".into()));
-        }
-        if record.points == 0 {
-            return Ok(Err("it did not come to a model".into()));
+        if let Err(reason) = check_teachable(record) {
+            return Ok(Err(reason));
         }
         let (mesh, taxonomy) = input.mesh()?;
-        let corrected = corrected_labels(&mesh, &taxonomy, record, &input.entries);
-        let regions = queued_regions(&mesh, &corrected, record, &input.entries);
-        if regions.is_empty() {
-            let reason =
-                "its labels have no uncertainty: they come from the source, or people labelled all that has one";
-            return Ok(Err(reason.into()));
-        }
-        let whole = regions.iter().filter(|region| region.basis == Basis::Whole);
-        let worth = whole.map(|region| region.worth).sum();
-        let count = regions.len();
-        let named = |region: QueuedRegion| NamedRegion { name: name(&taxonomy, region.component), region };
-        let regions = regions.into_iter().take(self.regions as usize).map(named).collect();
-        Ok(Ok(QueuedInspection { inspection: record.id, part: record.part.clone(), worth, count, regions }))
+        Ok(teaching_queue(&mesh, &taxonomy, record, &input.entries).map(|TeachingQueue { worth, mut regions }| {
+            let count = regions.len();
+            regions.truncate(self.regions as usize);
+            QueuedInspection { inspection: record.id, part: record.part.clone(), worth, count, regions }
+        }))
     }
-}
-
-fn name(taxonomy: &Taxonomy, component: u16) -> String {
-    let class = taxonomy.components.iter().find(|class| class.id == component);
-    class.map_or_else(|| format!("class {component}"), |class| class.name.clone())
 }
 
 fn print(out: &mut impl Write, queue: &Queue) -> io::Result<()> {
