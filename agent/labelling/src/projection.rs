@@ -356,7 +356,16 @@ impl Projection {
         let guide = Guide { rgb: view.rgb, depth: view.depth, intrinsics: &view.intrinsics };
         ViewMasks {
             components: treat_rim(&self.masks.components, &guide, self.rim, treatment),
-            defects: treat_rim(&self.masks.defects, &guide, self.rim, treatment),
+            // A defect has no silhouette.
+            defects: treat_rim(
+                &self.masks.defects,
+                &guide,
+                self.rim,
+                match treatment {
+                    RimTreatment::Close => RimTreatment::Refine,
+                    other => other,
+                },
+            ),
             ..self.masks.clone()
         }
     }

@@ -6,8 +6,8 @@
 //! the more alike its colour is, and the farther it lies from the edge, where its label is certain; a jump of depth between
 //! the two leaves next to nothing of its vote. Where no label has a clear majority, the pixel stays open.
 //!
-//! Along silhouettes depth is missing or wrong, so the labels of the two sides often do not touch: pixels between them that are open
-//! are asked, too, up to a few more from either side. They have no vote of their own.
+//! Along silhouettes depth is missing or wrong, so the labels of the two sides often do not touch. Where gaps are to be closed,
+//! pixels between them that are open are asked, too, up to a few from either side; they have no vote of their own.
 //!
 //! A region that is thinner than two rims, such as a crack, has no pixel that far from its edge; its middle is what is most certain
 //! of it and counts in full.
@@ -26,6 +26,9 @@ pub enum RimTreatment {
     Open,
     /// It is refined by the picture, and left open where that does not tell.
     Refine,
+    /// The same, and gaps between two components are closed by the picture: less certain than the rest, but without them a network
+    /// learns nothing along silhouettes.
+    Close,
 }
 
 /// Least share of the votes that a label needs.
@@ -39,7 +42,7 @@ const BEYOND_JUMP: f32 = 0.02;
 /// Slope of a surface against the direction of view up to which neighbours lie on the same one, and metres of slack.
 const SLOPE: f32 = 2.0;
 const JUMP: f32 = 2e-3;
-/// Pixels beyond the rim up to which what is open between two labels is asked.
+/// Pixels beyond the rim up to which what is open between two components is asked.
 const GAP: usize = 3;
 /// Weight of a neighbour that lies at the edge itself; one that lies a rim away counts 1.
 const AT_EDGE: f32 = 0.05;
@@ -58,14 +61,19 @@ pub(crate) fn treat_rim(labels: &[u16], guide: &Guide<'_>, rim: usize, treatment
         return labels.to_vec();
     }
     let (width, height) = (guide.intrinsics.width as usize, guide.intrinsics.height as usize);
-    let reach = rim + GAP;
-    let steps = steps_to_edge(&bridged(labels, (width, height), reach), (width, height), reach);
+    let reach = if treatment == RimTreatment::Close { rim + GAP } else { 0 };
+    let steps = steps_to_edge(&bridged(labels, (width, height), reach), (width, height), rim.max(reach));
     let is_rim = |at: usize| steps[at] <= if labels[at] == IGNORE { reach } else { rim };
     if treatment == RimTreatment::Open {
         return (0..labels.len()).map(|at| if is_rim(at) { IGNORE } else { labels[at] }).collect();
     }
     let voting = Voting::new(labels, &steps, guide, rim);
-    (0..labels.len()).into_par_iter().map(|at| if is_rim(at) { voting.label(at) } else { labels[at] }).collect()
+    let label = |at: usize| match labels[at] {
+        kept if !is_rim(at) => kept,
+        IGNORE => voting.label(at, reach + 2),
+        _ => voting.label(at, 2 * rim + 2),
+    };
+    (0..labels.len()).into_par_iter().map(label).collect()
 }
 
 /// `labels` spread up to `most` pixels into what is open: where two of them meet, an edge lies in the gap between.
@@ -140,8 +148,6 @@ struct Voting<'a> {
     /// How certain the label of each pixel is, 0 to 1.
     certainty: Vec<f32>,
     guide: &'a Guide<'a>,
-    /// Half the width of a neighbourhood, pixels.
-    reach: usize,
     /// Weight by squared distance of colours, in steps of the table.
     by_color: Vec<f32>,
     color_step: f32,
@@ -156,21 +162,21 @@ impl<'a> Voting<'a> {
         let by_color = (0..STEPS).map(|k| (-0.5 * k as f32 * color_step / (alike * alike)).exp()).collect();
         let size = (guide.intrinsics.width as usize, guide.intrinsics.height as usize);
         let certainty = certainty(labels, steps, size, rim);
-        Self { labels, certainty, guide, reach: (2 * rim).max(rim + GAP) + 2, by_color, color_step }
+        Self { labels, certainty, guide, by_color, color_step }
     }
 
-    /// The label that the neighbourhood of a pixel votes for; [`IGNORE`] without a majority.
-    fn label(&self, at: usize) -> u16 {
+    /// The label that the neighbourhood of a pixel, `reach` pixels to either side, votes for; [`IGNORE`] without a majority.
+    fn label(&self, at: usize, reach: usize) -> u16 {
         let (width, height) = (self.guide.intrinsics.width as usize, self.guide.intrinsics.height as usize);
         let (u, v) = (at % width, at / width);
         let pixels = self.guide.rgb.as_raw();
         let color = |at: usize| [0, 1, 2].map(|k| f32::from(pixels[3 * at + k]));
         let (own, depth) = (color(at), self.guide.depth[at]);
         let footprint = self.guide.intrinsics.footprint(f64::from(depth)) as f32;
-        let deviation = 0.5 * self.reach as f32;
+        let deviation = 0.5 * reach as f32;
         let mut votes: Vec<(u16, f32)> = Vec::with_capacity(4);
-        for y in v.saturating_sub(self.reach)..(v + self.reach + 1).min(height) {
-            for x in u.saturating_sub(self.reach)..(u + self.reach + 1).min(width) {
+        for y in v.saturating_sub(reach)..(v + reach + 1).min(height) {
+            for x in u.saturating_sub(reach)..(u + reach + 1).min(width) {
                 let other = y * width + x;
                 let label = self.labels[other];
                 if label == IGNORE {
@@ -183,8 +189,8 @@ impl<'a> Voting<'a> {
                 let by_certainty = AT_EDGE + (1.0 - AT_EDGE) * self.certainty[other].powi(2);
                 let by_depth = match self.guide.depth[other] {
                     there if there > 0.0 && depth > 0.0 => {
-                        let reach = JUMP + SLOPE * footprint * squared.sqrt();
-                        if (there - depth).abs() > reach { BEYOND_JUMP } else { 1.0 }
+                        let jump = JUMP + SLOPE * footprint * squared.sqrt();
+                        if (there - depth).abs() > jump { BEYOND_JUMP } else { 1.0 }
                     }
                     _ => 1.0,
                 };
@@ -339,7 +345,7 @@ mod tests {
         let shown = picture(20, [[60; 3], [150; 3]]);
         let depth = vec![0.3; SIZE * SIZE];
         let guide = Guide { rgb: &shown, depth: &depth, intrinsics: &CAMERA };
-        for treatment in [RimTreatment::Open, RimTreatment::Refine] {
+        for treatment in [RimTreatment::Open, RimTreatment::Refine, RimTreatment::Close] {
             assert_eq!(treat_rim(&known, &guide, 3, treatment), known);
         }
     }
@@ -352,7 +358,7 @@ mod tests {
         let closed = |gap: std::ops::Range<usize>| {
             let mut known = labels(20);
             (0..known.len()).filter(|at| gap.contains(&(at % SIZE))).for_each(|at| known[at] = IGNORE);
-            treat_rim(&known, &guide, 3, RimTreatment::Refine)
+            treat_rim(&known, &guide, 3, RimTreatment::Close)
         };
         check_moved(&closed(18..23));
         assert!((0..SIZE).all(|row| closed(10..30)[row * SIZE + 20] == IGNORE));

@@ -21,6 +21,8 @@ pub(super) struct Manifest {
     pub(super) format: Format,
     pub(super) include_uncorrected: bool,
     pub(super) selection: Selection,
+    /// Whether pixels along silhouettes are labelled by the picture, too.
+    pub(super) gaps_closed: bool,
     /// Names of the component classes, `none` first.
     pub(super) classes: Vec<String>,
     /// Names of the defect classes, `none` first.

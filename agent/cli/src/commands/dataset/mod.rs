@@ -13,7 +13,7 @@ pub(super) use writer::DatasetWriter;
 use super::{Failure, numbers};
 use anyhow::anyhow;
 use clap::{Args, Subcommand, ValueEnum};
-use semascan_labelling::Selection;
+use semascan_labelling::{RimTreatment, Selection};
 use semascan_model::InspectionId;
 use serde::Serialize;
 use std::path::PathBuf;
@@ -57,6 +57,10 @@ pub(crate) struct DatasetArgs {
     /// Leave measured labels open whose standard uncertainty (0 to 1) is larger [default: all are used]
     #[arg(long, value_name = "T", value_parser = numbers::threshold, allow_negative_numbers = true)]
     max_sigma: Option<f32>,
+    /// Also label pixels along silhouettes that depth says nothing of, by the picture: less certain, but what networks get wrong lies
+    /// there
+    #[arg(long)]
+    close_gaps: bool,
     /// Replace the data set in the folder
     #[arg(long)]
     overwrite: bool,
@@ -87,6 +91,7 @@ impl DatasetArgs {
             format: self.format,
             include_uncorrected: self.include_uncorrected,
             selection,
+            rims: if self.close_gaps { RimTreatment::Close } else { RimTreatment::Refine },
             overwrite: self.overwrite,
         };
         let manifest = scenes::write(out, inputs, &options)?;

@@ -24,6 +24,8 @@ pub(super) struct Options {
     pub(super) format: Format,
     pub(super) include_uncorrected: bool,
     pub(super) selection: Selection,
+    /// What becomes of the edges of masks.
+    pub(super) rims: RimTreatment,
     pub(super) overwrite: bool,
 }
 
@@ -77,6 +79,7 @@ pub(super) fn write(out: &Path, inputs: Inputs, options: &Options) -> Result<Man
         format: options.format,
         include_uncorrected: options.include_uncorrected,
         selection: options.selection,
+        gaps_closed: options.rims == RimTreatment::Close,
         classes: names(&taxonomy.components),
         defects: names(&taxonomy.defects),
         ignore: IGNORE,
@@ -168,7 +171,7 @@ fn inspection(
         };
         let captured = captured(&view, pose, recorded, space.as_ref());
         let projection = model.project(&captured);
-        let masks = projection.masks_with(&captured, RimTreatment::Refine);
+        let masks = projection.masks_with(&captured, options.rims);
         pixels.add(&projection.counts);
         entry.open += masks.components.iter().filter(|label| **label == IGNORE).count() as u64;
         entry.views += 1;

@@ -72,12 +72,20 @@ pub enum Masks {
     RimOpen,
     /// Of the corrected labels; edges refined by the picture.
     RimRefined,
+    /// The same, and gaps along silhouettes closed: what a network is taught by.
+    GapsClosed,
 }
 
 impl Masks {
     /// In the order of the table.
-    pub const ALL: [Self; 5] =
-        [Self::Measured, Self::Corrected, Self::CorrectedWhereRefined, Self::RimOpen, Self::RimRefined];
+    pub const ALL: [Self; 6] = [
+        Self::Measured,
+        Self::Corrected,
+        Self::CorrectedWhereRefined,
+        Self::RimOpen,
+        Self::RimRefined,
+        Self::GapsClosed,
+    ];
 
     /// For people.
     pub fn name(self) -> &'static str {
@@ -87,6 +95,7 @@ impl Masks {
             Self::CorrectedWhereRefined => "  same pixels as refined",
             Self::RimOpen => "corrected, rims left open",
             Self::RimRefined => "corrected, rims refined",
+            Self::GapsClosed => "  and gaps closed",
         }
     }
 }
@@ -185,7 +194,7 @@ pub struct MaskedView<'a> {
     pub view: &'a View,
     /// The pose that the inspection found.
     pub table_from_camera: Isometry3<f64>,
-    /// Corrected labels, projected, with refined rims.
+    /// Corrected labels, projected, with refined rims and closed gaps.
     pub masks: &'a ViewMasks,
     /// The classes of the masks.
     pub taxonomy: &'a Taxonomy,
@@ -256,13 +265,14 @@ fn motor(config: &Config, seed: u64, on_masks: TakeMasks<'_>) -> Result<(Motor, 
         let after = as_corrected.project(&captured);
         let refined = after.masks_with(&captured, RimTreatment::Refine);
         let open = after.masks_with(&captured, RimTreatment::Open);
-        let (table_from_camera, masks) = (captured.table_from_camera, &refined);
+        let closed = after.masks_with(&captured, RimTreatment::Close);
+        let (table_from_camera, masks) = (captured.table_from_camera, &closed);
         on_masks(&MaskedView { seed, part: &record.part, view: &view, table_from_camera, masks, taxonomy: &taxonomy })
             .map_err(|source| LabelsError::Masks { seed, source })?;
         let mut restricted = after.masks.clone();
         restrict(&mut restricted.components, &refined.components);
         restrict(&mut restricted.defects, &refined.defects);
-        for (sum, masks) in sums.iter_mut().zip([&before, &after.masks, &restricted, &open, &refined]) {
+        for (sum, masks) in sums.iter_mut().zip([&before, &after.masks, &restricted, &open, &refined, &closed]) {
             sum.add(labels, &masks.components, &masks.defects);
         }
     }
@@ -271,7 +281,8 @@ fn motor(config: &Config, seed: u64, on_masks: TakeMasks<'_>) -> Result<(Motor, 
         wrong as f64 / classes.len().max(1) as f64
     };
     let wrong = (wrong(&mesh.vertices.labels), wrong(&corrected.components.classes));
-    let mean_iou = sums.last().map_or(0.0, |refined| refined.components.scores().mean_iou);
+    let refined = sums.iter().zip(Masks::ALL).find(|(_, masks)| *masks == Masks::RimRefined);
+    let mean_iou = refined.map_or(0.0, |(refined, _)| refined.components.scores().mean_iou);
     Ok((Motor { seed, voxel, wrong, strokes, mean_iou }, sums, taxonomy))
 }
 
