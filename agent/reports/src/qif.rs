@@ -299,8 +299,8 @@ fn status(xml: &mut Xml, name: &str, record: &InspectionRecord) -> io::Result<()
     within(xml, name, |xml| text(xml, "InspectionStatusEnum", status))
 }
 
-fn is_linear(one: &Characteristic) -> bool {
-    matches!(one.measure, Measure::Length | Measure::Depth)
+fn is_dimension(one: &Characteristic) -> bool {
+    matches!(one.measure, Measure::Length | Measure::Depth | Measure::Radius | Measure::Angle)
 }
 
 fn element(one: &Characteristic, aspect: &str) -> String {
