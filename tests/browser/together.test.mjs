@@ -141,6 +141,7 @@ onEveryBackend(
         const form = page.getByTestId('draft-form');
         if (how === 'class') {
           const choice = page.getByTestId('finding-class');
+          await choice.locator('option').nth(2).waitFor({ state: 'attached', ...PATIENCE });
           const is = await choice.inputValue();
           const names = await choice.locator('option').evaluateAll((options) => options.map((option) => option.value));
           await choice.selectOption(chance.of(names.filter((name) => name && name !== is)));

@@ -497,7 +497,7 @@ async fn who_points_is_told_to_others_under_their_own_name_and_nothing_else_is_t
     let mut seen = Vec::new();
     while let Some(bytes) = agent.shared.live.next(&mut cursor) {
         if let Some(FromAgent::Pointer(pointer)) = decode_server(&bytes).expect("valid").body {
-            seen.push((pointer.viewer, pointer.person.starts_with("viewer"), [pointer.x, pointer.y, pointer.z]));
+            seen.push((pointer.viewer, pointer.person.starts_with("token viewer "), [pointer.x, pointer.y, pointer.z]));
         }
     }
     assert_eq!(seen, [("v".to_owned(), true, [1.0, 2.0, 3.0])]);

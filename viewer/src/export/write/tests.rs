@@ -10,6 +10,7 @@ use crate::state::export_choice::{Content, Detail, ExportChoice};
 use crate::state::legend::ClassCount;
 use semascan_formats::{FileFrame, UpAxis};
 use semascan_model::{LengthUnit, PointFlags, SemanticCloud, SemanticPoint, Taxonomy};
+use semascan_protocol::Inspection;
 use std::sync::{Arc, Mutex};
 
 fn point(label: u16, flags: u16) -> SemanticPoint {
