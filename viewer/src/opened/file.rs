@@ -20,8 +20,8 @@ pub struct OpenedFile {
 #[derive(Debug)]
 enum Content {
     /// Semascan's own, with the edge of its voxels.
-    Own(ply::PlyModel, f32),
-    Foreign(Geometry),
+    Own(Box<ply::PlyModel>, f32),
+    Foreign(Box<Geometry>),
 }
 
 impl OpenedFile {
@@ -37,11 +37,11 @@ impl OpenedFile {
             true => {
                 let file = ply::read(name, bytes)?;
                 match file.voxel() {
-                    Some(voxel) => Content::Own(file, voxel),
-                    None => Content::Foreign(Geometry::of_ply(name, file)?),
+                    Some(voxel) => Content::Own(Box::new(file), voxel),
+                    None => Content::Foreign(Box::new(Geometry::of_ply(name, file)?)),
                 }
             }
-            false => Content::Foreign(Geometry::read(name, bytes, &|named: &str| find(beside, named))?),
+            false => Content::Foreign(Box::new(Geometry::read(name, bytes, &|named: &str| find(beside, named))?)),
         };
         Ok(Self { name: name.to_owned(), content })
     }
@@ -62,8 +62,8 @@ impl OpenedFile {
     /// [`OpenError`] if it holds nothing or too much.
     pub fn model(self, pictures: &[Option<Picture>]) -> Result<OpenedModel, OpenError> {
         match self.content {
-            Content::Own(file, voxel) => OpenedModel::own(&self.name, file).checked(Some(voxel)),
-            Content::Foreign(geometry) => OpenedModel::foreign(&self.name, geometry, pictures).checked(None),
+            Content::Own(file, voxel) => OpenedModel::own(&self.name, *file).checked(Some(voxel)),
+            Content::Foreign(geometry) => OpenedModel::foreign(&self.name, *geometry, pictures).checked(None),
         }
     }
 }
