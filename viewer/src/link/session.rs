@@ -42,6 +42,8 @@ pub struct Session {
     /// Memory for all that is held, and the most that it may be, bytes.
     bytes: u64,
     most_bytes: u64,
+    /// What all that is held would need, were its points halved once more.
+    bytes_halved: u64,
     /// How often the points of each chunk are halved, and what the page was told of it.
     halvings: u32,
     told_halvings: u32,
@@ -74,6 +76,7 @@ impl Session {
             held: BTreeMap::new(),
             bytes: 0,
             most_bytes,
+            bytes_halved: 0,
             halvings: 0,
             told_halvings: 0,
             left_out: false,
@@ -169,14 +172,14 @@ impl Session {
 
     fn halve(&mut self) {
         self.halvings += 1;
-        self.bytes = self.held.values().map(|held| held.bytes(self.halvings)).sum();
+        self.bytes = self.bytes_halved;
+        self.bytes_halved = self.held.values().map(|held| held.bytes(self.halvings + 1)).sum();
     }
 
     /// Makes room for another chunk by halving the points of all, where that helps.
     fn make_room(&mut self, chunk: &Held) {
         while self.bytes + chunk.bytes(self.halvings) > self.most_bytes && self.halvings < MOST_HALVINGS {
-            let all = self.held.values().chain([chunk]);
-            let after: u64 = all.map(|held| held.bytes(self.halvings + 1)).sum();
+            let after = self.bytes_halved + chunk.bytes(self.halvings + 1);
             if after as f64 > (1.0 - LEAST_SPARED) * (self.bytes + chunk.bytes(self.halvings)) as f64 {
                 break;
             }
@@ -191,7 +194,7 @@ impl Session {
         self.inspection_id.clone_from(&inspection.id);
         self.epoch = inspection.epoch;
         self.held.clear();
-        (self.bytes, self.left_out) = (0, false);
+        (self.bytes, self.bytes_halved, self.left_out) = (0, 0, false);
     }
 
     fn chunk(&mut self, update: &ChunkUpdate) -> Result<Option<LinkEvent>, WireError> {
@@ -204,7 +207,7 @@ impl Session {
             return Ok(None);
         }
         let before = self.held.remove(&id);
-        self.bytes -= before.map_or(0, |held| held.bytes(self.halvings));
+        self.forget(before);
         let held = Held { revision: decoded.revision, points: decoded.cloud.len() };
         self.make_room(&held);
         let bytes = held.bytes(self.halvings);
@@ -214,6 +217,7 @@ impl Session {
             return Ok((before.is_some() || !said).then_some(LinkEvent::LeftOut { id }));
         }
         self.bytes += bytes;
+        self.bytes_halved += held.bytes(self.halvings + 1);
         self.held.insert(id, held);
         if self.halvings > 0 {
             decoded.cloud = halved(&decoded.cloud, 0, self.halvings);
@@ -221,12 +225,19 @@ impl Session {
         Ok(Some(LinkEvent::Chunk(decoded)))
     }
 
+    /// A chunk is not held any more.
+    fn forget(&mut self, before: Option<Held>) {
+        self.bytes -= before.map_or(0, |held| held.bytes(self.halvings));
+        self.bytes_halved -= before.map_or(0, |held| held.bytes(self.halvings + 1));
+    }
+
     fn gone(&mut self, gone: &ChunkGone) -> Result<Option<LinkEvent>, WireError> {
         let id = required("gone.id", gone.id)?.to_array();
         if gone.epoch != self.epoch || self.held.get(&id).is_none_or(|held| held.revision > gone.revision) {
             return Ok(None);
         }
-        self.bytes -= self.held.remove(&id).map_or(0, |held| held.bytes(self.halvings));
+        let before = self.held.remove(&id);
+        self.forget(before);
         Ok(Some(LinkEvent::ChunkGone { id }))
     }
 }
@@ -390,7 +401,7 @@ mod tests {
         let held = Held { revision: 1, points: 4096 };
         session.held = (0..10).map(|x| ([x, 0, 0], held)).collect();
         session.most_bytes = 10 * held.bytes(0);
-        session.bytes = session.most_bytes;
+        (session.bytes, session.bytes_halved) = (session.most_bytes, 10 * held.bytes(1));
         session.make_room(&held);
         assert_eq!((session.halvings, session.bytes), (1, 10 * held.bytes(1)));
     }
