@@ -334,6 +334,33 @@ onEveryBackend(
       console.log(`# ${[...counts].map(([type, count]) => `${count} ${type}`).join(', ')}; ${truth.length - 1} findings`);
     });
 
+    it('see where the others point, and not their own pointer', LIMIT, async () => {
+      const [from, to] = [kim.tabs[0], lee.tabs[0]];
+      await choose(to, 0);
+      const picked = async () => (await from.page.getByTestId('picked-ring').getAttribute('data-place', PATIENCE)).split(' ').map(Number);
+      // Kim's other tab is somebody else to the page: the mark that is meant is where this tab points.
+      const seen = async ({ page }, place) => {
+        const marks = await page
+          .getByTestId('other')
+          .evaluateAll((marks) => marks.map((mark) => ({ ...mark.dataset, text: mark.textContent })));
+        const ofKim = marks.filter((mark) => /Kim/.test(mark.text));
+        return ofKim.find((mark) => Math.hypot(...mark.place.split(' ').map((c, k) => c - place[k])) < 1e-6);
+      };
+      // A finding that is chosen is picked: its place is pointed at. Who was alone a moment ago is silent for a while.
+      let mark;
+      for (const deadline = Date.now() + PATIENCE.timeout; !mark; mark = await seen(to, await picked())) {
+        assert.ok(Date.now() < deadline, 'nobody is seen to point');
+        await choose(from, null);
+        await choose(from, 0);
+        await pause(1000);
+      }
+      assert.equal(await seen(from, await picked()), undefined, 'their own');
+      const name = mark.anchor.replace('other-', '');
+      await to.page.locator(`[data-anchor="${mark.anchor}"]`).waitFor({ state: 'detached', ...PATIENCE });
+      const file = await fetch(`${agent.url}/api/v1/inspections/${id}/inspection.semascan`);
+      assert.ok(file.ok && !Buffer.from(await file.arrayBuffer()).includes(name), 'it is kept nowhere');
+    });
+
     it('leave a log that nobody changed', LIMIT, async () => {
       await agent.stop();
       const verified = spawnSync(BINARY, ['audit', 'verify', '--data', data, '--json'], { encoding: 'utf8' });
