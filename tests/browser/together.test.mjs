@@ -215,8 +215,12 @@ onEveryBackend(
         await page.getByTestId('ruling-title').filter({ hasText: 'the part' }).waitFor();
       } else {
         const row = page.getByTestId(`finding-${about + 1}`);
-        if ((await row.getAttribute('aria-pressed')) !== 'true') await row.click();
-        await page.getByTestId('finding-detail').waitFor();
+        const detail = page.getByTestId('finding-detail');
+        // A page that hears of the model anew between two clicks forgets what was chosen: a person chooses again.
+        for (const deadline = Date.now() + PATIENCE.timeout; !(await detail.isVisible()); await pause(250)) {
+          assert.ok(Date.now() < deadline, 'the finding cannot be chosen');
+          if ((await row.getAttribute('aria-pressed')) !== 'true') await row.click();
+        }
       }
     };
 

@@ -2,6 +2,7 @@
 //!
 //! | file | what |
 //! |---|---|
+//! | `captured_view.rs` | a view that labels are projected into |
 //! | `corrected.rs` | the labels of the model with the log of reviews applied, and who says so |
 //! | `projection.rs` | these labels in a view, tested against the view's own depth |
 //! | `rim.rs` | edges of masks refined by the picture, or left open |
@@ -12,6 +13,7 @@
 //!
 //! A pixel of which nothing is known is [`IGNORE`], never background.
 
+mod captured_view;
 mod corrected;
 mod empty;
 mod extent;
@@ -22,9 +24,10 @@ mod queue;
 mod rim;
 mod volume;
 
+pub use captured_view::{CapturedView, PoseUncertainty};
 pub use corrected::{Contradiction, Corrected, CorrectedLabels, Labeller, Stroke, WithoutEffect, corrected_labels};
 pub use empty::EmptySpace;
-pub use projection::{CapturedView, LabelledModel, PixelCounts, PoseUncertainty, Projection, Selection, ViewMasks};
+pub use projection::{LabelledModel, PixelCounts, Projection, Selection, ViewMasks};
 pub use queue::{
     Basis, NamedRegion, NothingToTeach, QueuedRegion, TeachingQueue, check_teachable, queue_convention, teaching_queue,
 };

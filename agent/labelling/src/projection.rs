@@ -18,13 +18,11 @@
 
 use crate::extent::Extent;
 use crate::rim::{Guide, RimTreatment, treat_rim};
-use crate::{Corrected, CorrectedLabels, EmptySpace, IGNORE, Labeller, MeasuringVolume, Stroke};
-use image::RgbImage;
-use nalgebra::{Isometry3, Point3};
+use crate::{CapturedView, Corrected, CorrectedLabels, IGNORE, Labeller, MeasuringVolume, Stroke};
+use nalgebra::Point3;
 use rayon::prelude::*;
 use semascan_geometry::measure::NearestPoints;
 use semascan_model::SemanticMesh;
-use semascan_perception::view::Intrinsics;
 use semascan_rasterizer::{Camera, Scene, SeenSurface, SurfacePlace};
 use serde::Serialize;
 
@@ -50,32 +48,6 @@ pub struct Selection {
     pub only_people: bool,
     /// Measured labels with a larger standard uncertainty (0 to 1) are left open; `None`: all are used.
     pub max_sigma: Option<f32>,
-}
-
-/// How well the pose of a view is known: one standard deviation.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct PoseUncertainty {
-    /// Of the rotation, radians.
-    pub rotation: f64,
-    /// Of the translation, metres.
-    pub translation: f64,
-}
-
-/// A view that labels are projected into.
-#[derive(Clone, Copy, Debug)]
-pub struct CapturedView<'a> {
-    /// Colour.
-    pub rgb: &'a RgbImage,
-    /// Depth in metres, row-major; 0 where nothing was measured.
-    pub depth: &'a [f32],
-    /// The camera, for both.
-    pub intrinsics: Intrinsics,
-    /// Its final pose.
-    pub table_from_camera: Isometry3<f64>,
-    /// How well that is known; `None` where it is not said.
-    pub uncertainty: Option<PoseUncertainty>,
-    /// Where the part can be, and what of it all views saw to be empty; `None` where nobody says where it can be.
-    pub space: Option<&'a EmptySpace>,
 }
 
 /// Pixels by what became of them, before rims are treated.
@@ -434,10 +406,12 @@ fn fill_holes(pixels: &mut [Pixel], seen: &SeenSurface) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::corrected_labels;
     use crate::fixtures::{entry, plate, record, taxonomy};
-    use nalgebra::Vector3;
+    use crate::{EmptySpace, corrected_labels};
+    use image::RgbImage;
+    use nalgebra::{Isometry3, Vector3};
     use semascan_model::review::{ReviewAction, ReviewEntry, Subject, SurfacePatch};
+    use semascan_perception::view::Intrinsics;
 
     const WIDTH: u32 = 160;
     const HEIGHT: u32 = 120;

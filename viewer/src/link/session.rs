@@ -252,6 +252,9 @@ mod tests {
     use semascan_protocol::chunk::{VoxelChunk, encode};
     use semascan_protocol::{Clear, Progress, Refused, ServerMessage, Welcome};
 
+    /// Memory that a page may need where nothing is known of its device.
+    const USUAL: u64 = 1_200_000_000;
+
     fn bytes(body: Body) -> Vec<u8> {
         ServerMessage { body: Some(body) }.encode_to_vec()
     }
@@ -299,7 +302,7 @@ mod tests {
 
     #[test]
     fn the_next_hello_lists_what_was_passed_on() {
-        let mut session = Session::within(1_200_000_000);
+        let mut session = Session::within(USUAL);
         assert_eq!(held(&mut session), (String::new(), 0, vec![]));
         session.receive(&welcome("a", 1, false));
         assert!(matches!(session.receive(&chunk(0, 1, 3)), Some(LinkEvent::Chunk(_))));
@@ -314,7 +317,7 @@ mod tests {
 
     #[test]
     fn out_of_date_chunks_say_nothing() {
-        let mut session = Session::within(1_200_000_000);
+        let mut session = Session::within(USUAL);
         session.receive(&welcome("a", 2, false));
         session.receive(&chunk(0, 2, 5));
         assert!(session.receive(&chunk(0, 2, 5)).is_none(), "held already");
@@ -347,7 +350,6 @@ mod tests {
     #[test]
     fn chunks_of_single_points_count_for_what_they_need() {
         // 21 MB of such chunks once filled 6.5 GB.
-        const USUAL: u64 = 1_200_000_000;
         let most = USUAL / chunk_bytes(1);
         assert!(most < 41_000, "{most} chunks of one point");
         assert!(USUAL / chunk_bytes(1200) * 1200 > 10_000_000, "a model of ten million points is shown whole");
@@ -408,7 +410,7 @@ mod tests {
 
     #[test]
     fn a_new_inspection_or_epoch_starts_over() {
-        let mut session = Session::within(1_200_000_000);
+        let mut session = Session::within(USUAL);
         session.receive(&welcome("a", 1, false));
         session.receive(&chunk(0, 1, 3));
         let clear = bytes(Body::Clear(Clear { inspection: Some(inspection("a", 2)), ..Clear::default() }));
@@ -423,7 +425,7 @@ mod tests {
 
     #[test]
     fn what_breaks_the_protocol_is_named_and_survived() {
-        let mut session = Session::within(1_200_000_000);
+        let mut session = Session::within(USUAL);
         let reason = |event: Option<LinkEvent>| match event {
             Some(LinkEvent::Malformed { reason }) => reason,
             other => panic!("{other:?}"),
@@ -443,7 +445,7 @@ mod tests {
     #[test]
     fn a_refusal_may_come_at_any_time() {
         let refused = bytes(Body::Refused(Refused { reason: "full".to_owned() }));
-        let mut session = Session::within(1_200_000_000);
+        let mut session = Session::within(USUAL);
         assert!(matches!(session.receive(&refused), Some(LinkEvent::Refused { .. })));
         session.receive(&welcome("a", 1, false));
         assert!(matches!(session.receive(&refused), Some(LinkEvent::Refused { .. })));
@@ -452,7 +454,7 @@ mod tests {
     proptest! {
         #[test]
         fn arbitrary_bytes_are_malformed_at_worst(noise in proptest::collection::vec(any::<u8>(), 0..300)) {
-            let mut session = Session::within(1_200_000_000);
+            let mut session = Session::within(USUAL);
             session.receive(&welcome("a", 1, false));
             let _ = session.receive(&noise);
             prop_assert!(matches!(session.receive(&chunk(0, 1, 1)), Some(LinkEvent::Chunk(_))));

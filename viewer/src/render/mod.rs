@@ -34,8 +34,8 @@
 //! }
 //! renderer.resize(css_width, css_height, device_pixel_ratio);
 //! if !renderer.is_busy() {                            // else in the next animation frame
-//!     let stats: FrameStats = renderer.draw(&request)?;   // on demand, at most once per animation frame
-//! }
+//!     renderer.draw(&request, None)?;                 // on demand, at most once per animation frame; or the first step of it:
+//! }                                                   // while renderer.is_unfinished() { renderer.go_on(most)?; } in later ones
 //! renderer.pick(at);                                  // what lies there? then, with each animation frame:
 //! if let Some(seen) = renderer.picked() { .. }
 //! ```
@@ -105,4 +105,4 @@ pub use error::RenderError;
 #[cfg(target_arch = "wasm32")]
 pub use gpu::Backend;
 #[cfg(target_arch = "wasm32")]
-pub use renderer::{FrameStats, Renderer};
+pub use renderer::Renderer;

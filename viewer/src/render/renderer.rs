@@ -43,15 +43,13 @@ const AXES_MARGIN: f32 = 8.0;
 /// How far what is drawn may lie from what is looked at, in its radii.
 const REACH: f32 = 20.0;
 
-/// What a frame showed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct FrameStats {
-    /// Points shown: of visible classes, not hidden, after thinning, cut away or not; none where the mesh is.
-    pub points: usize,
-    /// Triangles shown: of visible classes, cut away or not.
-    pub triangles: usize,
-    /// Frames drawn by this renderer, this one included.
-    pub frames: u64,
+/// What a frame shows.
+#[derive(Clone, Copy)]
+struct FrameStats {
+    /// Points of visible classes, not hidden, after thinning, cut away or not; none where the mesh is.
+    points: usize,
+    /// Triangles of visible classes, cut away or not.
+    triangles: usize,
 }
 
 /// What the last frame showed, as far as picks need to know.
@@ -300,11 +298,11 @@ impl Renderer {
     }
 
     /// Draws one frame, or the first step of it: after so many points, at `most`, the frame is gone on with by [`Self::go_on`], and the
-    /// canvas shows the one before until it is whole. Returns `None` until then.
+    /// canvas shows the one before until it is whole.
     ///
     /// # Errors
     /// [`RenderError::Lost`] when the device or the surface is gone.
-    pub fn draw(&mut self, request: &DrawRequest, most: Option<usize>) -> Result<Option<FrameStats>, RenderError> {
+    pub fn draw(&mut self, request: &DrawRequest, most: Option<usize>) -> Result<(), RenderError> {
         if let Some(reason) = self.lost() {
             return Err(RenderError::Lost(reason));
         }
@@ -315,7 +313,7 @@ impl Renderer {
             drawn: Drawn { camera: request.camera, of_mesh: request.content.mesh },
             has_turntable: request.content.turntable.is_some(),
             is_still: request.is_still,
-            stats: FrameStats { points, triangles, frames: 0 },
+            stats: FrameStats { points, triangles },
             next: 0,
         });
         self.go_on(most)
@@ -330,11 +328,11 @@ impl Renderer {
     ///
     /// # Errors
     /// As of [`Self::draw`].
-    pub fn go_on(&mut self, most: Option<usize>) -> Result<Option<FrameStats>, RenderError> {
+    pub fn go_on(&mut self, most: Option<usize>) -> Result<(), RenderError> {
         if let Some(reason) = self.lost() {
             return Err(RenderError::Lost(reason));
         }
-        let Some(unfinished) = self.unfinished.take() else { return Ok(None) };
+        let Some(unfinished) = self.unfinished.take() else { return Ok(()) };
         let mut encoder = self.gpu.device.create_command_encoder(&CommandEncoderDescriptor { label: Some("frame") });
         let mut pass = self.picture.begin(&mut encoder, unfinished.next > 0);
         pass.set_bind_group(0, &self.frame.group, &[]);
@@ -352,7 +350,7 @@ impl Renderer {
             self.gpu.queue.submit([encoder.finish()]);
             self.in_flight.submit(&self.gpu.queue);
             self.unfinished = Some(Unfinished { next, ..unfinished });
-            return Ok(None);
+            return Ok(());
         }
         self.draw_rest(&mut pass, unfinished.has_turntable);
         drop(pass);
@@ -364,9 +362,8 @@ impl Renderer {
         self.in_flight.submit(&self.gpu.queue);
         self.frames += 1;
         self.drawn = Some(unfinished.drawn);
-        let stats = FrameStats { frames: self.frames, ..unfinished.stats };
-        self.write_statistics(stats, unfinished.is_still);
-        Ok(Some(stats))
+        self.write_statistics(unfinished.stats, unfinished.is_still);
+        Ok(())
     }
 
     /// What is drawn after the model.
@@ -485,7 +482,7 @@ impl Renderer {
             ("backend", self.backend().name().to_owned()),
             ("points", stats.points.to_string()),
             ("triangles", stats.triangles.to_string()),
-            ("frames", stats.frames.to_string()),
+            ("frames", self.frames.to_string()),
             ("samples", self.samples.to_string()),
             ("still", is_still.to_string()),
             ("selfTest", if self.is_tested { "over" } else { "running" }.to_owned()),

@@ -69,10 +69,10 @@ fn select(
 ) -> impl IntoView {
     let choice = ui.part(|s| s.export);
     view! {
-        <label class="switch-row">
+        <label class="field-row">
             <span>{name}</span>
             <select
-                class="number" data-testid=id
+                data-testid=id
                 on:change=move |e| ui.send(Event::ExportChoice(with(choice.get_untracked(), &event_target_value(&e))))
             >
                 {options.into_iter().map(|(key, label)| view! {

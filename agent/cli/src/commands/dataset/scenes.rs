@@ -6,10 +6,9 @@ use super::manifest::{InspectionEntry, Manifest, SCHEMA, ViewLeftOut};
 use super::writer::DatasetWriter;
 use super::{Failure, Format};
 use anyhow::anyhow;
-use nalgebra::{Isometry3, Matrix6};
+use nalgebra::Isometry3;
 use semascan_labelling::{
-    CapturedView, Corrected, EmptySpace, IGNORE, LabelledModel, PixelCounts, PoseUncertainty, RimTreatment, Selection,
-    corrected_labels,
+    CapturedView, Corrected, EmptySpace, IGNORE, LabelledModel, PixelCounts, RimTreatment, Selection, corrected_labels,
 };
 use semascan_model::record::{InspectionRecord, Outcome, SoftwareRecord, ViewRecord};
 use semascan_model::review::NetworkVersion;
@@ -169,7 +168,7 @@ fn inspection(
                 continue;
             }
         };
-        let captured = captured(&view, pose, recorded, space.as_ref());
+        let captured = CapturedView::of(&view, pose, recorded, space.as_ref());
         let projection = model.project(&captured);
         let masks = projection.masks_with(&captured, options.rims);
         pixels.add(&projection.counts);
@@ -190,7 +189,7 @@ fn empty_space(input: &Input) -> Result<Option<EmptySpace>, Failure> {
     for recorded in &input.record.views {
         // A view that cannot be used says nothing; why is said where it is left out.
         if let Ok((view, pose)) = usable_view(&mut views, recorded) {
-            space.see(&captured(&view, pose, recorded, None));
+            space.see(&CapturedView::of(&view, pose, recorded, None));
         }
     }
     Ok(Some(space))
@@ -203,22 +202,6 @@ fn usable_view(views: &mut InputViews<'_>, recorded: &ViewRecord) -> Result<(Vie
     }
     let pose = recorded.pose.as_ref().and_then(table_from_camera).ok_or("the record has no pose of it")?;
     Ok((views.view(recorded)?, pose))
-}
-
-fn captured<'a>(
-    view: &'a View,
-    table_from_camera: Isometry3<f64>,
-    recorded: &ViewRecord,
-    space: Option<&'a EmptySpace>,
-) -> CapturedView<'a> {
-    CapturedView {
-        rgb: &view.rgb,
-        depth: &view.depth.metres,
-        intrinsics: view.intrinsics,
-        table_from_camera,
-        uncertainty: uncertainty(recorded),
-        space,
-    }
 }
 
 /// What the manifest says of an inspection before its views.
@@ -255,12 +238,4 @@ fn networks(record: &InspectionRecord) -> Vec<NetworkVersion> {
         sha256: model.networks.iter().map(|file| file.sha256.clone()).collect(),
     });
     version.collect()
-}
-
-/// The largest standard deviations of a recorded pose; `None` where it is not said.
-fn uncertainty(recorded: &ViewRecord) -> Option<PoseUncertainty> {
-    let rows = recorded.covariance?;
-    let covariance = Matrix6::from_fn(|row, column| rows[row][column]);
-    let largest = |first: usize| covariance.fixed_view::<3, 3>(first, first).symmetric_eigenvalues().max();
-    Some(PoseUncertainty { rotation: largest(0).max(0.0).sqrt(), translation: largest(3).max(0.0).sqrt() })
 }

@@ -7,15 +7,15 @@ mod person;
 use super::{InspectError, inspect};
 use crate::{Confusion, PixelScores, TestDomain};
 use lines::Sampled;
-use nalgebra::{Isometry3, Matrix6, Quaternion, Translation3, UnitQuaternion};
+use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 use person::{Corrections, VertexTruth, correct};
 use semascan_geometry::measure::SurfaceIndex;
 use semascan_inspection::Inspected;
 use semascan_inspection::source::{Source, SourceError, TrueMesh};
 use semascan_inspection::spec::{InspectionSpec, LabelSource};
 use semascan_labelling::{
-    CapturedView, EmptySpace, IGNORE, LabelledModel, MeasuringVolume, PoseUncertainty, RimTreatment, Selection,
-    ViewMasks, corrected_labels,
+    CapturedView, EmptySpace, IGNORE, LabelledModel, MeasuringVolume, RimTreatment, Selection, ViewMasks,
+    corrected_labels,
 };
 use semascan_model::record::{InspectionRecord, ViewRecord};
 use semascan_model::{SemanticMesh, Taxonomy};
@@ -323,19 +323,8 @@ fn captured<'a>(view: &'a View, recorded: &ViewRecord, space: Option<&'a EmptySp
     let q = pose.rotation;
     let rotation = UnitQuaternion::try_new(Quaternion::new(q.w, q.x, q.y, q.z), 1e-6)?;
     let [x, y, z] = pose.translation;
-    let uncertainty = recorded.covariance.map(|rows| {
-        let covariance = Matrix6::from_fn(|row, column| rows[row][column]);
-        let largest = |first: usize| covariance.fixed_view::<3, 3>(first, first).symmetric_eigenvalues().max();
-        PoseUncertainty { rotation: largest(0).max(0.0).sqrt(), translation: largest(3).max(0.0).sqrt() }
-    });
-    Some(CapturedView {
-        rgb: &view.rgb,
-        depth: &view.depth.metres,
-        intrinsics: view.intrinsics,
-        table_from_camera: Isometry3::from_parts(Translation3::new(x, y, z), rotation),
-        uncertainty,
-        space,
-    })
+    let table_from_camera = Isometry3::from_parts(Translation3::new(x, y, z), rotation);
+    Some(CapturedView::of(view, table_from_camera, recorded, space))
 }
 
 /// Leaves open what is open in `other`.
