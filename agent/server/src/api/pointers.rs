@@ -32,8 +32,9 @@ pub(crate) struct Pointing {
     #[serde(default)]
     #[schemars(length(max = 100))]
     person: String,
-    /// Metres, table frame.
-    position: [f32; 3],
+    /// Metres, table frame. Read as doubles: a number that is no single one is then refused here with its field, and not by the
+    /// reader of JSON, which tells such numbers apart in some builds only.
+    position: [f64; 3],
 }
 
 /// Who was told.
@@ -70,12 +71,12 @@ pub(super) async fn point(
     if person.chars().count() > PERSON {
         return Err(wrong("person", "has at most 100 letters"));
     }
-    if !position.iter().all(|coordinate| coordinate.is_finite()) {
+    let [x, y, z] = position.map(|coordinate| coordinate as f32);
+    if ![x, y, z].iter().all(|coordinate| coordinate.is_finite()) {
         return Err(wrong("position", "is no place"));
     }
     // Where nobody logs in, people say who they are.
     let person = if identity.credential == Credential::Reach { person } else { identity.name };
-    let [x, y, z] = position;
     let told = shared.tell_pointer(&id.to_string(), &Pointer { viewer, person, x, y, z });
     let no_store = [(header::CACHE_CONTROL, HeaderValue::from_static("no-store"))];
     Ok((no_store, axum::Json(PointingTold { others: told.saturating_sub(1) })).into_response())
