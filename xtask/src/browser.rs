@@ -1,4 +1,4 @@
-//! The browser tests of `tests/browser`: brings in what they need (Chromium, Node, npm packages) and runs them
+//! The browser tests of `tests/browser`: brings in what they need (Chromium, Firefox, Node, npm packages) and runs them
 //! against a built agent.
 
 use crate::packages::{self, NeedsYou};
@@ -15,6 +15,9 @@ use std::process::Command;
 /// Names Chromium goes by; `SEMASCAN_CHROMIUM` names another.
 const CHROMIUM: [&str; 4] = ["chromium", "chromium-browser", "google-chrome-stable", "google-chrome"];
 
+/// Names Firefox goes by; `SEMASCAN_FIREFOX` names another.
+const FIREFOX: [&str; 2] = ["firefox-esr", "firefox"];
+
 /// Oldest Node that the browser tests' packages run on.
 const OLDEST_NODE: u32 = 20;
 
@@ -30,13 +33,19 @@ pub(crate) struct Programs<'a> {
 /// The programs that the tests run in and by.
 pub(crate) struct Browser {
     chromium: PathBuf,
+    firefox: PathBuf,
 }
 
 impl Browser {
-    /// Finds or installs Chromium and Node.
+    /// Finds or installs Chromium, Firefox and Node.
     pub(crate) fn prepare() -> Result<Self> {
         prepare_node()?;
-        Ok(Self { chromium: chromium()? })
+        if in_path("Xvfb").is_none() {
+            packages::install("without a screen Firefox draws on one in memory", &["xvfb"])?;
+        }
+        let chromium = program("SEMASCAN_CHROMIUM", &CHROMIUM, "the browser tests drive Chromium", "chromium")?;
+        let firefox = program("SEMASCAN_FIREFOX", &FIREFOX, "the browser tests drive Firefox", "firefox-esr")?;
+        Ok(Self { chromium, firefox })
     }
 
     /// Runs every `*.test.mjs`, or those whose name contains `filter`, with `programs` under test.
@@ -73,21 +82,23 @@ impl Browser {
     fn node(&self, folder: &Path, programs: Programs<'_>) -> Command {
         let mut node = Command::new("node");
         node.current_dir(folder).env("SEMASCAN_AGENT", programs.agent).env("SEMASCAN_CHROMIUM", &self.chromium);
+        node.env("SEMASCAN_FIREFOX", &self.firefox);
         node.env("SEMASCAN_ENDLESS_STREAM", programs.endless_stream);
         node
     }
 }
 
-fn chromium() -> Result<PathBuf> {
-    if let Some(path) = std::env::var_os("SEMASCAN_CHROMIUM") {
+/// The program that `variable` names, or the first of `names` in PATH, or else the Debian `package`, installed because of `why`.
+fn program(variable: &str, names: &[&str], why: &str, package: &str) -> Result<PathBuf> {
+    if let Some(path) = std::env::var_os(variable) {
         return Ok(path.into());
     }
-    let find = || CHROMIUM.iter().find_map(|name| in_path(name));
+    let find = || names.iter().find_map(|name| in_path(name));
     if let Some(path) = find() {
         return Ok(path);
     }
-    packages::install("the browser tests drive Chromium", &["chromium"])?;
-    find().context("chromium was installed but is not in PATH; set SEMASCAN_CHROMIUM")
+    packages::install(why, &[package])?;
+    find().with_context(|| format!("{package} was installed but is not in PATH; set {variable}"))
 }
 
 fn in_path(program: &str) -> Option<PathBuf> {
