@@ -97,6 +97,17 @@
     document.getElementById("header")?.append(link);
   };
 
+  // A puck that moves the camera: what speaks with it is loaded when somebody asks for one, or has done so before.
+  const followSpaceMouse = async () => {
+    const connect = (ask) =>
+      import("./space_mouse.js")
+        .then((mouse) => mouse.connect(running, ask))
+        .catch((error) => console.error(error));
+    addEventListener("space-mouse", () => connect(true));
+    const known = await navigator.hid?.getDevices().catch(() => []);
+    if (known?.length) connect(false);
+  };
+
   // Kept as long as the page: what is dropped stops.
   let running = null;
 
@@ -115,6 +126,7 @@
       const me = await asked;
       if (me?.leaves) return;
       running = viewer.start();
+      followSpaceMouse();
       if (me?.keeps) showInspections();
       if (me?.login) {
         showLogin(me);

@@ -19,12 +19,27 @@ onEveryBackend(
     }, LIMIT);
     after(() => viewer?.close());
 
-    for (const mode of ['appearance', 'component', 'confidence']) {
+    for (const mode of ['appearance', 'component', 'confidence', 'views', 'defect', 'sigma']) {
       it(mode, LIMIT, async () => {
         await viewer.colorMode(mode);
         await assertGolden(await viewer.picture(), `${backend}-${mode}`);
       });
     }
+
+    it('photo', LIMIT, async () => {
+      await viewer.colorMode('photo');
+      await viewer.page.locator('[data-testid=photo-key][data-state=ready]').waitFor({ timeout: 120_000 });
+      await assertGolden(await viewer.picture(), `${backend}-photo`);
+    });
+
+    it('section', LIMIT, async () => {
+      const { page } = viewer;
+      await viewer.colorMode('component');
+      await viewer.choose('show-mesh');
+      await page.getByTestId('section').getByRole('switch', { name: /^Plane/ }).check();
+      await page.locator('[data-testid=section][data-state=cut]').waitFor({ timeout: 120_000 });
+      await assertGolden(await viewer.picture(), `${backend}-section`);
+    });
   },
   { agent: {} },
 );

@@ -23,7 +23,7 @@ use std::time::Instant;
 const INTENDED: HeaderName = HeaderName::from_static("x-semascan-request");
 const SEC_FETCH_SITE: HeaderName = HeaderName::from_static("sec-fetch-site");
 /// Headers of every answer: it is what it says it is, names itself nowhere, is shown in frames of its own pages only, shares nothing
-/// with pages from elsewhere, and asks the machine for nothing.
+/// with pages from elsewhere, and asks the machine for nothing but the puck that moves the camera (`hid`).
 const HEADERS: [(HeaderName, &str); 6] = [
     (header::X_CONTENT_TYPE_OPTIONS, "nosniff"),
     (header::REFERRER_POLICY, "no-referrer"),
@@ -32,7 +32,7 @@ const HEADERS: [(HeaderName, &str); 6] = [
     (HeaderName::from_static("cross-origin-resource-policy"), "same-origin"),
     (
         HeaderName::from_static("permissions-policy"),
-        "camera=(), microphone=(), geolocation=(), payment=(), usb=(), serial=(), hid=(), bluetooth=(), midi=(), \
+        "camera=(), microphone=(), geolocation=(), payment=(), usb=(), serial=(), hid=(self), bluetooth=(), midi=(), \
          display-capture=()",
     ),
 ];

@@ -9,6 +9,7 @@ mod keyboard;
 mod orbit;
 #[cfg(target_arch = "wasm32")]
 mod pointer;
+mod puck;
 
 pub use bounds::Bounds;
 pub use gesture::{Button, Gesture};
@@ -17,3 +18,4 @@ pub use keyboard::{Modifiers, key_input};
 pub use orbit::OrbitCamera;
 #[cfg(target_arch = "wasm32")]
 pub use pointer::CameraPointer;
+pub use puck::Puck;

@@ -26,6 +26,8 @@ pub enum Action {
     SaveMesh(MeshFormat),
     /// A file to look at.
     OpenFile,
+    /// A puck that moves the camera.
+    SpaceMouse,
     /// The page in the language of this code.
     Language(&'static str),
     /// Another page of the agent.
@@ -67,6 +69,14 @@ mod performing {
                     let field = document.and_then(|document| document.get_element_by_id(FILE_FIELD));
                     if let Some(field) = field.and_then(|field| field.dyn_into::<HtmlElement>().ok()) {
                         field.click();
+                    }
+                }
+                // Chosen at once, while the browser still knows that a person asked for it.
+                Self::SpaceMouse => {
+                    let asked = web_sys::Event::new("space-mouse");
+                    if let (Some(window), Ok(asked)) = (web_sys::window(), asked) {
+                        // Nobody cancels it.
+                        let _ = window.dispatch_event(&asked);
                     }
                 }
                 Self::Language(code) => ui.ask(Command::Language(code)),

@@ -198,6 +198,9 @@ fn of_the_page(state: &AppState) -> Vec<Offer> {
     }
     let languages = words::languages().iter().filter(|(code, _)| *code != words::language());
     list.extend(languages.map(|(code, name)| offer(t!("language.title"), name.as_str(), "", Action::Language(code))));
+    if state.has_devices {
+        list.push(offer(t!("common.camera"), t!("command.space_mouse"), "", Action::SpaceMouse));
+    }
     list.extend([
         offer(t!("command.page"), t!("command.link"), "H", Action::CopyLink),
         offer(t!("command.page"), t!("command.open"), "", Action::OpenFile),

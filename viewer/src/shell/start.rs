@@ -4,6 +4,7 @@ use super::options::Options;
 use super::play_file::{Followed, Source};
 use super::viewport::Viewport;
 use super::{canvas_data, listeners, open_file, pane, panels, play_file, reference, save, snapshot};
+use crate::camera::{CameraInput, Puck};
 use crate::features::Features;
 use crate::link::{Link, LinkEvent};
 use crate::scene::frame_content::frame_content;
@@ -20,8 +21,33 @@ use web_sys::{Document, HtmlCanvasElement, UrlSearchParams, Window};
 /// A running page: it runs as long as this is kept.
 #[wasm_bindgen]
 pub struct Viewer {
+    viewport: Rc<Viewport>,
     _followed: Followed,
     _owner: Owner,
+}
+
+/// What `www/space_mouse.js` tells.
+#[wasm_bindgen]
+impl Viewer {
+    /// A puck was held at these shares of its ways for so many seconds: see [`Puck`].
+    pub fn move_puck(&self, translation: &[f32], rotation: &[f32], seconds: f32) {
+        let [Ok(translation), Ok(rotation)] = [translation, rotation].map(<[f32; 3]>::try_from) else { return };
+        let puck = Puck { translation: translation.into(), rotation: rotation.into() };
+        self.viewport.follow_puck(puck, seconds);
+    }
+
+    /// Its button was pressed: the whole model is shown.
+    pub fn fit(&self) {
+        self.viewport.steer(CameraInput::Fit);
+    }
+
+    /// A puck is there, by its name, or is gone.
+    pub fn puck_is_there(&self, name: Option<String>) {
+        match name {
+            Some(name) => self.viewport.ui.notify(Level::Info, Topic::SpaceMouse, t!("space_mouse.there", name = name)),
+            None => self.viewport.ui.notify(Level::Warning, Topic::SpaceMouse, t!("space_mouse.gone")),
+        }
+    }
 }
 
 /// Starts the viewer in the page that loaded the module. Called once by `www/boot.js`, never in a worker.
@@ -34,11 +60,11 @@ pub fn start() -> Result<Viewer, JsValue> {
     let window = web_sys::window().ok_or("the viewer runs in a page, not in a worker")?;
     let document = window.document().ok_or("the window has no page")?;
     let owner = Owner::new();
-    let followed = owner.with(|| run(&window, &document))?;
-    Ok(Viewer { _followed: followed, _owner: owner })
+    let (viewport, followed) = owner.with(|| run(&window, &document))?;
+    Ok(Viewer { viewport, _followed: followed, _owner: owner })
 }
 
-fn run(window: &Window, document: &Document) -> Result<Followed, JsValue> {
+fn run(window: &Window, document: &Document) -> Result<(Rc<Viewport>, Followed), JsValue> {
     let location = window.location();
     let query = UrlSearchParams::new_with_str(&location.search()?)?;
     let options = Options::read(location.protocol()? == "https:", &location.host()?, |name| query.get(name));
@@ -70,6 +96,9 @@ fn run(window: &Window, document: &Document) -> Result<Followed, JsValue> {
     panels::mount(document, ui)?;
     listeners::frame_of_page(window, document, ui);
     listeners::clock(ui);
+    if js_sys::Reflect::has(&window.navigator(), &"hid".into())? {
+        ui.send(Event::HasDevices);
+    }
     listeners::keyboard(window, &viewport)?;
     listeners::links(window, &viewport)?;
     follow_state(&viewport);
@@ -90,9 +119,10 @@ fn run(window: &Window, document: &Document) -> Result<Followed, JsValue> {
     }
     if let Some(path) = options.model {
         open_file::fetch(&viewport, &followed, path);
-        return Ok(followed);
+        return Ok((viewport, followed));
     }
-    match Link::start(&options.stream, move |event| viewport.handle_link(event)) {
+    let hears = viewport.clone();
+    match Link::start(&options.stream, move |event| hears.handle_link(event)) {
         Ok(link) => drop(followed.replace(Some(Source::agent(link)))),
         Err(error) => {
             web_sys::console::error_1(&error);
@@ -100,7 +130,7 @@ fn run(window: &Window, document: &Document) -> Result<Followed, JsValue> {
             ui.send(Event::from(LinkEvent::Broken { reason }));
         }
     }
-    Ok(followed)
+    Ok((viewport, followed))
 }
 
 /// What is there a little later than that which uses it.

@@ -7,7 +7,7 @@ use super::pick_queue::{PickQueue, Purpose, Wanted};
 use super::point_budget::PointBudget;
 use super::ticker::Ticker;
 use super::{anchors, canvas_data};
-use crate::camera::{Button, CameraInput, OrbitCamera, PointerInput};
+use crate::camera::{Button, CameraInput, OrbitCamera, PointerInput, Puck};
 use crate::export::ExportWorker;
 use crate::features::correct::{CorrectEvent, Tool};
 use crate::features::inspect::InspectEvent;
@@ -64,6 +64,8 @@ pub(super) struct Viewport {
     camera: Rc<Cell<OrbitCamera>>,
     /// The camera keeps the whole model in view until the person moves it.
     follows: Cell<bool>,
+    /// The inspection that the camera looks at, by its id.
+    shown: RefCell<String>,
     /// Where a link wants the camera, and what at, until there is an inspection.
     linked_camera: Cell<Option<(Vec3, Vec3)>>,
     /// What a link cuts away, until then.
@@ -119,6 +121,7 @@ impl Viewport {
                 controllers: OnceCell::new(),
                 camera: Rc::default(),
                 follows: Cell::new(true),
+                shown: RefCell::default(),
                 linked_camera: Cell::default(),
                 linked_cut: RefCell::default(),
                 size: Cell::default(),
@@ -175,7 +178,9 @@ impl Viewport {
             self.redraw();
         }
         if let LinkEvent::Connected { inspection, .. } | LinkEvent::Cleared(inspection) = &event
-            && self.ui.read(|s| s.inspection.id != inspection.id)
+            // An agent that was started anew does not know at first which inspection it will show.
+            && !inspection.id.is_empty()
+            && self.shown.replace(inspection.id.clone()) != inspection.id
         {
             match self.linked_camera.take() {
                 Some((eye, target)) => self.steer(CameraInput::From { eye, target }),
@@ -415,6 +420,13 @@ impl Viewport {
         self.picks.borrow_mut().leave();
         self.forget_hover();
         self.redraw();
+    }
+
+    /// Moves the camera as a puck asks that was held so for some seconds.
+    pub(super) fn follow_puck(&self, puck: Puck, seconds: f32) {
+        for input in puck.inputs(seconds, self.size.get().height) {
+            self.steer(input);
+        }
     }
 
     /// The viewport has another size.

@@ -43,6 +43,8 @@ pub enum Event {
     ColorMode(ColorMode),
     /// The person chose a theme.
     Theme(Theme),
+    /// The browser lets pages speak with devices of people's choice.
+    HasDevices,
     /// The system's preference for dark pages changed.
     SystemDark(bool),
     /// Show or hide points marked as outliers.

@@ -71,6 +71,8 @@ pub struct AppState {
     pub is_cut: bool,
     /// How often the points of the model are halved for the same reason.
     pub halvings: u32,
+    /// Whether the browser lets the page speak with devices that a person chooses (WebHID).
+    pub has_devices: bool,
     /// The graphics device.
     pub graphics: GraphicsStatus,
     /// What is being inspected; the default before the first connection.
@@ -130,6 +132,7 @@ impl AppState {
             Event::ForeignAgent(host) => self.foreign_agent = Some(host.clone()),
             Event::ColorMode(mode) => self.display.set_color_mode(*mode),
             Event::Theme(theme) => self.display.theme = *theme,
+            Event::HasDevices => self.has_devices = true,
             Event::SystemDark(dark) => self.display.system_dark = *dark,
             Event::ShowOutliers(on) => self.display.outliers = *on,
             Event::ShowBackground(on) => self.display.background = *on,

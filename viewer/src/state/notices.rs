@@ -56,6 +56,8 @@ pub enum Topic {
     EarlierViews,
     /// The page's address.
     Address,
+    /// A puck that moves the camera.
+    SpaceMouse,
 }
 
 impl Topic {
