@@ -9,7 +9,7 @@ use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 /// How many, where [`COUNT`] does not say it.
-const KILLS: u32 = 12;
+const KILLS: u32 = 6;
 /// The variable that says how many inspections are killed.
 const COUNT: &str = "SEMASCAN_TEST_KILLS";
 

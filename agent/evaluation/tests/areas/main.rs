@@ -1,4 +1,4 @@
-//! The area that an inspection states against the area that its views have seen: planes, spheres and motors in 20 poses, as
+//! The area that an inspection states against the area that its views have seen: planes, spheres and motors in eight poses, as
 //! any rotation and shift against the grid of the map, on voxels of half a millimetre.
 
 mod defects;
@@ -12,7 +12,7 @@ use semascan_perception::view::Intrinsics;
 use semascan_simulation::{VirtualCell, VirtualCellSpec};
 
 /// Poses of each surface.
-const POSES: u64 = 20;
+const POSES: u64 = 8;
 /// Voxel edge, millimetres.
 const VOXEL: f64 = 0.5;
 const EXACT: Sensor = Sensor { sigma: 0.0, step: 0.0 };
