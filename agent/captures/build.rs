@@ -5,20 +5,15 @@ use prost::Message;
 use std::io::Error;
 use std::path::Path;
 
-/// The files whose messages are recorded, one message each but for `capture.proto`.
-const FILES: [&str; 4] =
-    ["foxglove/RawImage.proto", "foxglove/CameraCalibration.proto", "foxglove/FrameTransform.proto", "capture.proto"];
+/// Our own messages; the others are Foxglove's.
+const FILE: &str = "capture.proto";
 
 fn main() -> Result<(), Error> {
     println!("cargo:rerun-if-changed=proto");
     let out = std::env::var_os("OUT_DIR").ok_or_else(|| Error::other("cargo names no OUT_DIR"))?;
-    for file in FILES {
-        let mut compiler = protox::Compiler::new(["proto"]).map_err(Error::other)?;
-        compiler.include_source_info(false).include_imports(true).open_file(file).map_err(Error::other)?;
-        let name = Path::new(file).with_extension("bin");
-        let name = name.file_name().unwrap_or_default();
-        std::fs::write(Path::new(&out).join(name), compiler.file_descriptor_set().encode_to_vec())?;
-    }
-    let descriptors = protox::compile(FILES, ["proto"]).map_err(Error::other)?;
+    let mut compiler = protox::Compiler::new(["proto"]).map_err(Error::other)?;
+    compiler.include_source_info(false).include_imports(true).open_file(FILE).map_err(Error::other)?;
+    std::fs::write(Path::new(&out).join("capture.bin"), compiler.file_descriptor_set().encode_to_vec())?;
+    let descriptors = protox::compile([FILE], ["proto"]).map_err(Error::other)?;
     prost_build::Config::new().compile_fds(descriptors)
 }

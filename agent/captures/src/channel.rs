@@ -1,5 +1,7 @@
 //! Topics of a capture and the schemas of their messages.
 
+use semascan_foxglove::schema::{CAMERA_CALIBRATION, FRAME_TRANSFORM, RAW_IMAGE, Schema};
+
 /// A topic and what its messages are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Topic {
@@ -12,24 +14,20 @@ pub(crate) struct Topic {
 }
 
 const CAPTURE: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/capture.bin"));
-const RAW_IMAGE: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/RawImage.bin"));
+
+/// A topic with messages of a schema of Foxglove's.
+const fn foxglove(name: &'static str, schema: Schema) -> Topic {
+    Topic { name, schema: schema.name, descriptors: schema.descriptors }
+}
 
 /// Colour pictures.
-pub(crate) const COLOR: Topic = Topic { name: "/camera/color", schema: "foxglove.RawImage", descriptors: RAW_IMAGE };
+pub(crate) const COLOR: Topic = foxglove("/camera/color", RAW_IMAGE);
 /// Depth pictures.
-pub(crate) const DEPTH: Topic = Topic { name: "/camera/depth", schema: "foxglove.RawImage", descriptors: RAW_IMAGE };
+pub(crate) const DEPTH: Topic = foxglove("/camera/depth", RAW_IMAGE);
 /// The camera, for colour and depth alike.
-pub(crate) const CALIBRATION: Topic = Topic {
-    name: "/camera/calibration",
-    schema: "foxglove.CameraCalibration",
-    descriptors: include_bytes!(concat!(env!("OUT_DIR"), "/CameraCalibration.bin")),
-};
+pub(crate) const CALIBRATION: Topic = foxglove("/camera/calibration", CAMERA_CALIBRATION);
 /// Poses between the frames.
-pub(crate) const TRANSFORM: Topic = Topic {
-    name: "/tf",
-    schema: "foxglove.FrameTransform",
-    descriptors: include_bytes!(concat!(env!("OUT_DIR"), "/FrameTransform.bin")),
-};
+pub(crate) const TRANSFORM: Topic = foxglove("/tf", FRAME_TRANSFORM);
 /// Labels that came with the views.
 pub(crate) const LABELS: Topic = Topic { name: "/labels", schema: "semascan.capture.v1.Labels", descriptors: CAPTURE };
 /// The end of each view.

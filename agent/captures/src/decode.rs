@@ -2,10 +2,11 @@
 //! is checked.
 
 use crate::channel::{CALIBRATION, COLOR, DEPTH, LABELS};
-use crate::schema::{capture, foxglove};
+use crate::schema::capture;
 use image::RgbImage;
 use nalgebra::{Isometry3, Matrix6, Quaternion, Translation3, UnitQuaternion};
 use prost::Message;
+use semascan_foxglove::schema as foxglove;
 use semascan_inspection::ports::PixelLabels;
 use semascan_inspection::source::TrueMesh;
 use semascan_model::Taxonomy;

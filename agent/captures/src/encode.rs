@@ -1,10 +1,11 @@
 //! A view to the messages that it is kept as.
 
 use crate::channel::{CALIBRATION, COLOR, DEPTH, LABELS, SEGMENTATION, TRANSFORM, TRUTH, Topic, VIEW};
-use crate::schema::{capture, foxglove};
+use crate::schema::capture;
 use nalgebra::{Isometry3, Matrix6};
 use prost::Message;
 use prost_types::Timestamp;
+use semascan_foxglove::schema as foxglove;
 use semascan_inspection::event::ProcessedView;
 use semascan_inspection::source::TrueMesh;
 use semascan_perception::segment::ClassField;

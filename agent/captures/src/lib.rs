@@ -27,10 +27,6 @@ pub use writer::CaptureWriter;
 /// Messages of the schemas in `proto/`, as prost generates them.
 #[allow(missing_docs, unreachable_pub, clippy::all)]
 pub mod schema {
-    /// Foxglove's.
-    pub mod foxglove {
-        include!(concat!(env!("OUT_DIR"), "/foxglove.rs"));
-    }
     /// Ours.
     pub mod capture {
         include!(concat!(env!("OUT_DIR"), "/semascan.capture.v1.rs"));

@@ -34,25 +34,30 @@ type FromSocket = SplitStream<WebSocket>;
 
 /// Why a connection is ended from this side.
 #[derive(Debug)]
-struct Farewell {
+pub(super) struct Farewell {
     code: u16,
     reason: String,
 }
 
 impl Farewell {
     /// The client broke the protocol.
-    fn policy(reason: impl Into<String>) -> Self {
+    pub(super) fn policy(reason: impl Into<String>) -> Self {
         Self { code: close_code::POLICY, reason: reason.into() }
     }
 
     /// The agent ends, and the client with it unless another one begins.
-    fn away() -> Self {
+    pub(super) fn away() -> Self {
         Self { code: close_code::AWAY, reason: "the agent ends".into() }
     }
 
     /// The client may try again.
-    fn again(reason: impl Into<String>) -> Self {
+    pub(super) fn again(reason: impl Into<String>) -> Self {
         Self { code: close_code::AGAIN, reason: reason.into() }
+    }
+
+    /// The Close frame that says it.
+    pub(super) fn frame(&self) -> CloseFrame {
+        CloseFrame { code: self.code, reason: close_reason(&self.reason) }
     }
 }
 
@@ -70,7 +75,7 @@ pub(super) async fn serve(socket: WebSocket, shared: Shared, connection: Arc<Con
 }
 
 /// Completes when `identity` may not follow the stream any more. An open stream keeps its session from being idle.
-async fn login_ends(shared: &Shared, identity: &Identity) -> Farewell {
+pub(super) async fn login_ends(shared: &Shared, identity: &Identity) -> Farewell {
     loop {
         tokio::time::sleep(seconds(shared.limits.ping_s)).await;
         match shared.entry.still(identity).await {
@@ -267,14 +272,14 @@ async fn send_message(to_client: &mut ToClient, message: Message, limits: &Limit
 /// Says why, then closes and waits for the answer to that: a connection that is closed while something in it is unread is reset,
 /// and the reason lost. A client that does not take and answer it in time is cut off.
 async fn say_farewell(mut to_client: ToClient, mut from_client: FromSocket, farewell: Farewell, log: &ClientLog) {
+    let close = Message::Close(Some(farewell.frame()));
     let Farewell { code, reason } = farewell;
     match code {
         // Every viewer is told, and the agent has said itself that it ends.
         close_code::AWAY => tracing::debug!("viewer closed: {reason}"),
         _ => log.warn(Kind::ViewerRefused, || format!("viewer closed: {}", Excerpt(&reason))),
     }
-    let refused = (code == close_code::POLICY).then(|| pack(Body::Refused(Refused { reason: reason.clone() })));
-    let close = Message::Close(Some(CloseFrame { code, reason: close_reason(&reason) }));
+    let refused = (code == close_code::POLICY).then(|| pack(Body::Refused(Refused { reason })));
     let _ = timeout(FAREWELL, async {
         if let Some(refused) = refused {
             to_client.send(Message::Binary(refused)).await?;

@@ -9,6 +9,7 @@ pub mod api;
 mod client;
 mod client_log;
 mod connections;
+mod foxglove;
 mod guard;
 mod health;
 mod limits;

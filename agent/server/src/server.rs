@@ -1,4 +1,4 @@
-//! The server: the viewer's files, the stream at `/ws`, the API below `/api/v1` and the other routes of `access/routes.rs`, over
+//! The server: the viewer's files, the stream at `/ws`, the same for Foxglove at `/foxglove`, the API below `/api/v1` and the other routes of `access/routes.rs`, over
 //! HTTP or, with a certificate, HTTPS.
 
 use super::access::{Access, CALLBACK, Entry, Identity, OpenError, ProviderSettingError, login, sign_in};
@@ -6,6 +6,7 @@ use super::api;
 use super::client;
 use super::client_log::{ClientLog, Excerpt, Kind};
 use super::connections::{Connection, Connections, Place};
+use super::foxglove;
 use super::guard::{AccessRule, guard};
 use super::health::{health, readiness};
 use super::limits::{LimitError, Limits, seconds};
@@ -30,6 +31,7 @@ use hyper::body::Incoming;
 use hyper::server::conn::http1;
 use hyper::service::service_fn;
 use hyper_util::rt::{TokioIo, TokioTimer};
+use semascan_foxglove::protocol::SUBPROTOCOLS;
 use semascan_inspection::ports::PortError;
 use semascan_model::InspectionId;
 use semascan_protocol::{Phase, Pointer, ReviewChange, SUBPROTOCOL};
@@ -164,6 +166,8 @@ pub(super) struct Shared {
     pub(super) readers: Arc<Semaphore>,
     /// Turns of commands.
     pub(super) commands: Arc<Semaphore>,
+    /// Places of clients of Foxglove's protocol.
+    pub(super) foxglove: Arc<Semaphore>,
     files: Arc<WebFiles>,
 }
 
@@ -190,6 +194,7 @@ impl Shared {
             replays: Arc::default(),
             readers: Arc::new(Semaphore::new(api::READERS)),
             commands: Arc::new(Semaphore::new(api::COMMANDS)),
+            foxglove: Arc::new(Semaphore::new(foxglove::MOST_CLIENTS)),
             files: Arc::new(WebFiles::Embedded(|_| None)),
         }
     }
@@ -271,6 +276,7 @@ impl Server {
             replays: Arc::default(),
             readers: Arc::new(Semaphore::new(api::READERS)),
             commands: Arc::new(Semaphore::new(api::COMMANDS)),
+            foxglove: Arc::new(Semaphore::new(foxglove::MOST_CLIENTS)),
             files: Arc::new(files),
         };
         let refusals = Arc::new(Semaphore::new(REFUSALS));
@@ -370,6 +376,7 @@ impl Server {
 pub(super) fn router(shared: &Shared) -> Router {
     Router::new()
         .route("/ws", any(stream))
+        .route("/foxglove", any(foxglove_stream))
         .route("/healthz", get(health))
         .route("/readyz", get(readiness))
         .route("/metrics", get(metrics))
@@ -526,25 +533,59 @@ async fn stream(
     Query(query): Query<HashMap<String, String>>,
     upgrade: WebSocketUpgrade,
 ) -> Response {
-    let shared = match query.get("inspection") {
-        None => shared,
-        Some(inspection) => match past_inspection(shared, inspection, &query).await {
-            Ok(shared) => shared,
-            Err(refusal) => return refusal.into_response(),
-        },
+    let shared = match asked_for(shared, &query).await {
+        Ok(shared) => shared,
+        Err(refusal) => return refusal.into_response(),
     };
+    match accepted(upgrade, &shared.limits, &[SUBPROTOCOL]) {
+        Ok(upgrade) => upgrade.on_upgrade(move |socket| client::serve(socket, shared, connection, identity)),
+        Err(refusal) => refusal.into_response(),
+    }
+}
+
+async fn foxglove_stream(
+    State(shared): State<Shared>,
+    Extension(connection): Extension<Arc<Connection>>,
+    Extension(identity): Extension<Identity>,
+    Query(query): Query<HashMap<String, String>>,
+    upgrade: WebSocketUpgrade,
+) -> Response {
+    let shared = match asked_for(shared, &query).await {
+        Ok(shared) => shared,
+        Err(refusal) => return refusal.into_response(),
+    };
+    match accepted(upgrade, &shared.limits, &SUBPROTOCOLS) {
+        Ok(upgrade) => upgrade.on_upgrade(move |socket| foxglove::serve(socket, shared, connection, identity)),
+        Err(refusal) => refusal.into_response(),
+    }
+}
+
+/// A WebSocket with the bounds of `limits`, if its client speaks one of `protocols`.
+fn accepted(
+    upgrade: WebSocketUpgrade,
+    limits: &Limits,
+    protocols: &'static [&'static str],
+) -> Result<WebSocketUpgrade, (StatusCode, String)> {
     let upgrade = upgrade
-        .protocols([SUBPROTOCOL])
-        .max_message_size(shared.limits.message_bytes)
-        .max_frame_size(shared.limits.message_bytes)
+        .protocols(protocols.iter().copied())
+        .max_message_size(limits.message_bytes)
+        .max_frame_size(limits.message_bytes)
         .read_buffer_size(READ_BUFFER)
         // Every message goes to the socket at once, so that nothing stale waits in between.
         .write_buffer_size(0);
-    if upgrade.selected_protocol().is_none() {
-        let reason = format!("this agent speaks {SUBPROTOCOL} only: update the viewer or the agent");
-        return (StatusCode::BAD_REQUEST, reason).into_response();
+    if upgrade.selected_protocol().is_some() {
+        return Ok(upgrade);
     }
-    upgrade.on_upgrade(move |socket| client::serve(socket, shared, connection, identity))
+    let spoken = protocols.join(" or ");
+    Err((StatusCode::BAD_REQUEST, format!("here this agent speaks {spoken} only: update the viewer or the agent")))
+}
+
+/// What a viewer follows: what is live, or the inspection that it asks for.
+async fn asked_for(shared: Shared, query: &HashMap<String, String>) -> Result<Shared, (StatusCode, String)> {
+    match query.get("inspection") {
+        None => Ok(shared),
+        Some(inspection) => past_inspection(shared, inspection, query).await,
+    }
 }
 
 /// What a viewer follows that asks for an inspection: a past one as it was, or the one that is live.

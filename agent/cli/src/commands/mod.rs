@@ -6,6 +6,7 @@ mod calibrate;
 mod completions;
 mod config;
 mod config_command;
+mod convert;
 mod criteria_file;
 mod data_folder;
 mod dataset;
@@ -99,6 +100,8 @@ enum Command {
     Report(report_command::ReportArgs),
     /// Write the model of an inspection as a mesh or a cloud in other formats
     Export(export::ExportArgs),
+    /// Write the views of any source as a capture (MCAP) or as a BOP scene
+    Convert(convert::ConvertArgs),
     /// Make training data of inspections whose labels people corrected, or say where a label would teach most
     Dataset(dataset::DatasetArgs),
     /// List the trained networks that are installed
@@ -261,6 +264,7 @@ impl Cli {
             Command::Judge(args) => args.run(),
             Command::Report(args) => args.run(),
             Command::Export(args) => args.run(),
+            Command::Convert(args) => args.run(),
             Command::Dataset(args) => args.run(),
             Command::Models(args) => args.run(),
             Command::Gc(args) => args.run(),

@@ -43,6 +43,7 @@ const ROUTES: &[Route] = &[
     route("GET", "/readyz", Least::Public),
     route("GET", "/metrics", Least::Role(Role::Operator)),
     route("GET", "/ws", Least::Role(Role::Viewer)),
+    route("GET", "/foxglove", Least::Role(Role::Viewer)),
     route("GET", "/api/v1/login", Least::Public),
     route("POST", "/api/v1/login", Least::Public),
     route("POST", "/api/v1/oidc", Least::Public),

@@ -77,7 +77,7 @@ impl Past {
     }
 
     /// The record of an inspection and the state that reviews brought it to.
-    pub(super) fn reviewed(&self, id: InspectionId) -> Result<(InspectionRecord, ReviewedState), Problem> {
+    pub(crate) fn reviewed(&self, id: InspectionId) -> Result<(InspectionRecord, ReviewedState), Problem> {
         let record = self.record(id)?;
         let criteria = self.criteria_of(&record)?;
         let state = self.desk.state(&record, criteria.as_ref())?;

@@ -23,11 +23,11 @@ pub enum ReviewEvent {
     Draft(Ruling),
     /// The person says that the chosen finding is another defect, or none: it was found in error.
     Reclassify(Option<String>),
-    /// The person gives it up.
+    /// The person gives it up, or has signed it.
     Discard,
     /// The person says who they are.
     Person(String),
-    /// The person made a decision, or one is left from an earlier visit.
+    /// The person made a decision, or one is left from an earlier visit or another tab.
     Decided(Box<Unsent>),
     /// It has arrived.
     Sent(ReviewId),

@@ -245,6 +245,7 @@ fn DraftForm(ui: Ui) -> impl IntoView {
                     Unsent { inspection: case.inspection.clone(), review }
                 });
                 ui.send_feature(ReviewEvent::Decided(Box::new(unsent)));
+                ui.send_feature(ReviewEvent::Discard);
                 if ui.read(|s| s.features.review.selected.is_some()) {
                     ui.send_feature(ReviewEvent::Step(1));
                 }

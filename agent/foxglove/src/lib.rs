@@ -1,0 +1,24 @@
+//! An inspection for other people's tools: in the schemas of Foxglove (<https://foxglove.dev>), which Rerun, Lichtblick and readers
+//! of MCAP know too, and over Foxglove's WebSocket protocol.
+//!
+//! | file | what |
+//! |---|---|
+//! | `schema.rs` | the messages of the schemas in `proto/`, and their descriptors |
+//! | `topic.rs` | what is published: topics and their schemas |
+//! | `protocol.rs` | the protocol's texts and frames |
+//! | `scene.rs` | what the live stream has said of the inspection by now |
+//! | `packed_points.rs`, `drawing.rs` | points, cameras and findings as messages |
+
+mod drawing;
+mod packed_points;
+pub mod protocol;
+mod scene;
+pub mod schema;
+mod topic;
+
+pub use drawing::{findings, mesh};
+pub use scene::Scene;
+pub use topic::{TOPICS, Topic};
+
+/// The frame that everything is published in: that of the turntable, z up.
+pub const TABLE: &str = "table";

@@ -1,0 +1,254 @@
+//! `/foxglove`: the inspection as Foxglove, and whatever else speaks its WebSocket protocol, can follow it. Each client follows the
+//! live stream as a viewer does; what that says is put into Foxglove's schemas, and findings and mesh are read from what is kept.
+//!
+//! A point cloud is sent as a whole whenever it has changed, so that it is sent once a second at most, and few clients are served at
+//! once: each holds all points in memory.
+
+use super::access::Identity;
+use super::client::{Farewell, login_ends};
+use super::client_log::Kind;
+use super::connections::Connection;
+use super::limits::{Limits, seconds};
+use super::server::Shared;
+use axum::body::Bytes;
+use axum::extract::ws::{Message, WebSocket};
+use futures_util::StreamExt;
+use prost::Message as _;
+use prost_types::Timestamp;
+use semascan_foxglove::protocol::{
+    MOST_SUBSCRIPTIONS, Request, advertisement, message_frame, read_request, server_info, warning,
+};
+use semascan_foxglove::{Scene, Topic, findings, mesh};
+use semascan_model::InspectionId;
+use semascan_protocol::{Hello, TAKES_REVIEWS};
+use std::collections::{BTreeMap, BTreeSet};
+use std::io::Read;
+use std::sync::Arc;
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
+use tokio::time::{Instant, timeout};
+
+/// Clients that are served at once.
+pub(super) const MOST_CLIENTS: usize = 4;
+/// Least time between two messages of a topic.
+const PERIOD: Duration = Duration::from_secs(1);
+/// Largest scene that is sent as a mesh.
+const LARGEST_MESH: u64 = 256 << 20;
+/// The inspection's scene among its files.
+const SCENE_FILE: &str = "scene.glb";
+/// What it is called who follows the stream.
+const NAME: &str = "Foxglove";
+
+/// How a connection ends: from this side, or by itself.
+type End = Option<Farewell>;
+
+/// Serves one client until it leaves or misbehaves, its login ends, or the server ends.
+pub(super) async fn serve(mut socket: WebSocket, shared: Shared, connection: Arc<Connection>, identity: Identity) {
+    let end = match Arc::clone(&shared.foxglove).try_acquire_owned() {
+        Err(_) => Some(Farewell::again(format!("{MOST_CLIENTS} clients of Foxglove's protocol follow already"))),
+        Ok(_place) => {
+            connection.views();
+            shared.log.info(Kind::Connected, || "a client of Foxglove's protocol connected".to_owned());
+            let end = tokio::select! {
+                end = follow(&mut socket, &shared) => end,
+                farewell = login_ends(&shared, &identity) => Some(farewell),
+                () = shared.connections.ending() => Some(Farewell::away()),
+            };
+            shared.log.info(Kind::Left, || "a client of Foxglove's protocol left".to_owned());
+            end
+        }
+    };
+    if let Some(farewell) = end {
+        // Whoever does not take it is cut off.
+        let _ = timeout(PERIOD, socket.send(Message::Close(Some(farewell.frame())))).await;
+    }
+}
+
+/// What a client has asked for.
+#[derive(Debug, Default)]
+struct Subscriptions(BTreeMap<u32, Topic>);
+
+impl Subscriptions {
+    /// Follows a text of the client: the topics that it wants to know all of now, and what is to be told to it.
+    fn follow(&mut self, text: &str) -> Result<(BTreeSet<Topic>, Option<String>), String> {
+        match read_request(text).map_err(|error| error.to_string())? {
+            Request::Subscribe(wanted) => {
+                if self.0.len() + wanted.len() > MOST_SUBSCRIPTIONS {
+                    return Err(format!("more than {MOST_SUBSCRIPTIONS} subscriptions"));
+                }
+                let topics = wanted.iter().map(|(_, topic)| *topic).collect();
+                self.0.extend(wanted);
+                Ok((topics, None))
+            }
+            Request::Unsubscribe(ids) => {
+                self.0.retain(|id, _| !ids.contains(id));
+                Ok((BTreeSet::new(), None))
+            }
+            Request::Other(op) => {
+                let op: String = op.chars().take(40).collect();
+                Ok((BTreeSet::new(), Some(warning(&format!("this agent is only listened to: it does not take {op}")))))
+            }
+        }
+    }
+
+    fn topics(&self) -> BTreeSet<Topic> {
+        self.0.values().copied().collect()
+    }
+}
+
+/// Follows the stream for one client; how the connection ends.
+async fn follow(socket: &mut WebSocket, shared: &Shared) -> End {
+    let Shared { live, limits, .. } = shared;
+    let agent = concat!("semascan ", env!("CARGO_PKG_VERSION"));
+    let mut changes = live.changes();
+    let hello = Hello { client: NAME.into(), capabilities: vec![TAKES_REVIEWS.into()], ..Hello::default() };
+    let (mut cursor, welcome) = live.welcome(&hello);
+    let mut messages = vec![welcome];
+    let mut scene = Box::<Scene>::default();
+    let mut subscriptions = Subscriptions::default();
+    let session = nanoseconds().to_string();
+    for text in [server_info(agent, &session), advertisement()] {
+        if let Err(end) = send(socket, Message::Text(text.into()), limits).await {
+            return end;
+        }
+    }
+    let mut publish = Instant::now();
+    let (mut heard, mut ping) = (Instant::now(), Instant::now() + seconds(limits.ping_s));
+    loop {
+        changes.mark_unchanged();
+        messages.extend(std::iter::from_fn(|| live.next(&mut cursor)));
+        if !messages.is_empty() {
+            // Chunks are decoded beside the server's other work.
+            let told = std::mem::take(&mut messages);
+            match tokio::task::spawn_blocking(move || followed(scene, &told)).await {
+                Ok(followed) => scene = followed,
+                Err(error) => return Some(Farewell::again(error.to_string())),
+            }
+        }
+        let is_due = scene.has_news(subscriptions.0.values().copied());
+        tokio::select! {
+            changed = changes.changed() => {
+                if changed.is_err() {
+                    return Some(Farewell::away());
+                }
+            }
+            message = socket.next() => {
+                heard = Instant::now();
+                match message {
+                    None | Some(Ok(Message::Close(_))) => return None,
+                    Some(Err(error)) => return Some(Farewell::policy(error.to_string())),
+                    Some(Ok(Message::Ping(_) | Message::Pong(_))) => {}
+                    Some(Ok(Message::Binary(_))) => return Some(Farewell::policy("nothing may be published")),
+                    Some(Ok(Message::Text(text))) => match subscriptions.follow(&text) {
+                        Err(reason) => return Some(Farewell::policy(reason)),
+                        Ok((wanted, said)) => {
+                            wanted.into_iter().for_each(|topic| scene.renew(topic));
+                            if let Some(said) = said
+                                && let Err(end) = send(socket, Message::Text(said.into()), limits).await
+                            {
+                                return end;
+                            }
+                        }
+                    },
+                }
+            }
+            () = tokio::time::sleep_until(publish), if is_due => {
+                let topics = subscriptions.topics();
+                let past = shared.clone();
+                let (returned, told) = match tokio::task::spawn_blocking(move || news(scene, &topics, &past)).await {
+                    Ok(done) => done,
+                    Err(error) => return Some(Farewell::again(error.to_string())),
+                };
+                scene = returned;
+                for (topic, message) in told {
+                    for (id, _) in subscriptions.0.iter().filter(|(_, wanted)| **wanted == topic) {
+                        let frame = Message::Binary(message_frame(*id, nanoseconds(), &message).into());
+                        if let Err(end) = send(socket, frame, limits).await {
+                            return end;
+                        }
+                    }
+                }
+                publish = Instant::now() + PERIOD;
+            }
+            () = tokio::time::sleep_until(ping) => {
+                if heard.elapsed() > seconds(limits.ping_s) + seconds(limits.pong_s) {
+                    return Some(Farewell::again("no answer to a ping"));
+                }
+                if let Err(end) = send(socket, Message::Ping(Bytes::new()), limits).await {
+                    return end;
+                }
+                ping = Instant::now() + seconds(limits.ping_s);
+            }
+        }
+    }
+}
+
+/// The scene after messages of the stream.
+fn followed(mut scene: Box<Scene>, messages: &[Bytes]) -> Box<Scene> {
+    for message in messages {
+        // They are the agent's own.
+        if let Err(error) = scene.follow(message) {
+            tracing::error!(%error, "a message of the stream is not shown in Foxglove");
+        }
+    }
+    scene
+}
+
+/// What is new of `topics`, as messages.
+fn news(mut scene: Box<Scene>, topics: &BTreeSet<Topic>, shared: &Shared) -> (Box<Scene>, Vec<(Topic, Vec<u8>)>) {
+    let now = timestamp();
+    let mut told = Vec::new();
+    for topic in scene.take_news() {
+        if !topics.contains(&topic) {
+            // Whoever subscribes later is told everything then; lines of the log wait.
+            continue;
+        }
+        let messages = match topic {
+            Topic::Findings => vec![findings_of(&scene, shared, now)],
+            Topic::Mesh => vec![mesh(now, scene_file(&scene, shared)).encode_to_vec()],
+            _ => scene.messages(topic, now),
+        };
+        told.extend(messages.into_iter().map(|message| (topic, message)));
+    }
+    (scene, told)
+}
+
+/// The inspection that is shown, once it is over and if it is kept.
+fn kept(scene: &Scene) -> Option<InspectionId> {
+    scene.is_finished().then(|| scene.inspection().parse().ok())?
+}
+
+/// The findings as they stand after all reviews.
+fn findings_of(scene: &Scene, shared: &Shared, now: Timestamp) -> Vec<u8> {
+    let reviewed = kept(scene).zip(shared.past.as_ref()).and_then(|(id, past)| past.reviewed(id).ok());
+    let list = reviewed.and_then(|(_, state)| state.findings).unwrap_or_default();
+    findings(now, &list).encode_to_vec()
+}
+
+/// The scene of the final mesh, if it is kept and not too large to be sent.
+fn scene_file(scene: &Scene, shared: &Shared) -> Option<Vec<u8>> {
+    let (id, past) = kept(scene).zip(shared.past.as_ref())?;
+    let mut bytes = Vec::new();
+    let file = past.archive.file(id, SCENE_FILE).ok()??;
+    file.content.take(LARGEST_MESH + 1).read_to_end(&mut bytes).ok()?;
+    (bytes.len() as u64 <= LARGEST_MESH).then_some(bytes)
+}
+
+/// Waits until the socket has taken `message`; how the connection ends if it does not.
+async fn send(socket: &mut WebSocket, message: Message, limits: &Limits) -> Result<(), End> {
+    match timeout(seconds(limits.slow_s), socket.send(message)).await {
+        Ok(Ok(())) => Ok(()),
+        Ok(Err(_)) => Err(None),
+        Err(_) => Err(Some(Farewell::again(format!("too slow: a message was not taken within {} s", limits.slow_s)))),
+    }
+}
+
+/// Nanoseconds after 1970.
+fn nanoseconds() -> u64 {
+    let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+    u64::try_from(now.as_nanos()).unwrap_or(u64::MAX)
+}
+
+fn timestamp() -> Timestamp {
+    let now = nanoseconds();
+    Timestamp { seconds: (now / 1_000_000_000) as i64, nanos: (now % 1_000_000_000) as i32 }
+}
