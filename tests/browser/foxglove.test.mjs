@@ -62,7 +62,10 @@ describe('Foxglove', () => {
     const finished = ({ message }) => /^finished/.test(message);
     await follower.last('/semascan/log', finished);
     inspection = (await (await ask('')).json()).items[0].id;
-    cloud = new Ply(Buffer.from(await (await ask(`/${inspection}/exports/cloud.ply`)).arrayBuffer()));
+    // The files are written when everybody has been told the end.
+    let file;
+    while (!(file = await ask(`/${inspection}/exports/cloud.ply`)).ok) await new Promise((resolve) => setTimeout(resolve, 100));
+    cloud = new Ply(Buffer.from(await file.arrayBuffer()));
   }, LIMIT);
   after(async () => {
     follower?.client.close();

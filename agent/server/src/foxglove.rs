@@ -9,6 +9,7 @@ use super::client::{Farewell, login_ends};
 use super::client_log::Kind;
 use super::connections::Connection;
 use super::limits::{Limits, seconds};
+use super::past::Past;
 use super::server::Shared;
 use axum::body::Bytes;
 use axum::extract::ws::{Message, WebSocket};
@@ -193,44 +194,57 @@ fn followed(mut scene: Box<Scene>, messages: &[Bytes]) -> Box<Scene> {
     scene
 }
 
-/// What is new of `topics`, as messages.
+/// What is new of `topics`, as messages. Findings and mesh of an inspection that has just ended may not be on the disk yet: they
+/// stay new.
 fn news(mut scene: Box<Scene>, topics: &BTreeSet<Topic>, shared: &Shared) -> (Box<Scene>, Vec<(Topic, Vec<u8>)>) {
     let now = timestamp();
     let mut told = Vec::new();
-    for topic in scene.take_news() {
-        if !topics.contains(&topic) {
-            // Whoever subscribes later is told everything then; lines of the log wait.
-            continue;
-        }
+    // Whoever subscribes later to another topic is told all of it then.
+    for topic in scene.take_news().intersection(topics).copied() {
         let messages = match topic {
-            Topic::Findings => vec![findings_of(&scene, shared, now)],
-            Topic::Mesh => vec![mesh(now, scene_file(&scene, shared)).encode_to_vec()],
-            _ => scene.messages(topic, now),
+            Topic::Findings => kept(&scene, shared, |past, id| {
+                let (_, state) = past.reviewed(id).ok()?;
+                Some(findings(now, &state.findings.unwrap_or_default()).encode_to_vec())
+            }),
+            Topic::Mesh => kept(&scene, shared, |past, id| Some(mesh(now, scene_file(past, id)?).encode_to_vec())),
+            _ => Kept::Known(scene.messages(topic, now)),
         };
-        told.extend(messages.into_iter().map(|message| (topic, message)));
+        match messages {
+            Kept::Known(messages) => told.extend(messages.into_iter().map(|message| (topic, message))),
+            Kept::Nothing if topic == Topic::Findings => told.push((topic, findings(now, &[]).encode_to_vec())),
+            Kept::Nothing => told.push((topic, mesh(now, None).encode_to_vec())),
+            Kept::NotYet => scene.renew(topic),
+        }
     }
     (scene, told)
 }
 
-/// The inspection that is shown, once it is over and if it is kept.
-fn kept(scene: &Scene) -> Option<InspectionId> {
-    scene.is_finished().then(|| scene.inspection().parse().ok())?
+/// What is kept of an inspection.
+enum Kept {
+    Known(Vec<Vec<u8>>),
+    /// It has not ended, or is not kept.
+    Nothing,
+    /// It has ended, and is being written.
+    NotYet,
 }
 
-/// The findings as they stand after all reviews.
-fn findings_of(scene: &Scene, shared: &Shared, now: Timestamp) -> Vec<u8> {
-    let reviewed = kept(scene).zip(shared.past.as_ref()).and_then(|(id, past)| past.reviewed(id).ok());
-    let list = reviewed.and_then(|(_, state)| state.findings).unwrap_or_default();
-    findings(now, &list).encode_to_vec()
+/// What `read` makes of the inspection that is shown, once it has ended and if it is kept.
+fn kept(scene: &Scene, shared: &Shared, read: impl FnOnce(&Past, InspectionId) -> Option<Vec<u8>>) -> Kept {
+    let id = scene.inspection().parse().ok().filter(|_| scene.is_finished());
+    match id.zip(shared.past.as_ref()) {
+        None => Kept::Nothing,
+        Some((id, past)) => read(past, id).map_or(Kept::NotYet, |message| Kept::Known(vec![message])),
+    }
 }
 
-/// The scene of the final mesh, if it is kept and not too large to be sent.
-fn scene_file(scene: &Scene, shared: &Shared) -> Option<Vec<u8>> {
-    let (id, past) = kept(scene).zip(shared.past.as_ref())?;
+/// The scene of the final mesh: nothing yet, that there is none which can be sent, or its bytes.
+fn scene_file(past: &Past, id: InspectionId) -> Option<Option<Vec<u8>>> {
+    // Its record is there once all of it is.
+    past.archive.record(id).ok()??;
+    let Some(file) = past.archive.file(id, SCENE_FILE).ok()? else { return Some(None) };
     let mut bytes = Vec::new();
-    let file = past.archive.file(id, SCENE_FILE).ok()??;
     file.content.take(LARGEST_MESH + 1).read_to_end(&mut bytes).ok()?;
-    (bytes.len() as u64 <= LARGEST_MESH).then_some(bytes)
+    Some((bytes.len() as u64 <= LARGEST_MESH).then_some(bytes))
 }
 
 /// Waits until the socket has taken `message`; how the connection ends if it does not.
