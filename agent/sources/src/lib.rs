@@ -4,6 +4,7 @@ pub mod bop;
 pub mod camera_mask;
 pub mod depth_map;
 pub mod mcap;
+pub mod messages;
 mod options;
 pub mod pcd;
 pub mod training_set;
