@@ -6,8 +6,10 @@ pub mod depth_map;
 pub mod mcap;
 pub mod messages;
 mod options;
+pub mod pairing;
 pub mod pcd;
 pub mod training_set;
+pub mod transforms;
 
 pub use options::OpenOptions;
 
