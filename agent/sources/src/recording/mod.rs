@@ -366,7 +366,7 @@ fn bag_files(folder: &Path) -> Vec<PathBuf> {
     let is_one = |path: &Path| {
         let name = path.file_name().unwrap_or_default().to_string_lossy();
         let ends = |ending: &str| name.ends_with(ending) || name.ends_with(&format!("{ending}.zstd"));
-        path.is_file() && (ends(".db3") || has_metadata && ends(".mcap"))
+        (ends(".db3") || has_metadata && ends(".mcap")) && path.is_file()
     };
     let entries = std::fs::read_dir(folder).into_iter().flatten();
     let mut files: Vec<PathBuf> = entries.filter_map(|entry| Some(entry.ok()?.path())).filter(|p| is_one(p)).collect();
