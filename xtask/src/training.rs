@@ -17,9 +17,10 @@ pub(crate) const PYTHON: &str = "SEMASCAN_TRAINING_PYTHON";
 /// Names a Python with the readers of others that the corpus of generated files is read by: the light environment.
 pub(crate) const FOREIGN_PYTHON: &str = "SEMASCAN_FOREIGN_PYTHON";
 
-/// What is installed; the versions are those of `requirements.txt`. The last eight read what the tests of
-/// `shared/formats` and `agent/reports` write: a corpus, our own point clouds and meshes (Open3D), QIF (lxml) and DFQ.
-const LIGHT: [&str; 14] = [
+/// What is installed; the versions are those of `requirements.txt`. Those from `pillow` on read what
+/// the tests of `shared/formats` and `agent/reports` write (a corpus, our own point clouds and meshes, QIF and DFQ), and write
+/// what those of `agent/sources` read (MCAP files of ROS 2 and Foxglove, bags of ROS 1 and ROS 2, RealSense's recordings).
+const LIGHT: [&str; 18] = [
     "numpy",
     "onnx",
     "onnxruntime",
@@ -35,6 +36,10 @@ const LIGHT: [&str; 14] = [
     "aqdefreader==1.3.0",
     // What aqdefreader guesses encodings with: later versions have another interface.
     "chardet<6",
+    "mcap-ros2-support==0.6.0",
+    "rosbags==0.11.9",
+    "foxglove-sdk==0.30.3",
+    "pyrealsense2==2.59.1.11053",
 ];
 
 /// The training code and the Python that its light tests run in.

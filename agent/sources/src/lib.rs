@@ -4,15 +4,20 @@ pub mod bop;
 pub mod camera_mask;
 pub mod depth_map;
 pub mod mcap;
+pub mod messages;
 mod options;
+pub mod pairing;
 pub mod pcd;
+pub mod recording;
 pub mod training_set;
+pub mod transforms;
 
 pub use options::OpenOptions;
 
 use bop::BopSource;
 use mcap::McapSource;
 use pcd::PcdSource;
+use recording::RecordingSource;
 use semascan_formats::regular_file;
 use semascan_inspection::source::{Source, SourceError};
 use semascan_model::choice::nearest;
@@ -27,6 +32,8 @@ struct Kind {
     name: &'static str,
     /// Whether the file or folder is one.
     recognizes: fn(&Path) -> bool,
+    /// Whether it has options of its own, behind a `?`.
+    has_options: bool,
     /// Opens it; what the options say is used where it applies.
     open: fn(&Path, &OpenOptions) -> Opened,
 }
@@ -36,16 +43,25 @@ const KINDS: &[Kind] = &[
     Kind {
         name: "a BOP scene folder (with scene_camera.json)",
         recognizes: BopSource::is_scene,
+        has_options: false,
         open: |path, options| Ok(Box::new(BopSource::open(path, options)?)),
     },
     Kind {
         name: "organized clouds in a PCD file or a folder of them",
         recognizes: PcdSource::is_source,
+        has_options: false,
         open: |path, options| Ok(Box::new(PcdSource::open(path, options.unit)?)),
+    },
+    Kind {
+        name: "a recording of a robot's messages (MCAP, ROS 2 bag, ROS 1 bag)",
+        recognizes: RecordingSource::is_recording,
+        has_options: true,
+        open: |path, options| Ok(Box::new(RecordingSource::open(path, options)?)),
     },
     Kind {
         name: "a capture in an MCAP file",
         recognizes: McapSource::is_capture,
+        has_options: false,
         open: |path, options| {
             if options.unit.is_some() || options.depth_scale.is_some() {
                 let reason = "a capture says its unit itself (metres): no other can be given".to_owned();
@@ -56,7 +72,7 @@ const KINDS: &[Kind] = &[
     },
 ];
 
-/// Opens the recording that `uri` names, by what lies there. A [`CameraMask`](semascan_inspection::spec::CameraMask) alone
+/// Opens the recording that `uri` names, by what lies there; keys behind a `?` are those of [`recording::KEYS`]. A [`CameraMask`](semascan_inspection::spec::CameraMask) alone
 /// is options too.
 ///
 /// # Errors
@@ -67,7 +83,15 @@ pub fn open(uri: &str, options: impl Into<OpenOptions>) -> Result<Box<dyn Source
     if let Some((scheme, _)) = uri.split_once("://") {
         return Err(refuse(format!("no source speaks {scheme}://; what can be inspected is {}", names.join(", or "))));
     }
-    let path = Path::new(uri);
+    let mut options = options.into();
+    // A file may have a question mark in its name.
+    let path = match uri.split_once('?') {
+        Some((path, query)) if !Path::new(uri).exists() => {
+            options.recording = options.recording.with_query(query).map_err(refuse)?;
+            Path::new(path)
+        }
+        _ => Path::new(uri),
+    };
     if !path.exists() {
         return Err(refuse(missing(path)));
     }
@@ -75,7 +99,10 @@ pub fn open(uri: &str, options: impl Into<OpenOptions>) -> Result<Box<dyn Source
         regular_file::check(path).map_err(|error| refuse(error.to_string()))?;
     }
     match KINDS.iter().find(|kind| (kind.recognizes)(path)) {
-        Some(kind) => (kind.open)(path, &options.into()),
+        Some(kind) if !kind.has_options && !options.recording.query.is_empty() => {
+            Err(refuse(format!("{} has no options behind a `?`", kind.name)))
+        }
+        Some(kind) => (kind.open)(path, &options),
         None => Err(refuse(format!("neither {}{}", names.join(" nor "), below(path)))),
     }
 }

@@ -1,5 +1,6 @@
 //! How a recording is read: what its own files do not say, or say wrongly.
 
+use crate::recording::RecordingOptions;
 use semascan_inspection::spec::{CameraMask, InspectionSpec, LabelSource};
 use semascan_model::LengthUnit;
 
@@ -14,11 +15,19 @@ pub struct OpenOptions {
     pub depth_scale: Option<f64>,
     /// Whether recorded labels are read; otherwise their files are not looked at.
     pub labels: bool,
+    /// Topics, frames and the step between views of a recording of messages.
+    pub recording: RecordingOptions,
 }
 
 impl Default for OpenOptions {
     fn default() -> Self {
-        Self { camera_mask: CameraMask::default(), unit: None, depth_scale: None, labels: true }
+        Self {
+            camera_mask: CameraMask::default(),
+            unit: None,
+            depth_scale: None,
+            labels: true,
+            recording: RecordingOptions::default(),
+        }
     }
 }
 
@@ -41,6 +50,7 @@ impl From<&InspectionSpec> for OpenOptions {
             unit: spec.source.unit,
             depth_scale: spec.source.depth_scale_mm,
             labels: spec.labels == LabelSource::Source,
+            recording: RecordingOptions::default(),
         }
     }
 }

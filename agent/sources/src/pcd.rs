@@ -166,7 +166,7 @@ fn view(index: u32, cloud: PcdCloud, unit: LengthUnit) -> Result<View, String> {
 
 /// The camera that sees each point in the pixel of its place in the cloud: a least-squares line through the pixels' columns
 /// over `x / z`, and one through their rows over `y / z`.
-fn pinhole(width: u32, height: u32, positions: &[[f32; 3]]) -> Result<Intrinsics, String> {
+pub(crate) fn pinhole(width: u32, height: u32, positions: &[[f32; 3]]) -> Result<Intrinsics, String> {
     if width < 2 || height < 2 {
         return Err(format!("{width} x {height} points: the cloud is not organized, so it is no picture"));
     }

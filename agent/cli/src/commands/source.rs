@@ -6,6 +6,7 @@ use semascan_inspection::spec::CameraMask;
 use semascan_inspection::spec::InspectionSpec;
 #[cfg(feature = "demo")]
 use semascan_simulation::{KEYS, PARTS, VirtualCell, VirtualCellSpec};
+use semascan_sources::recording::KEYS as RECORDING_KEYS;
 
 /// Opens what `uri` names for an inspection as `spec` says: `virtual:...`, or what [`semascan_sources::open`] knows.
 ///
@@ -28,8 +29,13 @@ pub(crate) fn open(uri: &str, spec: &InspectionSpec) -> Result<Box<dyn Source>, 
 
 /// What can be inspected, for the help of every command that inspects.
 pub(crate) fn help() -> String {
-    let recorded = "Sources:\n  DIR  a BOP scene folder (rgb/, depth/, scene_camera.json), or a folder of PCD files\n  \
-                    x.mcap  a capture that `semascan serve|inspect --data` recorded\n";
+    let keys = RECORDING_KEYS.iter().map(|key| format!("    {:<15} {}\n", key.name, key.meaning)).collect::<String>();
+    let recorded = format!(
+        "Sources:\n  DIR  a BOP scene folder (rgb/, depth/, scene_camera.json), or a folder of PCD files\n  \
+         x.mcap  a capture that `semascan serve|inspect --data` recorded\n  \
+         x.mcap, x.db3, x.bag, DIR  a robot's recording (MCAP, ROS 2 bag, ROS 1 bag); behind it ?KEY=VALUE&KEY=VALUE, with \
+         the keys\n{keys}"
+    );
     #[cfg(not(feature = "demo"))]
     let simulated = String::new();
     #[cfg(feature = "demo")]

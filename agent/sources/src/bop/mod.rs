@@ -13,7 +13,7 @@
 
 mod instances;
 mod listing;
-mod mask;
+pub(crate) mod mask;
 mod metadata;
 mod pictures;
 mod probe;

@@ -1,0 +1,200 @@
+//! What a recording holds: its pictures by topic with their stamps and places, and the calibrations and transforms, which
+//! are small and kept. Pixels are not decoded here.
+
+use super::container::{Channel, Container, ContainerError, End, Found, Place};
+use super::realsense;
+use crate::messages::{Calibration, Content, Encoding, Header, Kind, MessageError, Parsed, Stamp, parse};
+use crate::transforms::{TransformTree, Validity};
+use std::collections::BTreeMap;
+
+/// A picture of a recording.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Picture {
+    pub(crate) stamp: Stamp,
+    /// Which of the recording's files it is in.
+    pub(crate) file: usize,
+    pub(crate) place: Place,
+}
+
+/// The pictures of a topic.
+#[derive(Clone, Debug)]
+pub(crate) struct PictureStream {
+    pub(crate) topic: String,
+    pub(crate) kind: Kind,
+    pub(crate) encoding: Encoding,
+    pub(crate) content: Content,
+    /// Name of the camera's frame; empty where the pictures name none.
+    pub(crate) frame: String,
+    /// In the order of their stamps.
+    pub(crate) pictures: Vec<Picture>,
+}
+
+/// The calibrations of a topic.
+#[derive(Clone, Debug)]
+pub(crate) struct CalibrationStream {
+    pub(crate) topic: String,
+    /// Those that differ from the one in front of them, from their time on.
+    pub(crate) changes: Vec<(Stamp, Calibration)>,
+}
+
+impl CalibrationStream {
+    /// The one that is valid at `stamp`; the first, before it was published. A stream has at least one.
+    pub(crate) fn at(&self, stamp: Stamp) -> Option<&Calibration> {
+        let after = self.changes.partition_point(|(from, _)| *from <= stamp);
+        self.changes.get(after.saturating_sub(1)).map(|(_, calibration)| calibration)
+    }
+
+    /// Name of the camera's frame.
+    pub(crate) fn frame(&self) -> &str {
+        self.changes.first().map_or("", |(_, calibration)| &calibration.header.frame)
+    }
+}
+
+/// What a recording holds.
+#[derive(Clone, Debug)]
+pub(crate) struct Index {
+    pub(crate) pictures: Vec<PictureStream>,
+    pub(crate) calibrations: Vec<CalibrationStream>,
+    pub(crate) transforms: TransformTree,
+    /// Metres of a depth of 1 that the camera states, by the beginning of its topics.
+    pub(crate) depth_units: Vec<(String, f64)>,
+    /// What is wrong with the recording: its end, messages that cannot be read, transforms that do not fit.
+    pub(crate) faults: Vec<String>,
+}
+
+/// The index while files are scanned.
+struct Scan {
+    index: Index,
+    /// By topic: how many messages cannot be read, and why the first.
+    unread: BTreeMap<String, (u32, MessageError)>,
+    /// Each transform that does not fit, once.
+    misfits: BTreeMap<String, u32>,
+}
+
+impl Index {
+    /// Scans the files of a recording. A transform is held for `tolerance` nanoseconds.
+    pub(crate) fn of(files: &mut [Box<dyn Container>], tolerance: u64) -> Result<Self, ContainerError> {
+        let index = Self {
+            pictures: Vec::new(),
+            calibrations: Vec::new(),
+            transforms: TransformTree::new(tolerance),
+            depth_units: Vec::new(),
+            faults: Vec::new(),
+        };
+        let mut scan = Scan { index, unread: BTreeMap::new(), misfits: BTreeMap::new() };
+        for (place, file) in files.iter_mut().enumerate() {
+            let end = file.scan(&mut |channel, found| scan.take(place, channel, found))?;
+            if let End::Cut(reason) = end {
+                let path = file.path().display();
+                scan.index.faults.push(format!("{path} is read to where it is cut or damaged: {reason}"));
+            }
+        }
+        Ok(scan.finish())
+    }
+}
+
+impl Scan {
+    fn take(&mut self, file: usize, channel: &Channel, found: Found<'_>) {
+        let Some((kind, encoding)) = channel.decoded else { return };
+        // Joints are not needed, and of the texts only some are.
+        if kind == Kind::JointStates || (kind == Kind::Text && !realsense::is_metadata(&channel.topic)) {
+            return;
+        }
+        let taken = parse(kind, encoding, found.message).and_then(|parsed| {
+            if let Some(picture) = parsed.picture() {
+                let (header, content) = picture?;
+                self.picture(file, channel, (kind, encoding, content), header, found);
+                return Ok(());
+            }
+            match parsed {
+                Parsed::Calibration(calibration) => self.calibration(channel, calibration, found.logged),
+                Parsed::Transforms(transforms) => {
+                    let is_foxglove = matches!(encoding, Encoding::Protobuf | Encoding::Json);
+                    let validity = match (channel.topic.ends_with("tf_static"), is_foxglove) {
+                        (true, _) => Validity::Always,
+                        (false, true) => Validity::AtStampOrAlone,
+                        (false, false) => Validity::AtStamp,
+                    };
+                    for mut transform in transforms {
+                        if transform.stamp.is_missing() {
+                            transform.stamp = found.logged;
+                        }
+                        if let Err(error) = self.index.transforms.add(transform, validity) {
+                            *self.misfits.entry(error.to_string()).or_default() += 1;
+                        }
+                    }
+                }
+                Parsed::Text(text) => {
+                    if let Some((stream, unit)) = realsense::depth_unit(&channel.topic, &text)
+                        && !self.index.depth_units.iter().any(|(known, _)| known == stream)
+                    {
+                        self.index.depth_units.push((stream.to_owned(), unit));
+                    }
+                }
+                Parsed::Raw(_) | Parsed::Compressed(_) | Parsed::Cloud(_) | Parsed::Joints(_) => {}
+            }
+            Ok(())
+        });
+        if let Err(error) = taken {
+            self.unread.entry(channel.topic.clone()).or_insert((0, error)).0 += 1;
+        }
+    }
+
+    fn picture(
+        &mut self,
+        file: usize,
+        channel: &Channel,
+        (kind, encoding, content): (Kind, Encoding, Content),
+        header: &Header,
+        found: Found<'_>,
+    ) {
+        let stamp = if header.stamp.is_missing() { found.logged } else { header.stamp };
+        let picture = Picture { stamp, file, place: found.place };
+        let streams = &mut self.index.pictures;
+        let is_it = |stream: &&mut PictureStream| {
+            stream.topic == channel.topic && (stream.kind, stream.encoding, stream.content) == (kind, encoding, content)
+        };
+        match streams.iter_mut().find(is_it) {
+            Some(stream) => stream.pictures.push(picture),
+            None => streams.push(PictureStream {
+                topic: channel.topic.clone(),
+                kind,
+                encoding,
+                content,
+                frame: header.frame.clone(),
+                pictures: vec![picture],
+            }),
+        }
+    }
+
+    fn calibration(&mut self, channel: &Channel, mut calibration: Calibration, logged: Stamp) {
+        let stamp = if calibration.header.stamp.is_missing() { logged } else { calibration.header.stamp };
+        // Only the time differs from message to message.
+        calibration.header.stamp = Stamp::default();
+        match self.index.calibrations.iter_mut().find(|stream| stream.topic == channel.topic) {
+            Some(stream) if stream.changes.last().is_some_and(|(_, last)| *last == calibration) => {}
+            Some(stream) => stream.changes.push((stamp, calibration)),
+            None => {
+                let changes = vec![(stamp, calibration)];
+                self.index.calibrations.push(CalibrationStream { topic: channel.topic.clone(), changes });
+            }
+        }
+    }
+
+    fn finish(self) -> Index {
+        let Self { mut index, unread, misfits } = self;
+        for stream in &mut index.pictures {
+            stream.pictures.sort_by_key(|picture| picture.stamp);
+        }
+        for stream in &mut index.calibrations {
+            stream.changes.sort_by_key(|(stamp, _)| *stamp);
+        }
+        for (topic, (count, error)) in unread {
+            index.faults.push(format!("{count} messages of {topic} cannot be read; the first: {error}"));
+        }
+        for (reason, count) in misfits {
+            index.faults.push(format!("{count} transforms are left out: {reason}"));
+        }
+        index
+    }
+}
