@@ -74,7 +74,7 @@ describe('Foxglove', () => {
 
   it('is told the growing model, and in the end all of it', LIMIT, async () => {
     assert.match(follower.server.name, /^semascan /);
-    const flags = cloud.column('flags');
+    const [flags, labels] = [cloud.column('flags'), cloud.column('label')];
     const kept = [...flags.keys()].filter((i) => (flags[i] & LEFT_OUT) === 0);
     const last = await follower.last('/semascan/points', ({ data }) => data.length / 32 === kept.length);
     assert.ok(follower.messages.get('/semascan/points').length >= 2, 'while it grew, too');
@@ -83,7 +83,8 @@ describe('Foxglove', () => {
     const data = Buffer.from(last.data);
     // The same points in another order: by their sums.
     for (const name of ['x', 'y', 'z']) {
-      const sum = kept.reduce((sum, i) => sum + cloud.column(name)[i], 0);
+      const column = cloud.column(name);
+      const sum = kept.reduce((sum, i) => sum + column[i], 0);
       let told = 0;
       for (let i = 0; i < kept.length; i++) told += data.readFloatLE(32 * i + at[name]);
       assert.ok(Math.abs(told - sum) < 1e-4 * kept.length, `${name}: ${told} and ${sum}`);
@@ -94,7 +95,7 @@ describe('Foxglove', () => {
       components.set(component, (components.get(component) ?? 0) + 1);
     }
     for (const [component, count] of components) {
-      assert.equal(count, kept.filter((i) => cloud.column('label')[i] === component).length, `component ${component}`);
+      assert.equal(count, kept.filter((i) => labels[i] === component).length, `component ${component}`);
     }
   });
 

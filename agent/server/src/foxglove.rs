@@ -20,6 +20,7 @@ use semascan_foxglove::protocol::{
     MOST_SUBSCRIPTIONS, Request, advertisement, message_frame, read_request, server_info, warning,
 };
 use semascan_foxglove::{Scene, Topic, findings, mesh};
+use semascan_inspection::ports::InspectionState;
 use semascan_model::InspectionId;
 use semascan_protocol::{Hello, TAKES_REVIEWS};
 use std::collections::{BTreeMap, BTreeSet};
@@ -231,16 +232,18 @@ enum Kept {
 /// What `read` makes of the inspection that is shown, once it has ended and if it is kept.
 fn kept(scene: &Scene, shared: &Shared, read: impl FnOnce(&Past, InspectionId) -> Option<Vec<u8>>) -> Kept {
     let id = scene.inspection().parse().ok().filter(|_| scene.is_finished());
-    match id.zip(shared.past.as_ref()) {
-        None => Kept::Nothing,
-        Some((id, past)) => read(past, id).map_or(Kept::NotYet, |message| Kept::Known(vec![message])),
+    let Some((id, past)) = id.zip(shared.past.as_ref()) else { return Kept::Nothing };
+    match past.catalogue.inspection(id) {
+        // Viewers are told the end before all of it is written.
+        Ok(Some(row)) if row.state == InspectionState::Running => Kept::NotYet,
+        Ok(Some(_)) => read(past, id).map_or(Kept::NotYet, |message| Kept::Known(vec![message])),
+        Ok(None) => Kept::Nothing,
+        Err(_) => Kept::NotYet,
     }
 }
 
-/// The scene of the final mesh: nothing yet, that there is none which can be sent, or its bytes.
+/// The scene of the final mesh: nothing where it cannot be read now, that there is none which can be sent, or its bytes.
 fn scene_file(past: &Past, id: InspectionId) -> Option<Option<Vec<u8>>> {
-    // Its record is there once all of it is.
-    past.archive.record(id).ok()??;
     let Some(file) = past.archive.file(id, SCENE_FILE).ok()? else { return Some(None) };
     let mut bytes = Vec::new();
     file.content.take(LARGEST_MESH + 1).read_to_end(&mut bytes).ok()?;
