@@ -2,6 +2,7 @@
 
 pub mod bop;
 pub mod camera_mask;
+pub mod camera_model;
 pub mod depth_map;
 pub mod mcap;
 mod options;
