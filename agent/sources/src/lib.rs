@@ -5,9 +5,14 @@ pub mod camera_mask;
 pub mod camera_model;
 pub mod depth_map;
 pub mod mcap;
+mod open3d;
 mod options;
 pub mod pcd;
+mod redwood;
+mod rgbd_folder;
+mod seven_scenes;
 pub mod training_set;
+mod tum;
 
 pub use options::OpenOptions;
 
@@ -37,25 +42,64 @@ const KINDS: &[Kind] = &[
     Kind {
         name: "a BOP scene folder (with scene_camera.json)",
         recognizes: BopSource::is_scene,
-        open: |path, options| Ok(Box::new(BopSource::open(path, options)?)),
+        open: |path, options| {
+            refuse_intrinsics(path, options, "a BOP scene")?;
+            Ok(Box::new(BopSource::open(path, options)?))
+        },
+    },
+    Kind {
+        name: "a TUM RGB-D recording (with rgb.txt and depth.txt)",
+        recognizes: tum::is_recording,
+        open: |path, options| Ok(Box::new(tum::open(path, options)?)),
+    },
+    Kind {
+        name: "a 7-Scenes sequence (with frame-000000.depth.png)",
+        recognizes: seven_scenes::is_recording,
+        open: |path, options| Ok(Box::new(seven_scenes::open(path, options)?)),
+    },
+    Kind {
+        name: "a Redwood recording (color/ or rgb/, depth/ and a trajectory)",
+        recognizes: redwood::is_recording,
+        open: |path, options| Ok(Box::new(redwood::open(path, options)?)),
+    },
+    Kind {
+        name: "an Open3D recording (color/, image/ or rgb/, depth/ and camera_intrinsic.json)",
+        recognizes: open3d::is_recording,
+        open: |path, options| Ok(Box::new(open3d::open(path, options)?)),
     },
     Kind {
         name: "organized clouds in a PCD file or a folder of them",
         recognizes: PcdSource::is_source,
-        open: |path, options| Ok(Box::new(PcdSource::open(path, options.unit)?)),
+        open: |path, options| {
+            refuse_intrinsics(path, options, "a cloud")?;
+            Ok(Box::new(PcdSource::open(path, options.unit)?))
+        },
     },
     Kind {
         name: "a capture in an MCAP file",
         recognizes: McapSource::is_capture,
         open: |path, options| {
-            if options.unit.is_some() || options.depth_scale.is_some() {
-                let reason = "a capture says its unit itself (metres): no other can be given".to_owned();
-                return Err(SourceError::Uri { uri: path.display().to_string(), reason });
-            }
-            Ok(Box::new(McapSource::open(path)?))
+            refuse_intrinsics(path, options, "a capture")?;
+            let reason = if options.unit.is_some() || options.depth_scale.is_some() {
+                "a capture says its unit itself (metres): no other can be given"
+            } else if options.every > 1 {
+                "every so many views can be taken of recordings in folders; of a capture --keyframes takes those that matter"
+            } else {
+                return Ok(Box::new(McapSource::open(path)?));
+            };
+            Err(SourceError::Uri { uri: path.display().to_string(), reason: reason.to_owned() })
         },
     },
 ];
+
+/// Refuses intrinsics for a source that has its own.
+fn refuse_intrinsics(path: &Path, options: &OpenOptions, what: &str) -> Result<(), SourceError> {
+    if options.intrinsics.is_none() {
+        return Ok(());
+    }
+    let reason = format!("{what} says itself what camera it is of: no other can be given");
+    Err(SourceError::Uri { uri: path.display().to_string(), reason })
+}
 
 /// Opens the recording that `uri` names, by what lies there. A [`CameraMask`](semascan_inspection::spec::CameraMask) alone
 /// is options too.

@@ -14,16 +14,16 @@ const LOSSY_LIMIT: f32 = 0.5;
 
 /// A mask: columns, rows, and for each pixel whether it is inside.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct Mask {
-    pub(super) size: (u32, u32),
-    pub(super) inside: Vec<bool>,
+pub(crate) struct Mask {
+    pub(crate) size: (u32, u32),
+    pub(crate) inside: Vec<bool>,
 }
 
 /// Reads a mask picture.
 ///
 /// # Errors
 /// [`SourceError`] naming the file, if it is no picture or what it means cannot be known.
-pub(super) fn read(path: &Path) -> Result<Mask, SourceError> {
+pub(crate) fn read(path: &Path) -> Result<Mask, SourceError> {
     let refuse = |reason: &str| SourceError::Format { path: path.to_owned(), reason: reason.into() };
     let format = raster::format(path)?;
     if format == Some(ImageFormat::Tiff)

@@ -255,7 +255,11 @@ fn classes(ground_truth: Option<&BTreeMap<u32, Value>>, names: &Map<String, Valu
     found.into_iter().map(|(id, name)| SceneClass { id, name }).collect()
 }
 
-fn read_object(path: &Path) -> Result<Map<String, Value>, SourceError> {
+/// The object that a JSON file holds, NaN and infinite numbers as null.
+///
+/// # Errors
+/// [`SourceError`] naming the file.
+pub(crate) fn read_object(path: &Path) -> Result<Map<String, Value>, SourceError> {
     let bytes = regular_file::read(path).map_err(|source| SourceError::Io { path: path.to_owned(), source })?;
     let bad = |reason: String| SourceError::Format { path: path.to_owned(), reason };
     let text = decode(&bytes).ok_or_else(|| bad("neither UTF-8 nor UTF-16 text".into()))?;

@@ -13,12 +13,12 @@
 
 mod instances;
 mod listing;
-mod mask;
-mod metadata;
-mod pictures;
+pub(crate) mod mask;
+pub(crate) mod metadata;
+pub(crate) mod pictures;
 mod probe;
-mod raster;
-mod units;
+pub(crate) mod raster;
+pub(crate) mod units;
 mod write;
 
 pub use write::{DEPTH_SCALE, SceneEntry, SceneWriter};
@@ -81,7 +81,7 @@ impl BopSource {
         let pictures = Pictures::list(folder)?;
         // Every picture and every camera entry, so that a missing half is noticed.
         let views: BTreeSet<u32> = pictures.color.keys().chain(metadata.camera_numbers()).collect();
-        let views: Vec<u32> = views.into_iter().collect();
+        let views: Vec<u32> = views.into_iter().step_by(options.every.max(1) as usize).collect();
         let [components, defects] = [&metadata.objects, &metadata.defects]
             .map(|classes| classes.iter().map(|c| c.name.as_str()).collect::<Vec<_>>());
         let part = folder.file_name().map_or("scene".into(), |n| n.to_string_lossy().into_owned());
