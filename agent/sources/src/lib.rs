@@ -8,6 +8,9 @@ pub mod mcap;
 mod open3d;
 mod options;
 pub mod pcd;
+mod pinhole_fit;
+mod ply;
+mod ply_grid;
 mod redwood;
 mod rgbd_folder;
 mod seven_scenes;
@@ -72,7 +75,15 @@ const KINDS: &[Kind] = &[
         recognizes: PcdSource::is_source,
         open: |path, options| {
             refuse_intrinsics(path, options, "a cloud")?;
-            Ok(Box::new(PcdSource::open(path, options.unit)?))
+            Ok(Box::new(PcdSource::open(path, options)?))
+        },
+    },
+    Kind {
+        name: "organized clouds in a PLY file or a folder of them",
+        recognizes: ply::is_source,
+        open: |path, options| {
+            refuse_intrinsics(path, options, "a cloud")?;
+            Ok(Box::new(ply::open(path, options)?))
         },
     },
     Kind {
