@@ -43,7 +43,7 @@ struct Kind {
 /// Every kind, in the order in which they are tried.
 const KINDS: &[Kind] = &[
     Kind {
-        name: "a BOP scene folder (with scene_camera.json)",
+        name: "a BOP scene folder (with scene_camera.json), or the file of one of its cameras",
         recognizes: BopSource::is_scene,
         open: |path, options| {
             refuse_intrinsics(path, options, "a BOP scene")?;

@@ -1,5 +1,6 @@
 //! The JSON files of a BOP scene, read view by view so that one bad entry costs one view.
 
+use super::sensor::Sensor;
 use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, UnitQuaternion, Vector3};
 use semascan_formats::regular_file;
 use semascan_inspection::source::SourceError;
@@ -70,16 +71,16 @@ pub(super) struct SceneMetadata {
 
 impl SceneMetadata {
     /// Reads the scene's files; those of the labels only if `labels` are wanted.
-    pub(super) fn read(folder: &Path, labels: bool) -> Result<Self, SourceError> {
-        let cameras_path = folder.join("scene_camera.json");
+    pub(super) fn read(sensor: &Sensor, labels: bool) -> Result<Self, SourceError> {
+        let cameras_path = sensor.json("scene_camera");
         let cameras = by_view(read_object(&cameras_path)?);
-        let ground_truth_path = folder.join("scene_gt.json");
+        let ground_truth_path = sensor.json("scene_gt");
         let optional = |path: &Path| {
             if labels && path.is_file() { read_object(path).map(Some) } else { Ok(None) }
         };
         let ground_truth = optional(&ground_truth_path)?.map(by_view);
-        let info = optional(&folder.join("scene_gt_info.json"))?.map(by_view).unwrap_or_default();
-        let names = |file: &str| optional(&folder.join(file)).map(Option::unwrap_or_default);
+        let info = optional(&sensor.json("scene_gt_info"))?.map(by_view).unwrap_or_default();
+        let names = |file: &str| optional(&sensor.folder().join(file)).map(Option::unwrap_or_default);
         let named = names("objects.json")?;
         let objects = classes(ground_truth.as_ref(), &named);
         let names_objects = !named.is_empty();

@@ -8,6 +8,7 @@
 use super::listing::Listing;
 use super::mask;
 use super::raster::{self, GreyTiff};
+use super::sensor::Sensor;
 use image::{DynamicImage, ImageFormat, RgbImage};
 use semascan_inspection::source::SourceError;
 use semascan_perception::view::DepthImage;
@@ -29,14 +30,14 @@ pub(super) struct Pictures {
 }
 
 impl Pictures {
-    /// Lists what `folder` holds.
+    /// Lists what `sensor` has.
     ///
     /// # Errors
     /// [`SourceError::Io`] naming the folder that cannot be listed, or that holds no colour pictures.
-    pub(super) fn list(folder: &Path) -> Result<Self, SourceError> {
-        let mut color = Listing::read(folder.join("rgb"))?;
+    pub(super) fn list(sensor: &Sensor) -> Result<Self, SourceError> {
+        let mut color = Listing::read(sensor.pictures("rgb"))?;
         if color.is_empty() {
-            let gray = Listing::read(folder.join("gray"))?;
+            let gray = Listing::read(sensor.pictures("gray"))?;
             if !gray.is_empty() {
                 color = gray;
             }
@@ -46,9 +47,9 @@ impl Pictures {
             let source = std::io::Error::new(std::io::ErrorKind::NotFound, "holds no numbered picture, nor does gray/");
             return Err(SourceError::Io { path, source });
         }
-        let depth = Listing::read(folder.join("depth"))?;
-        let masks = Listing::read(folder.join("mask_visib"))?;
-        let [defects, labels] = ["defects", "labels"].map(|kind| Listing::read(folder.join(kind)));
+        let depth = Listing::read(sensor.pictures("depth"))?;
+        let masks = Listing::read(sensor.pictures("mask_visib"))?;
+        let [defects, labels] = ["defects", "labels"].map(|kind| Listing::read(sensor.pictures(kind)));
         Ok(Self { color, depth, masks, defects: defects?, labels: labels? })
     }
 }
