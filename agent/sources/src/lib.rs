@@ -2,15 +2,24 @@
 
 pub mod bop;
 pub mod camera_mask;
+pub mod camera_model;
 pub mod depth_map;
 pub mod mcap;
 pub mod messages;
+mod open3d;
 mod options;
 pub mod pairing;
 pub mod pcd;
+mod pinhole_fit;
+mod ply;
+mod ply_grid;
 pub mod recording;
+mod redwood;
+mod rgbd_folder;
+mod seven_scenes;
 pub mod training_set;
 pub mod transforms;
+mod tum;
 
 pub use options::OpenOptions;
 
@@ -41,16 +50,55 @@ struct Kind {
 /// Every kind, in the order in which they are tried.
 const KINDS: &[Kind] = &[
     Kind {
-        name: "a BOP scene folder (with scene_camera.json)",
+        name: "a BOP scene folder (with scene_camera.json), or the file of one of its cameras",
         recognizes: BopSource::is_scene,
         has_options: false,
-        open: |path, options| Ok(Box::new(BopSource::open(path, options)?)),
+        open: |path, options| {
+            refuse_intrinsics(path, options, "a BOP scene")?;
+            Ok(Box::new(BopSource::open(path, options)?))
+        },
+    },
+    Kind {
+        name: "a TUM RGB-D recording (with rgb.txt and depth.txt)",
+        recognizes: tum::is_recording,
+        has_options: false,
+        open: |path, options| Ok(Box::new(tum::open(path, options)?)),
+    },
+    Kind {
+        name: "a 7-Scenes sequence (with frame-000000.depth.png)",
+        recognizes: seven_scenes::is_recording,
+        has_options: false,
+        open: |path, options| Ok(Box::new(seven_scenes::open(path, options)?)),
+    },
+    Kind {
+        name: "a Redwood recording (color/ or rgb/, depth/ and a trajectory)",
+        recognizes: redwood::is_recording,
+        has_options: false,
+        open: |path, options| Ok(Box::new(redwood::open(path, options)?)),
+    },
+    Kind {
+        name: "an Open3D recording (color/, image/ or rgb/, depth/ and camera_intrinsic.json)",
+        recognizes: open3d::is_recording,
+        has_options: false,
+        open: |path, options| Ok(Box::new(open3d::open(path, options)?)),
     },
     Kind {
         name: "organized clouds in a PCD file or a folder of them",
         recognizes: PcdSource::is_source,
         has_options: false,
-        open: |path, options| Ok(Box::new(PcdSource::open(path, options.unit)?)),
+        open: |path, options| {
+            refuse_intrinsics(path, options, "a cloud")?;
+            Ok(Box::new(PcdSource::open(path, options)?))
+        },
+    },
+    Kind {
+        name: "organized clouds in a PLY file or a folder of them",
+        recognizes: ply::is_source,
+        has_options: false,
+        open: |path, options| {
+            refuse_intrinsics(path, options, "a cloud")?;
+            Ok(Box::new(ply::open(path, options)?))
+        },
     },
     Kind {
         name: "a recording of a robot's messages (MCAP, ROS 2 bag, ROS 1 bag)",
@@ -63,14 +111,27 @@ const KINDS: &[Kind] = &[
         recognizes: McapSource::is_capture,
         has_options: false,
         open: |path, options| {
-            if options.unit.is_some() || options.depth_scale.is_some() {
-                let reason = "a capture says its unit itself (metres): no other can be given".to_owned();
-                return Err(SourceError::Uri { uri: path.display().to_string(), reason });
-            }
-            Ok(Box::new(McapSource::open(path)?))
+            refuse_intrinsics(path, options, "a capture")?;
+            let reason = if options.unit.is_some() || options.depth_scale.is_some() {
+                "a capture says its unit itself (metres): no other can be given"
+            } else if options.every > 1 {
+                "every so many views can be taken of recordings in folders; of a capture --keyframes takes those that matter"
+            } else {
+                return Ok(Box::new(McapSource::open(path)?));
+            };
+            Err(SourceError::Uri { uri: path.display().to_string(), reason: reason.to_owned() })
         },
     },
 ];
+
+/// Refuses intrinsics for a source that has its own.
+fn refuse_intrinsics(path: &Path, options: &OpenOptions, what: &str) -> Result<(), SourceError> {
+    if options.intrinsics.is_none() {
+        return Ok(());
+    }
+    let reason = format!("{what} says itself what camera it is of: no other can be given");
+    Err(SourceError::Uri { uri: path.display().to_string(), reason })
+}
 
 /// Opens the recording that `uri` names, by what lies there; keys behind a `?` are those of [`recording::KEYS`]. A [`CameraMask`](semascan_inspection::spec::CameraMask) alone
 /// is options too.

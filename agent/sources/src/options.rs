@@ -13,6 +13,10 @@ pub struct OpenOptions {
     pub unit: Option<LengthUnit>,
     /// Millimetres of a depth of 1; by default what the recording says.
     pub depth_scale: Option<f64>,
+    /// Only every so many frames of a recording in a folder become views, from the first on; 1 (or 0) is all of them.
+    pub every: u32,
+    /// Focal lengths and principal point of the colour camera in pixels (fx, fy, cx, cy), where the recording does not say them.
+    pub intrinsics: Option<[f64; 4]>,
     /// Whether recorded labels are read; otherwise their files are not looked at.
     pub labels: bool,
     /// Topics, frames and the step between views of a recording of messages.
@@ -25,6 +29,8 @@ impl Default for OpenOptions {
             camera_mask: CameraMask::default(),
             unit: None,
             depth_scale: None,
+            every: 1,
+            intrinsics: None,
             labels: true,
             recording: RecordingOptions::default(),
         }
@@ -49,6 +55,8 @@ impl From<&InspectionSpec> for OpenOptions {
             camera_mask: spec.source.camera_mask.clone(),
             unit: spec.source.unit,
             depth_scale: spec.source.depth_scale_mm,
+            every: spec.source.every.unwrap_or(1),
+            intrinsics: spec.source.intrinsics,
             labels: spec.labels == LabelSource::Source,
             recording: RecordingOptions::default(),
         }

@@ -1,33 +1,59 @@
 //! Organized clouds in PCD files as a source of views: one file, or a folder of them in the order of their names.
 //!
 //! Such a cloud is a depth picture, but the file does not say by which camera: the pinhole that its points were
-//! computed with is read off the points themselves. Nothing is known of where they were taken: most writers leave the
-//! header's viewpoint at the identity, so it is not taken for a pose. Nor does it say its unit: that is assumed from how far
-//! the points are away, and said.
+//! computed with is read off the points themselves (`pinhole_fit`). Most writers leave the header's viewpoint at the
+//! identity: then nothing is known of where the clouds were taken. If one of the files has another, the viewpoints are the
+//! camera's poses. Some writers keep the points in the camera's frame, others bring them into the viewpoint's: in which of the
+//! two a pinhole fits tells. Nor does a file say its unit: that is assumed from how far the points are away, and said.
 
+use crate::OpenOptions;
+use crate::pinhole_fit::{FittedPinhole, pinhole};
 use image::RgbImage;
-use semascan_formats::ReadError;
+use nalgebra::{Isometry3, Point3, Quaternion, Translation3, UnitQuaternion};
 use semascan_formats::offset::relative;
-use semascan_formats::pcd::{self, PcdCloud};
-use semascan_formats::unit;
+use semascan_formats::pcd::{self, PcdCloud, Viewpoint};
+use semascan_formats::{ReadError, regular_file, unit};
 use semascan_inspection::source::{Source, SourceError, SourceInfo};
 use semascan_model::{LengthUnit, Taxonomy};
-use semascan_perception::view::{DepthImage, Intrinsics, PoseEvidence, View};
+use semascan_perception::view::{DepthImage, Intrinsics, PoseEvidence, View, covariance_of_prior};
+use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// Root mean square distance in pixels between the points' images and their places in the cloud that rounding explains.
-const OFF: f64 = 0.5;
+/// Bytes of a file in which its header's viewpoint stands.
+const HEAD: usize = 2048;
+/// Standard deviations assumed of viewpoints: no file says any. Radians and metres.
+const POSE_SIGMA: (f64, f64) = (0.01, 0.003);
 /// What is shown where the file has no colours.
 const GREY: [u8; 3] = [128; 3];
 
-/// Views from PCD files.
+/// A format of files with organized clouds.
+#[derive(Debug)]
+pub(crate) struct CloudFormat {
+    /// For people.
+    pub(crate) name: &'static str,
+    pub(crate) ending: &'static str,
+    /// What the format has lengths in, where it says.
+    pub(crate) unit: Option<LengthUnit>,
+    /// Reads a file; a format that has no viewpoint gives none.
+    pub(crate) read: fn(&Path) -> Result<PcdCloud, ReadError>,
+    /// Whether a file says where its cloud was taken.
+    pub(crate) has_viewpoint: fn(&Path) -> bool,
+}
+
+/// PCD.
+const PCD: CloudFormat = CloudFormat { name: "PCD", ending: "pcd", unit: None, read: pcd::read_file, has_viewpoint };
+
+/// Views from files with organized clouds.
 #[derive(Debug)]
 pub struct PcdSource {
+    format: &'static CloudFormat,
     info: SourceInfo,
     files: Vec<PathBuf>,
     next: usize,
     unit: LengthUnit,
+    /// Whether viewpoints are poses.
+    has_poses: bool,
     /// Whether it has been said that labels are not used.
     labels_said: bool,
 }
@@ -35,21 +61,39 @@ pub struct PcdSource {
 impl PcdSource {
     /// Whether `path` is a PCD file or a folder that holds one.
     pub fn is_source(path: &Path) -> bool {
-        files(path).is_ok_and(|files| !files.is_empty())
+        files(path, PCD.ending).is_ok_and(|files| !files.is_empty())
     }
 
-    /// Opens a file or folder; the files are read when their views are asked for. Without a `unit`, that of the first file
-    /// with points is assumed for all.
+    /// Opens a file or folder; the files are read when their views are asked for. Where `options` say no unit, that of the
+    /// first file with points is assumed for all.
     ///
     /// # Errors
     /// [`SourceError`] if the folder cannot be read or holds no PCD file.
-    pub fn open(path: &Path, unit: Option<LengthUnit>) -> Result<Self, SourceError> {
-        let files = files(path)?;
+    pub fn open(path: &Path, options: &OpenOptions) -> Result<Self, SourceError> {
+        Self::of_format(&PCD, path, options)
+    }
+
+    /// Opens a file of `format`, or a folder of such files.
+    ///
+    /// # Errors
+    /// As [`open`](Self::open).
+    pub(crate) fn of_format(
+        format: &'static CloudFormat,
+        path: &Path,
+        options: &OpenOptions,
+    ) -> Result<Self, SourceError> {
+        let unit = options.unit.or(format.unit);
+        let all = files(path, format.ending)?;
+        let has_poses = all.iter().any(|file| (format.has_viewpoint)(file));
+        let files: Vec<PathBuf> = all.into_iter().step_by(options.every.max(1) as usize).collect();
         if files.is_empty() {
-            return Err(SourceError::Format { path: path.to_owned(), reason: "no PCD file in it".into() });
+            return Err(SourceError::Format {
+                path: path.to_owned(),
+                reason: format!("no {} file in it", format.name),
+            });
         }
         let assumed = || {
-            let distance = files.iter().find_map(|file| median_distance(&pcd::read_file(file).ok()?))?;
+            let distance = files.iter().find_map(|file| median_distance(&(format.read)(file).ok()?))?;
             let unit = unit::of_distance(distance);
             tracing::warn!(
                 "{}: the points are {distance:.3} away, so one unit is taken for 1 {}: say another with --unit",
@@ -58,12 +102,17 @@ impl PcdSource {
             );
             Some(unit)
         };
-        let setting = match unit {
-            Some(_) => "as said",
-            None => "assumed from the distances",
+        let setting = match (options.unit, format.unit) {
+            (Some(_), _) => "as said",
+            (None, Some(_)) => "as the format has it",
+            (None, None) => "assumed from the distances",
         };
         // Where no file has a point there is nothing to scale.
         let unit = unit.or_else(assumed).unwrap_or(LengthUnit::Metres);
+        let mut settings = vec![("unit".into(), format!("{}, {setting}", unit.name()))];
+        if has_poses {
+            settings.push(("poses".into(), "the viewpoints of the files".into()));
+        }
         let info = SourceInfo {
             uri: path.display().to_string(),
             part: path.file_stem().map_or("cloud".into(), |n| n.to_string_lossy().into_owned()),
@@ -71,10 +120,10 @@ impl PcdSource {
             view_count: Some(files.len() as u32),
             turntable: None,
             volume: None,
-            no_labels: Some("labels of PCD files are not read".into()),
-            settings: vec![("unit".into(), format!("{}, {setting}", unit.name()))],
+            no_labels: Some(format!("labels of {} files are not read", format.name)),
+            settings,
         };
-        Ok(Self { info, files, next: 0, unit, labels_said: false })
+        Ok(Self { format, info, files, next: 0, unit, has_poses, labels_said: false })
     }
 }
 
@@ -87,7 +136,7 @@ impl Source for PcdSource {
         let path = self.files.get(self.next)?;
         let index = self.next as u32;
         self.next += 1;
-        let cloud = match pcd::read_file(path) {
+        let cloud = match (self.format.read)(path) {
             Ok(cloud) => cloud,
             Err(error) => return Some(Err(failure(path, error))),
         };
@@ -100,7 +149,7 @@ impl Source for PcdSource {
                 path.display()
             );
         }
-        let view = view(index, cloud, self.unit);
+        let view = view(index, cloud, self.unit, self.has_poses);
         Some(view.map_err(|reason| SourceError::Format { path: path.clone(), reason }))
     }
 
@@ -118,9 +167,9 @@ fn failure(path: &Path, error: ReadError) -> SourceError {
     }
 }
 
-/// The PCD files that `path` means, by name.
-fn files(path: &Path) -> Result<Vec<PathBuf>, SourceError> {
-    let is_pcd = |p: &Path| p.extension().is_some_and(|e| e.eq_ignore_ascii_case("pcd")) && p.is_file();
+/// The files with `ending` that `path` means, by name.
+pub(crate) fn files(path: &Path, ending: &str) -> Result<Vec<PathBuf>, SourceError> {
+    let is_pcd = |p: &Path| p.extension().is_some_and(|e| e.eq_ignore_ascii_case(ending)) && p.is_file();
     if path.is_file() {
         return Ok(is_pcd(path).then(|| path.to_owned()).into_iter().collect());
     }
@@ -144,10 +193,11 @@ fn median_distance(cloud: &PcdCloud) -> Option<f64> {
 }
 
 /// A cloud as a view.
-fn view(index: u32, cloud: PcdCloud, unit: LengthUnit) -> Result<View, String> {
-    let PcdCloud { width, height, positions, colors, .. } = cloud;
+fn view(index: u32, cloud: PcdCloud, unit: LengthUnit, has_pose: bool) -> Result<View, String> {
+    let PcdCloud { width, height, positions, colors, viewpoint, .. } = cloud;
     let positions = relative(&positions, unit.in_metres(), [0.0; 3]);
-    let intrinsics = pinhole(width, height, &positions)?;
+    let table_from_camera = viewpoint.filter(|_| has_pose).map(|viewpoint| pose(&viewpoint, unit));
+    let (intrinsics, positions) = in_camera(width, height, positions, table_from_camera.as_ref())?;
     let measured = |p: &[f32; 3]| p.iter().all(|c| c.is_finite()) && p[2] > 0.0;
     let metres = positions.iter().map(|p| if measured(p) { p[2] } else { 0.0 }).collect();
     let pixels = colors.unwrap_or_else(|| vec![GREY; positions.len()]);
@@ -158,73 +208,59 @@ fn view(index: u32, cloud: PcdCloud, unit: LengthUnit) -> Result<View, String> {
         intrinsics,
         rgb: Arc::new(rgb.ok_or_else(|| format!("there is not one colour for each of {width} x {height} points"))?),
         depth: Arc::new(DepthImage { width, height, metres }),
-        pose: PoseEvidence::None,
+        pose: evidence(table_from_camera),
         labels: None,
         truth: None,
     })
 }
 
-/// The camera that sees each point in the pixel of its place in the cloud: a least-squares line through the pixels' columns
-/// over `x / z`, and one through their rows over `y / z`.
-pub(crate) fn pinhole(width: u32, height: u32, positions: &[[f32; 3]]) -> Result<Intrinsics, String> {
-    if width < 2 || height < 2 {
-        return Err(format!("{width} x {height} points: the cloud is not organized, so it is no picture"));
-    }
-    let (mut columns, mut rows) = (Line::default(), Line::default());
-    for (i, [x, y, z]) in positions.iter().map(|p| p.map(f64::from)).enumerate() {
-        if z > 0.0 && x.is_finite() && y.is_finite() && z.is_finite() {
-            columns.add(x / z, (i % width as usize) as f64);
-            rows.add(y / z, (i / width as usize) as f64);
-        }
-    }
-    let fitted = columns.fit().zip(rows.fit()).filter(|(u, v)| u.slope > 0.0 && v.slope > 0.0);
-    let (u, v) = fitted.ok_or("the points show no camera: they are too few, or lie in one row, or face away")?;
-    let off = u.residual.hypot(v.residual);
-    if off > OFF {
-        return Err(format!("the points are not a pinhole camera's picture: {off:.1} pixels off on average"));
-    }
-    Ok(Intrinsics { width, height, fx: u.slope, fy: v.slope, cx: u.offset, cy: v.offset })
+/// A pose as evidence.
+pub(crate) fn evidence(table_from_camera: Option<Isometry3<f64>>) -> PoseEvidence {
+    let (rotation, translation) = POSE_SIGMA;
+    table_from_camera.map_or(PoseEvidence::None, |table_from_camera| PoseEvidence::World {
+        table_from_camera,
+        covariance: covariance_of_prior(rotation, translation),
+    })
 }
 
-/// Sums of a line fit.
-#[derive(Default)]
-struct Line {
-    n: f64,
-    x: f64,
-    y: f64,
-    xx: f64,
-    xy: f64,
-    yy: f64,
+/// The camera of a cloud and its points in the camera's frame; they may be in the table frame where the pose is known.
+pub(crate) fn in_camera(
+    width: u32,
+    height: u32,
+    positions: Vec<[f32; 3]>,
+    table_from_camera: Option<&Isometry3<f64>>,
+) -> Result<(Intrinsics, Vec<[f32; 3]>), String> {
+    let as_they_are = pinhole(width, height, &positions);
+    let Some(table_from_camera) = table_from_camera else { return Ok((as_they_are?.intrinsics, positions)) };
+    let brought = |p: &[f32; 3]| {
+        let point = table_from_camera.inverse_transform_point(&Point3::from(p.map(f64::from)));
+        point.coords.cast::<f32>().into()
+    };
+    let moved: Vec<[f32; 3]> = positions.iter().map(brought).collect();
+    match (as_they_are, pinhole(width, height, &moved)) {
+        (Ok(FittedPinhole { off, .. }), Ok(better)) if better.off < off => Ok((better.intrinsics, moved)),
+        (Err(_), Ok(fitted)) => Ok((fitted.intrinsics, moved)),
+        (as_they_are, _) => Ok((as_they_are?.intrinsics, positions)),
+    }
 }
 
-/// A fitted line.
-struct Fitted {
-    slope: f64,
-    offset: f64,
-    /// Root mean square.
-    residual: f64,
+/// The viewpoint as the camera's pose, in metres.
+fn pose(viewpoint: &Viewpoint, unit: LengthUnit) -> Isometry3<f64> {
+    let [x, y, z] = viewpoint.translation.map(|c| c * unit.in_metres());
+    let [qw, qx, qy, qz] = viewpoint.rotation;
+    let rotation = UnitQuaternion::from_quaternion(Quaternion::new(qw, qx, qy, qz));
+    Isometry3::from_parts(Translation3::new(x, y, z), rotation)
 }
 
-impl Line {
-    fn add(&mut self, x: f64, y: f64) {
-        self.n += 1.0;
-        self.x += x;
-        self.y += y;
-        self.xx += x * x;
-        self.xy += x * y;
-        self.yy += y * y;
-    }
-
-    /// `None` where the points are too few or all `x` are the same.
-    fn fit(&self) -> Option<Fitted> {
-        let (mean_x, mean_y) = (self.x / self.n, self.y / self.n);
-        let (xx, xy) = (self.xx / self.n - mean_x * mean_x, self.xy / self.n - mean_x * mean_y);
-        let yy = self.yy / self.n - mean_y * mean_y;
-        (self.n >= 3.0 && xx > 1e-12).then(|| {
-            let slope = xy / xx;
-            Fitted { slope, offset: mean_y - slope * mean_x, residual: (yy - slope * xy).max(0.0).sqrt() }
-        })
-    }
+/// Whether a file's header has a viewpoint other than the identity.
+fn has_viewpoint(path: &Path) -> bool {
+    let mut head = [0; HEAD];
+    let read = regular_file::open(path).and_then(|mut file| file.read(&mut head));
+    let Some(head) = read.ok().and_then(|length| head.get(..length)) else { return false };
+    let text = String::from_utf8_lossy(head);
+    let words = text.lines().find_map(|line| line.trim().strip_prefix("VIEWPOINT "));
+    let numbers: Vec<f64> = words.into_iter().flat_map(str::split_whitespace).filter_map(|w| w.parse().ok()).collect();
+    numbers.len() == 7 && numbers != [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0]
 }
 
 #[cfg(test)]
@@ -254,7 +290,7 @@ mod tests {
         std::fs::write(folder.path().join("a.pcd"), picture(0.05)).expect("written");
         std::fs::write(folder.path().join("notes.txt"), "no cloud").expect("written");
         assert!(PcdSource::is_source(folder.path()));
-        let mut source = PcdSource::open(folder.path(), None).expect("opens");
+        let mut source = PcdSource::open(folder.path(), &OpenOptions::default()).expect("opens");
         assert_eq!(source.info().view_count, Some(2));
         let bent = source.next_view().expect("first").expect_err("no pinhole");
         assert!(bent.to_string().contains("a.pcd") && bent.to_string().contains("pinhole"), "{bent}");
@@ -279,7 +315,7 @@ mod tests {
         };
         std::fs::write(&file, head + &points.lines().map(millimetres).collect::<String>()).expect("written");
         let depth = |unit| {
-            let mut source = PcdSource::open(&file, unit).expect("opens");
+            let mut source = PcdSource::open(&file, &OpenOptions { unit, ..OpenOptions::default() }).expect("opens");
             let setting = source.info().settings[0].1.clone();
             (source.next_view().expect("a view").expect("a picture").depth.at(8, 1).expect("depth"), setting)
         };
@@ -293,13 +329,32 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_picture_is_refused() {
-        let plane = |place: fn(usize) -> [f32; 3]| (0..16).map(place).collect::<Vec<_>>();
-        let line = plane(|i| [0.1 * i as f32, 0.0, 1.0]);
-        for (width, height, points) in
-            [(16, 1, line.clone()), (4, 4, line), (4, 4, vec![[f32::NAN; 3]; 16]), (4, 4, vec![[0.0, 0.0, -1.0]; 16])]
-        {
-            assert!(pinhole(width, height, &points).is_err());
+    fn viewpoints_are_poses_whichever_frame_the_points_are_in() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let turned = Isometry3::new(nalgebra::Vector3::new(0.3, -0.2, 0.1), nalgebra::Vector3::new(0.1, 0.6, -0.2));
+        let (t, q) = (turned.translation, turned.rotation.coords);
+        let stated = format!("VIEWPOINT {} {} {} {} {} {} {}\n", t.x, t.y, t.z, q.w, q.x, q.y, q.z);
+        let cloud = picture(0.0);
+        let (head, points) = cloud.split_once("DATA ascii\n").expect("a file");
+        let in_table = |line: &str| {
+            let numbers: Vec<f64> = line.split(' ').map(|w| w.parse().expect("a number")).collect();
+            let p = turned * Point3::new(numbers[0], numbers[1], numbers[2]);
+            format!("{} {} {}\n", p.x, p.y, p.z)
+        };
+        let head = head.replace("VIEWPOINT 0 0 0 1 0 0 0\n", &stated) + "DATA ascii\n";
+        let write = |name: &str, text: String| std::fs::write(folder.path().join(name), text).expect("written");
+        write("a.pcd", cloud.clone());
+        write("b.pcd", format!("{head}{points}"));
+        write("c.pcd", head + &points.lines().map(in_table).collect::<String>());
+        let mut source = PcdSource::open(folder.path(), &OpenOptions::default()).expect("opens");
+        for expected in [Isometry3::identity(), turned, turned] {
+            let view = source.next_view().expect("a view").expect("a picture");
+            let off = view.pose.table_from_camera().expect("a pose").inverse() * expected;
+            assert!(off.translation.vector.norm() < 1e-9 && off.rotation.angle() < 1e-6);
+            assert!((view.depth.at(8, 1).expect("depth") - 0.88).abs() < 1e-5);
+            assert!((view.intrinsics.fx - CAMERA.fx).abs() < 0.01, "{:?}", view.intrinsics);
         }
+        let every = OpenOptions { every: 2, ..OpenOptions::default() };
+        assert_eq!(PcdSource::open(folder.path(), &every).expect("opens").info().view_count, Some(2));
     }
 }

@@ -323,6 +323,33 @@ fn names_formats_and_byte_order_marks_do_not_matter() {
     }
 }
 
+/// The layout of scenes that several cameras saw: every name ends with the camera's.
+#[test]
+fn the_files_of_one_camera_of_several_make_the_scene_and_every_other_view_is_taken() {
+    let dir = tempfile::tempdir().expect("folder");
+    PLAIN.write(dir.path());
+    let (_, whole) = views(dir.path(), unmasked()).expect("reads");
+    for entry in ["rgb", "depth", "mask_visib"] {
+        fs::rename(dir.path().join(entry), dir.path().join(format!("{entry}_cam1"))).expect("renamed");
+    }
+    for file in ["scene_camera", "scene_gt"] {
+        let named = dir.path().join(format!("{file}_cam1.json"));
+        fs::rename(dir.path().join(format!("{file}.json")), named).expect("renamed");
+    }
+    fs::write(dir.path().join("scene_camera_photo.json"), "{}").expect("written");
+    for path in [dir.path().to_owned(), dir.path().join("scene_camera_cam1.json")] {
+        let (source, found) = views(&path, unmasked()).expect("reads");
+        assert_eq!((found.len(), source.info().no_labels.as_deref()), (whole.len(), None));
+        assert!(source.info().part.ends_with(" cam1"), "{}", source.info().part);
+        for (a, b) in found.iter().zip(&whole) {
+            assert_eq!((&a.depth, &a.labels, &a.pose), (&b.depth, &b.labels, &b.pose));
+        }
+    }
+    let (_, found) = views(dir.path(), OpenOptions { every: 2, ..unmasked() }).expect("reads");
+    assert_eq!(found.iter().map(|view| view.index).collect::<Vec<_>>(), [0, 1]);
+    assert_eq!(found[1].pose, whole[2].pose);
+}
+
 #[test]
 fn translations_in_other_units_are_found_by_the_depth_and_said() {
     for (translation, name) in [(1000.0, "metres"), (1e-3, "thousandths")] {

@@ -24,6 +24,13 @@ pub(crate) struct SpecArgs {
     /// Millimetres of a depth of 1 in a recording [default: what the recording says]
     #[arg(long, value_name = "MM", value_parser = numbers::length::<f64>, allow_negative_numbers = true)]
     depth_scale: Option<f64>,
+    /// Only every Nth frame of a recording in a folder [default: 1]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    every: Option<u32>,
+    /// Camera of a recording that does not say it: focal lengths and principal point in pixels [default: what the recording
+    /// says, or what is known of its data set]
+    #[arg(long, value_name = "FX,FY,CX,CY", value_parser = intrinsics, allow_hyphen_values = true)]
+    intrinsics: Option<Pinhole>,
     /// Whether it is a recording of a turntable before a fixed camera: `none`, `estimate`, or what is known, `step=DEG`
     /// (degrees between two views) and `axis=X,Y,Z,NX,NY,NZ` (camera frame, metres) with a comma between [default: auto: a
     /// recording without poses before a background that stands still is one]
@@ -102,6 +109,22 @@ fn corners(text: &str) -> Result<Corners, String> {
     let numbers = numbers.map_err(|e| e.to_string())?;
     let corners = numbers.as_slice().try_into().map_err(|_| format!("{} numbers in place of 6", numbers.len()))?;
     Ok(Corners(corners))
+}
+
+/// Focal lengths and principal point of a camera in pixels.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Pinhole([f64; 4]);
+
+/// Reads four numbers with commas.
+fn intrinsics(text: &str) -> Result<Pinhole, String> {
+    let numbers: Result<Vec<f64>, _> = text.split(',').map(|n| n.trim().parse::<f64>()).collect();
+    let numbers = numbers.map_err(|e| e.to_string())?;
+    let pinhole: [f64; 4] = numbers.as_slice().try_into().map_err(|_| format!("{} numbers in place of 4", numbers.len()))?;
+    let [fx, fy, cx, cy] = pinhole;
+    if !([fx, fy].iter().all(|f| f.is_finite() && *f > 0.0) && cx.is_finite() && cy.is_finite()) {
+        return Err("not the focal lengths and the principal point of a camera".into());
+    }
+    Ok(Pinhole(pinhole))
 }
 
 /// A unit of length.
@@ -191,6 +214,8 @@ impl SpecArgs {
         set(&mut spec.source.camera_mask, self.camera_mask.map(CameraMask::from));
         spec.source.unit = self.unit.map(Into::into).or(spec.source.unit);
         spec.source.depth_scale_mm = self.depth_scale.or(spec.source.depth_scale_mm);
+        spec.source.every = self.every.or(spec.source.every);
+        spec.source.intrinsics = self.intrinsics.map(|Pinhole(numbers)| numbers).or(spec.source.intrinsics);
         set(&mut spec.turntable, self.turntable);
         spec.region.depth = self.depth.or(spec.region.depth);
         spec.region.bounds = self.bounds.map(|Corners(corners)| corners).or(spec.region.bounds);
@@ -333,6 +358,9 @@ mod tests {
             "--voxel 0",
             "--pace -1",
             "--depth-scale nan",
+            "--every 0",
+            "--intrinsics 1,2,3",
+            "--intrinsics 0,1,2,3",
         ];
         for line in wrong {
             let words = std::iter::once("semascan").chain(line.split_whitespace());

@@ -65,6 +65,10 @@ pub struct SourceSpec {
     pub unit: Option<LengthUnit>,
     /// Millimetres of a recorded depth of 1; by default what the recording says.
     pub depth_scale_mm: Option<f64>,
+    /// Take only every so many frames of a recording in a folder, from the first on; all if absent.
+    pub every: Option<u32>,
+    /// Focal lengths and principal point of a recording's colour camera in pixels (fx, fy, cx, cy), where it does not say them.
+    pub intrinsics: Option<[f64; 4]>,
     /// Voxel edge in millimetres; by default twice the median pixel footprint of the first view, at least 0.5.
     pub voxel_mm: Option<f64>,
     /// Inspect only the views of a moving camera that show something new (keyframes); the rest is counted.

@@ -1,5 +1,6 @@
 //! The JSON files of a BOP scene, read view by view so that one bad entry costs one view.
 
+use super::sensor::Sensor;
 use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, UnitQuaternion, Vector3};
 use semascan_formats::regular_file;
 use semascan_inspection::source::SourceError;
@@ -70,16 +71,16 @@ pub(super) struct SceneMetadata {
 
 impl SceneMetadata {
     /// Reads the scene's files; those of the labels only if `labels` are wanted.
-    pub(super) fn read(folder: &Path, labels: bool) -> Result<Self, SourceError> {
-        let cameras_path = folder.join("scene_camera.json");
+    pub(super) fn read(sensor: &Sensor, labels: bool) -> Result<Self, SourceError> {
+        let cameras_path = sensor.json("scene_camera");
         let cameras = by_view(read_object(&cameras_path)?);
-        let ground_truth_path = folder.join("scene_gt.json");
+        let ground_truth_path = sensor.json("scene_gt");
         let optional = |path: &Path| {
             if labels && path.is_file() { read_object(path).map(Some) } else { Ok(None) }
         };
         let ground_truth = optional(&ground_truth_path)?.map(by_view);
-        let info = optional(&folder.join("scene_gt_info.json"))?.map(by_view).unwrap_or_default();
-        let names = |file: &str| optional(&folder.join(file)).map(Option::unwrap_or_default);
+        let info = optional(&sensor.json("scene_gt_info"))?.map(by_view).unwrap_or_default();
+        let names = |file: &str| optional(&sensor.folder().join(file)).map(Option::unwrap_or_default);
         let named = names("objects.json")?;
         let objects = classes(ground_truth.as_ref(), &named);
         let names_objects = !named.is_empty();
@@ -255,7 +256,11 @@ fn classes(ground_truth: Option<&BTreeMap<u32, Value>>, names: &Map<String, Valu
     found.into_iter().map(|(id, name)| SceneClass { id, name }).collect()
 }
 
-fn read_object(path: &Path) -> Result<Map<String, Value>, SourceError> {
+/// The object that a JSON file holds, NaN and infinite numbers as null.
+///
+/// # Errors
+/// [`SourceError`] naming the file.
+pub(crate) fn read_object(path: &Path) -> Result<Map<String, Value>, SourceError> {
     let bytes = regular_file::read(path).map_err(|source| SourceError::Io { path: path.to_owned(), source })?;
     let bad = |reason: String| SourceError::Format { path: path.to_owned(), reason };
     let text = decode(&bytes).ok_or_else(|| bad("neither UTF-8 nor UTF-16 text".into()))?;

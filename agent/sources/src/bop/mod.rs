@@ -8,17 +8,20 @@
 //! In a scene that names its classes (`objects.json`) a pixel of `labels/` that is 255 and in no mask is one of which nothing is
 //! known, as data sets of corrected models have them: no label, and not none.
 //!
+//! A scene of several cameras has files with their names (`sensor`).
+//!
 //! A mask that is not there says nothing: its view is an error, unless `scene_gt_info.json` says that the object is hidden.
 //! Units are checked (`units`), and what is assumed is said.
 
 mod instances;
 mod listing;
 pub(crate) mod mask;
-mod metadata;
-mod pictures;
+pub(crate) mod metadata;
+pub(crate) mod pictures;
 mod probe;
-mod raster;
-mod units;
+pub(crate) mod raster;
+mod sensor;
+pub(crate) mod units;
 mod write;
 
 pub use write::{DEPTH_SCALE, SceneEntry, SceneWriter};
@@ -34,6 +37,7 @@ use semascan_inspection::source::{Source, SourceError, SourceInfo};
 use semascan_inspection::spec::CameraMask;
 use semascan_model::Taxonomy;
 use semascan_perception::view::{PoseEvidence, RecordedLabels, View, covariance_of_prior};
+use sensor::Sensor;
 use std::collections::BTreeSet;
 use std::path::Path;
 use std::sync::Arc;
@@ -65,34 +69,35 @@ const UNKNOWN: u8 = u8::MAX;
 const POSE_SIGMA: (f64, f64) = (0.01, 0.003);
 
 impl BopSource {
-    /// Whether `folder` looks like a BOP scene.
-    pub fn is_scene(folder: &Path) -> bool {
-        folder.join("scene_camera.json").is_file()
+    /// Whether `path` looks like a BOP scene folder, or is the file of one of its cameras.
+    pub fn is_scene(path: &Path) -> bool {
+        Sensor::is_scene(path)
     }
 
-    /// Opens a scene folder.
+    /// Opens a scene folder, or the scene of one of its cameras by that camera's file.
     ///
     /// # Errors
     /// [`SourceError`] naming the file if the scene's own files (not single views) cannot be used, or naming the field if
     /// poses and depth differ by a unit and it cannot be known which of them is wrong.
-    pub fn open(folder: &Path, options: impl Into<OpenOptions>) -> Result<Self, SourceError> {
+    pub fn open(path: &Path, options: impl Into<OpenOptions>) -> Result<Self, SourceError> {
         let options = options.into();
-        let metadata = SceneMetadata::read(folder, options.labels)?;
-        let pictures = Pictures::list(folder)?;
+        let sensor = Sensor::of(path)?;
+        let folder = sensor.folder();
+        let metadata = SceneMetadata::read(&sensor, options.labels)?;
+        let pictures = Pictures::list(&sensor)?;
         // Every picture and every camera entry, so that a missing half is noticed.
         let views: BTreeSet<u32> = pictures.color.keys().chain(metadata.camera_numbers()).collect();
-        let views: Vec<u32> = views.into_iter().collect();
+        let views: Vec<u32> = views.into_iter().step_by(options.every.max(1) as usize).collect();
         let [components, defects] = [&metadata.objects, &metadata.defects]
             .map(|classes| classes.iter().map(|c| c.name.as_str()).collect::<Vec<_>>());
-        let part = folder.file_name().map_or("scene".into(), |n| n.to_string_lossy().into_owned());
         let mut info = SourceInfo {
-            uri: folder.display().to_string(),
-            part,
+            uri: path.display().to_string(),
+            part: sensor.part(),
             taxonomy: Taxonomy::from_names(&components, &defects),
             view_count: Some(views.len() as u32),
             turntable: None,
             volume: None,
-            no_labels: no_labels(folder, &metadata, &pictures, &views, options.labels)?,
+            no_labels: no_labels(&sensor, &metadata, &pictures, &views, options.labels)?,
             settings: Vec::new(),
         };
         let wanted = match options.camera_mask {
@@ -260,7 +265,7 @@ impl BopSource {
 
 /// Why the scene has no labels at all; `None` if it has some.
 fn no_labels(
-    folder: &Path,
+    sensor: &Sensor,
     metadata: &SceneMetadata,
     pictures: &Pictures,
     views: &[u32],
@@ -286,7 +291,7 @@ fn no_labels(
     if pictures.masks.is_empty() && unread > 0 {
         let masks = pictures.masks.folder().display();
         let mut reason = format!("{masks} holds no mask of the {unread} objects that scene_gt.json lists");
-        if folder.join("mask").is_dir() {
+        if sensor.pictures("mask").is_dir() {
             reason += "; those in mask/ show what is hidden as well";
         }
         return Ok(Some(reason));

@@ -8,6 +8,7 @@
 use super::listing::Listing;
 use super::mask;
 use super::raster::{self, GreyTiff};
+use super::sensor::Sensor;
 use image::{DynamicImage, ImageFormat, RgbImage};
 use semascan_inspection::source::SourceError;
 use semascan_perception::view::DepthImage;
@@ -29,14 +30,14 @@ pub(super) struct Pictures {
 }
 
 impl Pictures {
-    /// Lists what `folder` holds.
+    /// Lists what `sensor` has.
     ///
     /// # Errors
     /// [`SourceError::Io`] naming the folder that cannot be listed, or that holds no colour pictures.
-    pub(super) fn list(folder: &Path) -> Result<Self, SourceError> {
-        let mut color = Listing::read(folder.join("rgb"))?;
+    pub(super) fn list(sensor: &Sensor) -> Result<Self, SourceError> {
+        let mut color = Listing::read(sensor.pictures("rgb"))?;
         if color.is_empty() {
-            let gray = Listing::read(folder.join("gray"))?;
+            let gray = Listing::read(sensor.pictures("gray"))?;
             if !gray.is_empty() {
                 color = gray;
             }
@@ -46,9 +47,9 @@ impl Pictures {
             let source = std::io::Error::new(std::io::ErrorKind::NotFound, "holds no numbered picture, nor does gray/");
             return Err(SourceError::Io { path, source });
         }
-        let depth = Listing::read(folder.join("depth"))?;
-        let masks = Listing::read(folder.join("mask_visib"))?;
-        let [defects, labels] = ["defects", "labels"].map(|kind| Listing::read(folder.join(kind)));
+        let depth = Listing::read(sensor.pictures("depth"))?;
+        let masks = Listing::read(sensor.pictures("mask_visib"))?;
+        let [defects, labels] = ["defects", "labels"].map(|kind| Listing::read(sensor.pictures(kind)));
         Ok(Self { color, depth, masks, defects: defects?, labels: labels? })
     }
 }
@@ -60,16 +61,16 @@ pub(super) fn path_of(folder: &Path, kind: &str, number: u32) -> PathBuf {
 
 /// What the numbers of a scene's depth pictures are.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct DepthUnit {
+pub(crate) struct DepthUnit {
     /// Metres of a whole number 1: `depth_scale`, unless something else is known.
-    pub(super) whole: f64,
+    pub(crate) whole: f64,
     /// Metres of a floating point number 1.
-    pub(super) float: f64,
+    pub(crate) float: f64,
 }
 
 /// A depth picture as it is stored.
 #[derive(Clone, Debug)]
-pub(super) struct StoredDepth {
+pub(crate) struct StoredDepth {
     size: (u32, u32),
     values: Vec<f64>,
     /// The largest number of the type; `None` for floating point numbers.
@@ -78,7 +79,7 @@ pub(super) struct StoredDepth {
 
 /// Why pixels have no depth, in numbers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) struct Unmeasured {
+pub(crate) struct Unmeasured {
     /// Pixels of value 0.
     zero: usize,
     /// Pixels of the largest value of the type.
@@ -99,7 +100,7 @@ impl StoredDepth {
     ///
     /// # Errors
     /// [`SourceError`] naming the file.
-    pub(super) fn read(path: &Path) -> Result<Self, SourceError> {
+    pub(crate) fn read(path: &Path) -> Result<Self, SourceError> {
         let refuse = |reason: String| SourceError::Format { path: path.to_owned(), reason };
         if raster::format(path)? == Some(ImageFormat::Tiff) {
             return match raster::read_grey_tiff(path)? {
@@ -120,12 +121,12 @@ impl StoredDepth {
     }
 
     /// Whether the numbers are floating point numbers.
-    pub(super) fn is_float(&self) -> bool {
+    pub(crate) fn is_float(&self) -> bool {
         self.largest.is_none()
     }
 
     /// Median of the numbers that may be lengths, as they are stored.
-    pub(super) fn median(&self) -> Option<f64> {
+    pub(crate) fn median(&self) -> Option<f64> {
         let mut values: Vec<f64> = self.values.iter().copied().filter(|v| *v > 0.0 && *v < 1e9).collect();
         values.retain(|v| Some(*v) != self.largest);
         let middle = values.len() / 2;
@@ -133,7 +134,7 @@ impl StoredDepth {
     }
 
     /// Depth in metres.
-    pub(super) fn in_metres(&self, unit: DepthUnit) -> (DepthImage, Unmeasured) {
+    pub(crate) fn in_metres(&self, unit: DepthUnit) -> (DepthImage, Unmeasured) {
         let metres_per_one = if self.is_float() { unit.float } else { unit.whole };
         let mut unmeasured = Unmeasured::default();
         let metres = |value: &f64| {
@@ -159,7 +160,7 @@ impl StoredDepth {
 }
 
 /// The colour picture of a view.
-pub(super) fn read_color(path: &Path) -> Result<RgbImage, SourceError> {
+pub(crate) fn read_color(path: &Path) -> Result<RgbImage, SourceError> {
     raster::read(path).map(DynamicImage::into_rgb8)
 }
 

@@ -63,13 +63,24 @@ pub(super) fn format(path: &Path) -> Result<Option<ImageFormat>, SourceError> {
     Ok(open(path)?.format())
 }
 
+/// Columns and rows of a picture file, by its head.
+///
+/// # Errors
+/// [`SourceError`] naming the file.
+pub(crate) fn dimensions(path: &Path) -> Result<(u32, u32), SourceError> {
+    let bad = |e: image::ImageError| SourceError::Format { path: path.to_owned(), reason: e.to_string() };
+    let size = open(path)?.into_dimensions().map_err(bad)?;
+    check_size(path, size)?;
+    Ok(size)
+}
+
 /// Reads a picture file of any format.
 ///
 /// # Errors
 /// [`SourceError`] naming the file.
 pub(super) fn read(path: &Path) -> Result<DynamicImage, SourceError> {
     let bad = |e: image::ImageError| SourceError::Format { path: path.to_owned(), reason: e.to_string() };
-    check_size(path, open(path)?.into_dimensions().map_err(bad)?)?;
+    dimensions(path)?;
     let mut reader = open(path)?;
     let mut limits = Limits::default();
     limits.max_image_width = Some(MAX_EDGE);

@@ -64,7 +64,7 @@ pub(super) fn is_plausible(depth: f64) -> bool {
 
 /// Metres that a floating point number 1 means, where `median` is the median of such depths and `scale` the metres that
 /// `depth_scale` says; `None` if it is none of metres, millimetres and what `depth_scale` says.
-pub(super) fn float_unit(median: f64, scale: f64) -> Option<f64> {
+pub(crate) fn float_unit(median: f64, scale: f64) -> Option<f64> {
     let ordinary = |unit: &f64| (ORDINARY.0..=ORDINARY.1).contains(&(median * unit));
     [scale, 1.0, 1e-3].into_iter().find(ordinary)
 }

@@ -35,13 +35,13 @@ pub use options::{KEYS, Key, RecordingOptions};
 use crate::OpenOptions;
 use crate::bop::mask;
 use crate::messages::{CloudPicture, ColorPicture, Content, DepthUnit, Message, MessageError, Stamp, decode};
-use crate::pcd;
+use crate::pinhole_fit::pinhole;
 use container::Container;
 use image::RgbImage;
 use index::{CalibrationStream, Index, Picture, PictureStream};
 use mcap_file::{FirstContent, McapFile};
 use plan::{Plan, PlannedView};
-use registration::{Camera, DepthFrame, depth_in_color};
+use registration::{Camera, DepthFrame, Registrar};
 use ros1_bag::Ros1Bag;
 use ros2_database::Ros2Database;
 use semascan_formats::regular_file;
@@ -295,7 +295,7 @@ fn of_cloud(
     let CloudPicture { width, height, positions, colors, .. } = cloud;
     let positions: Vec<[f32; 3]> =
         positions.into_iter().map(|point| point.map(|c| (f64::from(c) * unit) as f32)).collect();
-    let intrinsics = pcd::pinhole(width, height, &positions)?;
+    let intrinsics = pinhole(width, height, &positions)?.intrinsics;
     let measured = |p: &[f32; 3]| p.iter().all(|c| c.is_finite()) && p[2] > 0.0;
     let metres = positions.iter().map(|p| if measured(p) { p[2] } else { 0.0 }).collect();
     let rgb = match (colors, color) {

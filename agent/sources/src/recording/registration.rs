@@ -1,8 +1,8 @@
-//! The colour and the depth of a view in one camera without distortion, which the product needs.
-//!
-//! So far this is checked and not made: pictures that are distorted, and depth that another camera measured, are refused with
-//! what could be recorded instead. [`depth_in_color`] is the one place that knows.
+//! The colour and the depth of a view in one camera without distortion, which the product needs: lenses are undistorted, and depth
+//! of another camera is registered to the colours (`camera_model`). What is computed for a camera is kept while its calibration
+//! stays the same.
 
+use crate::camera_model::{CameraModel, DepthRegistration, Distortion, Rectification};
 use crate::messages::Calibration;
 use image::RgbImage;
 use nalgebra::Isometry3;
@@ -12,8 +12,6 @@ use semascan_perception::view::{DepthImage, Intrinsics};
 const SAME_CAMERA: (f64, f64) = (1e-4, 0.05);
 /// Metres and radians between two frames that are one.
 const SAME_FRAME: (f64, f64) = (1e-4, 1e-3);
-/// Coefficients of distortion that are 0.
-const NO_DISTORTION: f64 = 1e-9;
 
 /// A camera and the pictures that it took.
 #[derive(Clone, Copy, Debug)]
@@ -35,50 +33,96 @@ pub(crate) enum DepthFrame {
     Unknown,
 }
 
-/// Intrinsics, colour and depth of a view, all in the colour camera; the error says what to record instead.
-pub(crate) fn depth_in_color(
-    (color_camera, rgb): (Camera<'_>, RgbImage),
-    (depth_camera, depth): (Camera<'_>, DepthImage),
-    depth_frame: DepthFrame,
-) -> Result<(Intrinsics, RgbImage, DepthImage), String> {
-    let color = color_camera.pinhole(rgb.dimensions())?;
-    let measured = depth_camera.pinhole((depth.width, depth.height))?;
-    let advice = "record depth that is aligned to colour, or name its topic with depth=TOPIC";
-    let topic = depth_camera.topic;
-    match depth_frame {
-        DepthFrame::Color => {}
-        DepthFrame::Apart { color_from_depth } => {
-            let (shift, turn) = (color_from_depth.translation.vector.norm(), color_from_depth.rotation.angle());
-            if shift > SAME_FRAME.0 || turn > SAME_FRAME.1 {
+/// Brings colour and depth into one camera.
+#[derive(Debug, Default)]
+pub(crate) struct Registrar {
+    color: Option<Straightened>,
+    depth: Option<Straightened>,
+    /// Between the cameras that it was made for.
+    registration: Option<DepthRegistration>,
+}
+
+/// A camera, and the way from its pictures to those of a pinhole.
+#[derive(Debug)]
+struct Straightened {
+    model: CameraModel,
+    /// `None` where the pictures are those of a pinhole.
+    rectification: Option<Rectification>,
+}
+
+impl Registrar {
+    /// Intrinsics, colour and depth of a view, all in the colour camera; the error says what is wrong.
+    pub(crate) fn depth_in_color(
+        &mut self,
+        (color_camera, rgb): (Camera<'_>, RgbImage),
+        (depth_camera, depth): (Camera<'_>, DepthImage),
+        depth_frame: DepthFrame,
+    ) -> Result<(Intrinsics, RgbImage, DepthImage), String> {
+        let topics = (color_camera.topic, depth_camera.topic);
+        let color_model = color_camera.model(rgb.dimensions())?;
+        let depth_model = depth_camera.model((depth.width, depth.height))?;
+        let (color, measured) = (*color_model.intrinsics(), *depth_model.intrinsics());
+        let rgb = match &Straightened::kept(&mut self.color, color_model).rectification {
+            Some(rectification) => rectification.color(&rgb).map_err(|error| format!("{}: {error}", topics.0))?,
+            None => rgb,
+        };
+        let depth = match &Straightened::kept(&mut self.depth, depth_model).rectification {
+            Some(rectification) => rectification.depth(&depth).map_err(|error| format!("{}: {error}", topics.1))?,
+            None => depth,
+        };
+        let color_from_depth = match depth_frame {
+            DepthFrame::Color => Isometry3::identity(),
+            DepthFrame::Apart { color_from_depth } => color_from_depth,
+            DepthFrame::Unknown => {
                 return Err(format!(
-                    "the depth of {topic} was measured by another camera, {:.1} mm and {:.2} deg from that of the \
-                     colours: {advice}",
-                    1e3 * shift,
-                    turn.to_degrees()
+                    "nothing says where the camera of {} is to that of the colours: record their transform, or depth that is \
+                     aligned to colour (depth=TOPIC names it)",
+                    topics.1
                 ));
             }
+        };
+        if is_one(&color, &measured, &color_from_depth) {
+            return Ok((color, rgb, depth));
         }
-        DepthFrame::Unknown => {
-            return Err(format!("nothing says where the camera of {topic} is to that of the colours: {advice}"));
+        let wanted = DepthRegistration::new(measured, color, color_from_depth).map_err(|error| error.to_string())?;
+        let registration = match self.registration.take() {
+            Some(kept) if kept == wanted => self.registration.insert(kept),
+            _ => self.registration.insert(wanted),
+        };
+        let depth = registration.register(&depth).map_err(|error| format!("{}: {error}", topics.1))?;
+        Ok((color, rgb, depth))
+    }
+}
+
+impl Straightened {
+    /// What is kept of a camera, made anew where it is another one.
+    fn kept(place: &mut Option<Self>, model: CameraModel) -> &Self {
+        match place.take() {
+            Some(kept) if kept.model == model => place.insert(kept),
+            _ => {
+                let rectification = Rectification::of(&model);
+                place.insert(Self { model, rectification })
+            }
         }
     }
-    let lengths = |k: &Intrinsics| [k.fx, k.fy];
-    let centre = |k: &Intrinsics| [k.cx, k.cy];
-    let is_same_length =
-        lengths(&color).iter().zip(lengths(&measured)).all(|(a, b)| (a - b).abs() <= SAME_CAMERA.0 * a);
-    let is_same_centre = centre(&color).iter().zip(centre(&measured)).all(|(a, b)| (a - b).abs() <= SAME_CAMERA.1);
-    if (color.width, color.height) != (measured.width, measured.height) || !is_same_length || !is_same_centre {
-        return Err(format!(
-            "the depth of {topic} has {} x {} pixels and the focal length {:.1}, the colours {} x {} and {:.1}: {advice}",
-            measured.width, measured.height, measured.fx, color.width, color.height, color.fx
-        ));
-    }
-    Ok((color, rgb, depth))
+}
+
+/// Whether two pinholes at a pose to each other are one.
+fn is_one(color: &Intrinsics, depth: &Intrinsics, color_from_depth: &Isometry3<f64>) -> bool {
+    let (shift, turn) = (color_from_depth.translation.vector.norm(), color_from_depth.rotation.angle());
+    let is_same = |a: f64, b: f64, most: f64| (a - b).abs() <= most;
+    (color.width, color.height) == (depth.width, depth.height)
+        && is_same(color.fx, depth.fx, SAME_CAMERA.0 * color.fx)
+        && is_same(color.fy, depth.fy, SAME_CAMERA.0 * color.fy)
+        && is_same(color.cx, depth.cx, SAME_CAMERA.1)
+        && is_same(color.cy, depth.cy, SAME_CAMERA.1)
+        && shift <= SAME_FRAME.0
+        && turn <= SAME_FRAME.1
 }
 
 impl Camera<'_> {
-    /// The camera as a pinhole without distortion whose pictures have this size.
-    fn pinhole(&self, (width, height): (u32, u32)) -> Result<Intrinsics, String> {
+    /// The camera whose pictures have this size.
+    fn model(&self, (width, height): (u32, u32)) -> Result<CameraModel, String> {
         let Self { topic, calibration, is_rectified } = self;
         if (calibration.width, calibration.height) != (width, height) {
             return Err(format!(
@@ -86,29 +130,24 @@ impl Camera<'_> {
                 calibration.width, calibration.height
             ));
         }
+        let refused = |reason: String| format!("the calibration of {topic} cannot be used ({reason}): is the camera calibrated?");
         let [fx, skew, cx, _, fy, cy, ..] = calibration.k;
-        let raw = Intrinsics { width, height, fx, fy, cx, cy };
         let [pfx, pskew, pcx, _, _, pfy, pcy, ..] = calibration.p;
-        let rectified = Intrinsics { width, height, fx: pfx, fy: pfy, cx: pcx, cy: pcy };
-        let (camera, skew) = if *is_rectified && pfx > 0.0 { (rectified, pskew) } else { (raw, skew) };
-        if !is_rectified && calibration.distortion.iter().any(|d| d.abs() > NO_DISTORTION || !d.is_finite()) {
-            return Err(format!(
-                "the pictures of {topic} are distorted ({}): record the rectified ones (image_rect)",
-                calibration.distortion_model
-            ));
+        let takes_p = *is_rectified && pfx > 0.0;
+        let (intrinsics, skew) = if takes_p {
+            (Intrinsics { width, height, fx: pfx, fy: pfy, cx: pcx, cy: pcy }, pskew)
+        } else {
+            (Intrinsics { width, height, fx, fy, cx, cy }, skew)
+        };
+        if skew != 0.0 {
+            return Err(refused(format!("its axes are askew by {skew}")));
         }
-        let is_length = |f: f64| f.is_finite() && f > 0.0;
-        if !is_length(camera.fx)
-            || !is_length(camera.fy)
-            || !camera.cx.is_finite()
-            || !camera.cy.is_finite()
-            || skew != 0.0
-        {
-            return Err(format!(
-                "the calibration of {topic} is not that of a pinhole camera: is the camera calibrated?"
-            ));
-        }
-        Ok(camera)
+        let distortion = if *is_rectified {
+            Distortion::None
+        } else {
+            Distortion::named(&calibration.distortion_model, &calibration.distortion).map_err(|error| refused(error.to_string()))?
+        };
+        CameraModel::new(intrinsics, distortion).map_err(|error| refused(error.to_string()))
     }
 }
 
@@ -134,33 +173,46 @@ mod tests {
         depth: &Calibration,
         is_rectified: bool,
         frame: DepthFrame,
-    ) -> Result<Intrinsics, String> {
+    ) -> Result<(Intrinsics, DepthImage), String> {
         let camera = |topic, calibration| Camera { topic, calibration, is_rectified };
         let depth_image = DepthImage { width: 4, height: 3, metres: vec![0.5; 12] };
         let color = (camera("/color", color), RgbImage::new(4, 3));
-        depth_in_color(color, (camera("/depth", depth), depth_image), frame).map(|(intrinsics, ..)| intrinsics)
+        let registered = Registrar::default().depth_in_color(color, (camera("/depth", depth), depth_image), frame);
+        registered.map(|(intrinsics, _, depth)| (intrinsics, depth))
     }
 
     #[test]
-    fn aligned_pictures_pass_and_others_say_what_to_record() {
+    fn aligned_pictures_stay_and_a_camera_that_is_none_is_refused() {
         let plain = calibration(60.0, &[0.0; 5]);
-        let found = registered(&plain, &plain, false, DepthFrame::Color).expect("aligned");
+        let (found, depth) = registered(&plain, &plain, false, DepthFrame::Color).expect("aligned");
         assert_eq!((found.fx, found.cx, found.cy), (60.0, 1.5, 1.0));
-        let apart = |x: f64| DepthFrame::Apart { color_from_depth: Isometry3::translation(x, 0.0, 0.0) };
-        assert!(registered(&plain, &plain, false, apart(0.0)).is_ok());
-        let said = registered(&plain, &plain, false, apart(0.015)).expect_err("another camera");
-        assert!(said.contains("15.0 mm") && said.contains("/depth") && said.contains("aligned"), "{said}");
-        assert!(registered(&plain, &plain, false, DepthFrame::Unknown).is_err());
-        let said = registered(&plain, &calibration(61.0, &[]), false, DepthFrame::Color).expect_err("another lens");
-        assert!(said.contains("61.0"), "{said}");
+        assert_eq!(depth.metres, [0.5; 12]);
+        let said = registered(&plain, &plain, false, DepthFrame::Unknown).expect_err("nothing says where");
+        assert!(said.contains("/depth") && said.contains("aligned"), "{said}");
         let bent = calibration(60.0, &[0.1]);
-        let said = registered(&bent, &plain, false, DepthFrame::Color).expect_err("distorted");
-        assert!(said.contains("plumb_bob"), "{said}");
-        let rectified = registered(&bent, &bent, true, DepthFrame::Color).expect("rectified");
+        let said = registered(&bent, &plain, false, DepthFrame::Color).expect_err("one coefficient is no plumb bob");
+        assert!(said.contains("/color"), "{said}");
+        let (rectified, _) = registered(&bent, &bent, true, DepthFrame::Color).expect("rectified");
         assert_eq!((rectified.fx, rectified.fy, rectified.cx), (50.0, 51.0, 1.0));
         let none = Calibration { k: [0.0; 9], ..plain.clone() };
         assert!(registered(&none, &none, false, DepthFrame::Color).expect_err("zero").contains("calibrated"));
         let small = Calibration { width: 2, ..plain.clone() };
         assert!(registered(&small, &plain, false, DepthFrame::Color).expect_err("size").contains("2 x 3"));
+    }
+
+    #[test]
+    fn depth_of_another_camera_is_brought_to_the_colours_and_what_it_did_not_see_stays_unmeasured() {
+        let plain = calibration(60.0, &[]);
+        // A camera one pixel to the right at this depth, 0.1 m nearer.
+        let color_from_depth = Isometry3::translation(0.5 / 60.0, 0.0, 0.1);
+        let (_, depth) = registered(&plain, &plain, false, DepthFrame::Apart { color_from_depth }).expect("registered");
+        let measured: Vec<f32> = depth.metres.iter().copied().filter(|z| *z > 0.0).collect();
+        assert!(measured.len() >= 6 && measured.iter().all(|z| (z - 0.6).abs() < 1e-6), "{:?}", depth.metres);
+        assert!((0..3).all(|row| depth.metres[4 * row] == 0.0), "{:?}", depth.metres);
+        // A distorted lens, one that magnifies: all in the pinhole of the colours.
+        let bent = calibration(60.0, &[0.01, 0.0, 0.0, 0.0, 0.0]);
+        let (found, depth) = registered(&bent, &calibration(61.0, &[]), false, DepthFrame::Color).expect("registered");
+        assert_eq!((found.fx, depth.width), (60.0, 4));
+        assert!(depth.metres.iter().filter(|z| (**z - 0.5).abs() < 1e-6).count() >= 10, "{:?}", depth.metres);
     }
 }
