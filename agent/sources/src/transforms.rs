@@ -1,9 +1,10 @@
 //! A tree of frames whose poses to each other were published with stamps, as ROS's tf and Foxglove's transforms are: the
 //! pose between any two of its frames at a time.
 //!
-//! Between two stamps a link's translation is interpolated linearly and its rotation along the shortest arc. Outside of its
-//! stamps, or within a long silence, nothing is invented: the last pose is held for a stated tolerance, then it is an error
-//! that names the link. A link that is published as static is valid at any time.
+//! Between two stamps a link's translation is interpolated linearly and its rotation along the shortest arc ([Shoemake 1985]:
+//! spherical linear interpolation). Outside of its stamps, or within a long silence, nothing is invented: the last pose is
+//! held for a stated tolerance, then it is an error that names the link. A link that is published as static is valid at
+//! any time.
 
 use crate::messages::{Stamp, StampedTransform};
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
