@@ -1,9 +1,10 @@
 //! A tree of frames whose poses to each other were published with stamps, as ROS's tf and Foxglove's transforms are: the
 //! pose between any two of its frames at a time.
 //!
-//! Between two stamps a link's translation is interpolated linearly and its rotation along the shortest arc. Outside of its
-//! stamps, or within a long silence, nothing is invented: the last pose is held for a stated tolerance, then it is an error
-//! that names the link. A link that is published as static is valid at any time.
+//! Between two stamps a link's translation is interpolated linearly and its rotation along the shortest arc ([Shoemake 1985]:
+//! spherical linear interpolation). Outside of its stamps, or within a long silence, nothing is invented: the last pose is
+//! held for a stated tolerance, then it is an error that names the link. A link that is published as static is valid at
+//! any time.
 
 use crate::messages::{Stamp, StampedTransform};
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
@@ -11,6 +12,8 @@ use std::collections::BTreeMap;
 
 /// Silence of a link, in nanoseconds, over which nothing is interpolated unless both ends are the same pose.
 const LONGEST_SILENCE: u64 = 1_000_000_000;
+/// Most frames of a tree; robots have some hundred.
+const MOST_FRAMES: usize = 4096;
 /// Poses that differ by less are the same: metres and radians.
 const SAME_POSE: (f64, f64) = (1e-4, 1e-4);
 
@@ -73,6 +76,9 @@ pub enum TransformError {
         /// The other one.
         second: String,
     },
+    /// There are more frames than any robot has.
+    #[error("the tree has {MOST_FRAMES} frames: no more are taken in")]
+    TooMany,
     /// A frame hangs on itself.
     #[error("the frame {child:?} cannot hang on {parent:?}, which hangs on it")]
     Loop {
@@ -96,8 +102,8 @@ pub struct TransformTree {
 #[derive(Clone, Debug)]
 struct Link {
     parent: String,
-    /// By stamp; one of them where the link is fixed.
-    poses: Vec<(Stamp, Isometry3<f64>)>,
+    /// One of them where the link is fixed.
+    poses: BTreeMap<Stamp, Isometry3<f64>>,
     validity: Validity,
 }
 
@@ -129,7 +135,11 @@ impl TransformTree {
         if self.root_of(&parent) == child {
             return Err(TransformError::Loop { child, parent });
         }
-        self.links.insert(child, Link { parent, poses: vec![(stamp, parent_from_child)], validity });
+        if self.links.len() == MOST_FRAMES {
+            return Err(TransformError::TooMany);
+        }
+        let poses = BTreeMap::from([(stamp, parent_from_child)]);
+        self.links.insert(child, Link { parent, poses, validity });
         Ok(())
     }
 
@@ -231,24 +241,20 @@ impl Link {
     fn add(&mut self, stamp: Stamp, pose: Isometry3<f64>, validity: Validity) {
         match (self.validity, validity) {
             // The last word of a static transform is the one that is valid.
-            (Validity::Always, Validity::Always) => self.poses = vec![(stamp, pose)],
+            (Validity::Always, Validity::Always) => self.poses = BTreeMap::from([(stamp, pose)]),
             // Who says that it moves knows more.
-            (Validity::Always, moving) => (self.poses, self.validity) = (vec![(stamp, pose)], moving),
+            (Validity::Always, moving) => (self.poses, self.validity) = (BTreeMap::from([(stamp, pose)]), moving),
             (_, Validity::Always) => {}
             _ => {
-                let place = self.poses.partition_point(|(known, _)| *known < stamp);
-                match self.poses.get_mut(place) {
-                    Some((known, latest)) if *known == stamp => *latest = pose,
-                    _ => self.poses.insert(place, (stamp, pose)),
-                }
+                self.poses.insert(stamp, pose);
             }
         }
     }
 
     /// The pose at `stamp`, or what there is instead.
     fn at(&self, stamp: Stamp, tolerance: u64) -> Result<Isometry3<f64>, String> {
-        let after = self.poses.partition_point(|(known, _)| *known < stamp);
-        let (before, next) = (after.checked_sub(1).and_then(|i| self.poses.get(i)), self.poses.get(after));
+        let before = self.poses.range(..stamp).next_back();
+        let next = self.poses.range(stamp..).next();
         if let (true, Some((_, pose))) = (self.is_fixed(), before.or(next)) {
             return Ok(*pose);
         }
@@ -375,6 +381,17 @@ mod tests {
             Err(TransformError::Loop { .. })
         ));
         assert_eq!((tree.root_of("camera"), tree.root_of("nowhere")), ("map", "nowhere"));
+    }
+
+    #[test]
+    fn a_tree_takes_no_more_frames_than_any_robot_has() {
+        let mut tree = TransformTree::new(0);
+        let add = |tree: &mut TransformTree, child: usize| {
+            tree.add(transform(&format!("{}", child + 1), &format!("{child}"), 0, 0.0, 0.0), Validity::Always)
+        };
+        assert!((0..MOST_FRAMES).all(|child| add(&mut tree, child).is_ok()));
+        assert_eq!(add(&mut tree, MOST_FRAMES), Err(TransformError::TooMany));
+        assert!(add(&mut tree, 0).is_ok(), "a frame that is known");
     }
 
     #[test]

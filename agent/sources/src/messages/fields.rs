@@ -1,6 +1,6 @@
 //! Fields of a message one after the other: the serializations of ROS 1 (packed, little endian) and of ROS 2 (CDR: each
-//! number at a multiple of its size, in either byte order [OMG DDS-XTypes 1.3, section 7.4: XCDR version 1]). The records
-//! of MCAP files and ROS 1 bags are packed in the same way.
+//! number at a multiple of its size, in either byte order; [OMG XTypes], section 7.4, version 1 of the encoding). The
+//! records of MCAP files and ROS 1 bags are packed in the same way.
 //!
 //! What a length says is compared with the bytes that are left before anything is taken or allocated.
 

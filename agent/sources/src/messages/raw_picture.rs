@@ -79,10 +79,14 @@ impl RawPicture<'_> {
         let Self { width, height, big_endian, .. } = self;
         match pixels {
             Pixels::Color { size, rgb } => {
-                let mut samples = Vec::with_capacity(3 * width as usize * height as usize);
-                for row in rows {
-                    for pixel in row.chunks_exact(size) {
-                        samples.extend(rgb.map(|channel| pixel[channel]));
+                let mut samples = vec![0; 3 * width as usize * height as usize];
+                for (row, out) in rows.zip(samples.chunks_exact_mut(3 * width as usize)) {
+                    if (size, rgb) == (3, [0, 1, 2]) {
+                        out.copy_from_slice(row);
+                        continue;
+                    }
+                    for (pixel, out) in row.chunks_exact(size).zip(out.as_chunks_mut::<3>().0) {
+                        *out = [pixel[rgb[0]], pixel[rgb[1]], pixel[rgb[2]]];
                     }
                 }
                 let rgb = RgbImage::from_raw(width, height, samples)

@@ -87,7 +87,7 @@ pub struct DepthUnit {
 }
 
 impl Default for DepthUnit {
-    /// That of ROS (REP 118): millimetres and metres.
+    /// That of ROS [REP 118]: millimetres and metres.
     fn default() -> Self {
         Self { integer: 1e-3, float: 1.0 }
     }

@@ -7,6 +7,11 @@ use crate::messages::{Calibration, Content, Encoding, Header, Kind, MessageError
 use crate::transforms::{TransformTree, Validity};
 use std::collections::BTreeMap;
 
+/// Most topics with pictures, and with calibrations.
+const MOST_TOPICS: usize = 1000;
+/// Most faults that are said one by one.
+const MOST_FAULTS: usize = 20;
+
 /// A picture of a recording.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Picture {
@@ -154,8 +159,10 @@ impl Scan {
         let is_it = |stream: &&mut PictureStream| {
             stream.topic == channel.topic && (stream.kind, stream.encoding, stream.content) == (kind, encoding, content)
         };
+        let is_full = streams.len() == MOST_TOPICS;
         match streams.iter_mut().find(is_it) {
             Some(stream) => stream.pictures.push(picture),
+            None if is_full => {}
             None => streams.push(PictureStream {
                 topic: channel.topic.clone(),
                 kind,
@@ -171,9 +178,11 @@ impl Scan {
         let stamp = if calibration.header.stamp.is_missing() { logged } else { calibration.header.stamp };
         // Only the time differs from message to message.
         calibration.header.stamp = Stamp::default();
+        let is_full = self.index.calibrations.len() == MOST_TOPICS;
         match self.index.calibrations.iter_mut().find(|stream| stream.topic == channel.topic) {
             Some(stream) if stream.changes.last().is_some_and(|(_, last)| *last == calibration) => {}
             Some(stream) => stream.changes.push((stamp, calibration)),
+            None if is_full => {}
             None => {
                 let changes = vec![(stamp, calibration)];
                 self.index.calibrations.push(CalibrationStream { topic: channel.topic.clone(), changes });
@@ -194,6 +203,11 @@ impl Scan {
         }
         for (reason, count) in misfits {
             index.faults.push(format!("{count} transforms are left out: {reason}"));
+        }
+        if index.faults.len() > MOST_FAULTS {
+            let more = index.faults.len() - MOST_FAULTS;
+            index.faults.truncate(MOST_FAULTS);
+            index.faults.push(format!("and {more} faults more"));
         }
         index
     }

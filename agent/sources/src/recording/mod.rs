@@ -123,6 +123,10 @@ impl RecordingSource {
         let plan = Plan::of(&index, &chosen, recording).map_err(refuse)?;
         let (unit, unit_said) = depth_unit(&index, chosen.depth, &options);
         let topics = Topics::of(&index, &chosen);
+        if plan.views.iter().any(|view| view.table_from_camera.is_none()) {
+            let said = plan.said.iter().find(|(name, _)| name == plan::POSES).map_or("", |(_, text)| text);
+            tracing::warn!("{}: poses: {said}", path.display());
+        }
         let mut settings = plan.said;
         settings.push(("depth_unit".to_owned(), unit_said));
         for fault in &index.faults {

@@ -11,6 +11,9 @@ use crate::messages::{Content, Stamp, frame_name};
 use crate::pairing::Pairs;
 use nalgebra::Isometry3;
 
+/// The setting that says what is known of the poses.
+pub(crate) const POSES: &str = "poses";
+
 /// The pictures of a view, and the camera's pose in the fixed frame if it is known.
 #[derive(Clone, Debug)]
 pub(crate) struct PlannedView {
@@ -40,7 +43,7 @@ impl Plan {
         let views = thinned(views, options);
         let mut said = vec![
             ("pairs".to_owned(), pairs),
-            ("poses".to_owned(), poses),
+            (POSES.to_owned(), poses),
             ("depth_topic".to_owned(), chosen.depth.topic.clone()),
         ];
         said.extend(chosen.color.map(|color| ("color_topic".to_owned(), color.topic.clone())));

@@ -3,6 +3,8 @@
 
 use super::*;
 use proptest::prelude::*;
+use semascan_captures::{CaptureInfo, CaptureWriter};
+use semascan_simulation::{VirtualCell, VirtualCellSpec};
 use std::io::Write;
 use std::sync::LazyLock;
 
@@ -180,6 +182,36 @@ fn every_container_gives_the_same_views() {
             let expected = 0.1 * (number as f64 + 0.03).min(2.0);
             assert!((x - expected).abs() < 1e-9, "{name}: {x} for {expected}");
         }
+    }
+}
+
+#[test]
+fn a_capture_of_the_virtual_cell_read_as_anybodys_recording_has_the_same_pictures_and_poses() {
+    let cell = "virtual:starter-motor?seed=5&views=3&size=96x72&cell=5";
+    let mut cell = VirtualCell::open(&VirtualCellSpec::parse(cell).expect("a source")).expect("a cell");
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("cell.mcap");
+    let info = CaptureInfo::new(cell.info(), None);
+    let mut writer = CaptureWriter::create(&path, &info, None).expect("a capture");
+    let mut views = Vec::new();
+    while let Some(view) = cell.next_view() {
+        writer.append(&view, &[]).expect("taken in");
+        writer.sync().expect("on the disk");
+        views.push(view.expect("a view"));
+    }
+    writer.finish().expect("finished");
+    assert!(!RecordingSource::is_recording(&path), "captures have a reader of their own");
+    // The robot and the turntable move, and the part stands still on the table.
+    let recording = RecordingOptions::default().with_query("fixed_frame=table").expect("an option");
+    let options = OpenOptions { recording, ..OpenOptions::default() };
+    let mut source = RecordingSource::open(&path, options).expect("a recording");
+    assert_eq!(source.info().view_count, Some(3), "{:?}", source.info().settings);
+    for expected in views {
+        let found = source.next_view().expect("a view").expect("a view");
+        assert_eq!((found.intrinsics, &found.rgb, &found.depth), (expected.intrinsics, &expected.rgb, &expected.depth));
+        let expected = expected.pose.table_from_camera().expect("a pose");
+        let off = found.pose.table_from_camera().expect("a pose").inverse() * expected;
+        assert!(off.translation.vector.norm() < 1e-9 && off.rotation.angle() < 1e-9, "{off}");
     }
 }
 
