@@ -119,7 +119,8 @@ struct Pinhole([f64; 4]);
 fn intrinsics(text: &str) -> Result<Pinhole, String> {
     let numbers: Result<Vec<f64>, _> = text.split(',').map(|n| n.trim().parse::<f64>()).collect();
     let numbers = numbers.map_err(|e| e.to_string())?;
-    let pinhole: [f64; 4] = numbers.as_slice().try_into().map_err(|_| format!("{} numbers in place of 4", numbers.len()))?;
+    let pinhole: [f64; 4] =
+        numbers.as_slice().try_into().map_err(|_| format!("{} numbers in place of 4", numbers.len()))?;
     let [fx, fy, cx, cy] = pinhole;
     if !([fx, fy].iter().all(|f| f.is_finite() && *f > 0.0) && cx.is_finite() && cy.is_finite()) {
         return Err("not the focal lengths and the principal point of a camera".into());

@@ -1,32 +1,12 @@
-//! Messages of Foxglove's schemas as Protocol Buffers (<https://docs.foxglove.dev/docs/visualization/message-schemas>). Those
-//! that a capture holds, too, are generated in `semascan-captures`; the two that it does not are declared here.
+//! Messages of Foxglove's schemas as Protocol Buffers (<https://docs.foxglove.dev/docs/visualization/message-schemas>), which
+//! `semascan-foxglove` generates.
 
 use super::error::MessageError;
 use super::types::{Calibration, Header, Stamp, StampedTransform, frame_name, isometry};
 use super::{CompressedPicture, Kind, Parsed, RawPicture};
 use prost::Message;
 use prost_types::Timestamp;
-use semascan_captures::schema::foxglove::{CameraCalibration, FrameTransform, RawImage};
-
-/// `foxglove.CompressedImage`.
-#[derive(Clone, PartialEq, prost::Message)]
-struct CompressedImage {
-    #[prost(message, optional, tag = "1")]
-    timestamp: Option<Timestamp>,
-    #[prost(bytes = "vec", tag = "2")]
-    data: Vec<u8>,
-    #[prost(string, tag = "3")]
-    format: String,
-    #[prost(string, tag = "4")]
-    frame_id: String,
-}
-
-/// `foxglove.FrameTransforms`.
-#[derive(Clone, PartialEq, prost::Message)]
-struct FrameTransforms {
-    #[prost(message, repeated, tag = "1")]
-    transforms: Vec<FrameTransform>,
-}
+use semascan_foxglove::schema::{CameraCalibration, CompressedImage, FrameTransform, FrameTransforms, RawImage};
 
 /// The message of type `kind`.
 pub(crate) fn parse(kind: Kind, message: &[u8]) -> Result<Parsed<'static>, MessageError> {

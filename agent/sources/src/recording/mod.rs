@@ -11,7 +11,7 @@
 //! | `mcap_file.rs`, `ros1_bag.rs`, `ros2_database.rs` | each kind of file; `blocks.rs`: pieces and chunks of them |
 //! | `index.rs`, `realsense.rs` | what a recording holds |
 //! | `options.rs`, `topics.rs`, `plan.rs` | which topics and pictures become views, and where the camera was |
-//! | `registration.rs` | colour and depth in one camera |
+//! | `view_maker.rs`, `registration.rs` | the pictures of a view, decoded, in one camera |
 
 mod blocks;
 mod container;
@@ -28,39 +28,29 @@ mod ros2_database;
 #[cfg(test)]
 mod tests;
 mod topics;
+mod view_maker;
 
 pub use container::ContainerError;
 pub use options::{KEYS, Key, RecordingOptions};
 
 use crate::OpenOptions;
-use crate::bop::mask;
-use crate::messages::{CloudPicture, ColorPicture, Content, DepthUnit, Message, MessageError, Stamp, decode};
-use crate::pinhole_fit::pinhole;
 use container::Container;
-use image::RgbImage;
-use index::{CalibrationStream, Index, Picture, PictureStream};
+use index::{Index, Picture};
 use mcap_file::{FirstContent, McapFile};
 use plan::{Plan, PlannedView};
-use registration::{Camera, DepthFrame, Registrar};
 use ros1_bag::Ros1Bag;
 use ros2_database::Ros2Database;
 use semascan_formats::regular_file;
 use semascan_inspection::source::{Source, SourceError, SourceInfo};
-use semascan_inspection::spec::CameraMask;
 use semascan_model::Taxonomy;
-use semascan_perception::view::{DepthImage, Intrinsics, PoseEvidence, View, covariance_of_prior};
+use semascan_perception::view::View;
 use std::io::Read;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
-use topics::{Chosen, is_aligned, is_rectified};
+use topics::Chosen;
+use view_maker::ViewMaker;
 
 /// The metadata record that our own captures begin with.
 const CAPTURE: &str = "semascan";
-/// Standard deviations assumed of recorded poses, which ROS does not state: radians and metres.
-const POSE_SIGMA: (f64, f64) = (0.01, 0.003);
-/// What is shown where nothing has a colour.
-const GREY: [u8; 3] = [128; 3];
-
 /// The kinds of files that recordings lie in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum FileKind {
@@ -75,21 +65,9 @@ pub struct RecordingSource {
     info: SourceInfo,
     files: Vec<Box<dyn Container>>,
     index: Index,
-    topics: Topics,
+    maker: ViewMaker,
     views: Vec<PlannedView>,
     next: usize,
-    unit: DepthUnit,
-    /// Pixels that show the robot, row-major.
-    ignore: Option<Vec<bool>>,
-}
-
-/// The chosen streams by their places in the index.
-#[derive(Clone, Copy, Debug)]
-struct Topics {
-    color: Option<usize>,
-    depth: usize,
-    color_calibration: Option<usize>,
-    depth_calibration: Option<usize>,
 }
 
 impl RecordingSource {
@@ -121,8 +99,7 @@ impl RecordingSource {
         let index = Index::of(&mut files, recording.transform_tolerance).map_err(named)?;
         let chosen = Chosen::of(&index, recording).map_err(refuse)?;
         let plan = Plan::of(&index, &chosen, recording).map_err(refuse)?;
-        let (unit, unit_said) = depth_unit(&index, chosen.depth, &options);
-        let topics = Topics::of(&index, &chosen);
+        let (maker, unit_said) = ViewMaker::new(&index, &chosen, &options)?;
         if plan.views.iter().any(|view| view.table_from_camera.is_none()) {
             let said = plan.said.iter().find(|(name, _)| name == plan::POSES).map_or("", |(_, text)| text);
             tracing::warn!("{}: poses: {said}", path.display());
@@ -133,10 +110,6 @@ impl RecordingSource {
             tracing::warn!("{}: {fault}", path.display());
             settings.push(("recording".to_owned(), fault.clone()));
         }
-        let ignore = match &options.camera_mask {
-            CameraMask::File(file) => Some(mask::read(file)?.inside),
-            CameraMask::None | CameraMask::Auto => None,
-        };
         let query = if recording.query.is_empty() { String::new() } else { format!("?{}", recording.query) };
         let info = SourceInfo {
             uri: format!("{}{query}", path.display()),
@@ -149,107 +122,19 @@ impl RecordingSource {
             settings,
         };
         let path = path.to_owned();
-        Ok(Self { path, info, files, index, topics, views: plan.views, next: 0, unit, ignore })
+        Ok(Self { path, info, files, index, maker, views: plan.views, next: 0 })
     }
 
-    /// Reads and decodes a picture of a stream.
-    fn message(&mut self, stream: usize, picture: Picture) -> Result<Message, String> {
-        let stream = self.index.pictures.get(stream).ok_or("its topic is gone")?;
+    /// The bytes of a picture.
+    fn read(&mut self, picture: Picture) -> Result<Vec<u8>, String> {
         let file = self.files.get_mut(picture.file).ok_or("its file is gone")?;
-        let bytes = file.read(picture.place).map_err(|error| error.to_string())?;
-        let said = |error: MessageError| format!("{} at {:.3} s: {error}", stream.topic, picture.stamp.seconds());
-        decode(stream.kind, stream.encoding, &bytes).map_err(said)
+        file.read(picture.place).map_err(|error| error.to_string())
     }
 
-    fn read_view(&mut self, index: u32, planned: &PlannedView) -> Result<View, String> {
-        let Topics { color, depth, .. } = self.topics;
-        let color = match (color, planned.color) {
-            (Some(stream), Some(picture)) => match self.message(stream, picture)? {
-                Message::Color(color) => Some(color),
-                _ => return Err("a colour picture became something else".to_owned()),
-            },
-            _ => None,
-        };
-        let (intrinsics, rgb, mut depth) = match (self.message(depth, planned.depth)?, color) {
-            (Message::Depth(depth), Some(color)) => {
-                self.registered(color, depth.in_metres(self.unit), planned.depth.stamp)?
-            }
-            (Message::Cloud(cloud), color) => of_cloud(cloud, color, self.unit.float)?,
-            _ => return Err("a depth picture has no colours".to_owned()),
-        };
-        self.take_robot_out(&mut depth)?;
-        if depth.metres.iter().all(|z| *z <= 0.0) {
-            return Err(format!("no depth in the whole picture at {:.3} s", planned.depth.stamp.seconds()));
-        }
-        let (rotation, translation) = POSE_SIGMA;
-        let pose = planned.table_from_camera.map_or(PoseEvidence::None, |table_from_camera| PoseEvidence::World {
-            table_from_camera,
-            covariance: covariance_of_prior(rotation, translation),
-        });
-        Ok(View {
-            index,
-            stamp: Some(planned.depth.stamp.seconds()),
-            intrinsics,
-            rgb: Arc::new(rgb),
-            depth: Arc::new(depth),
-            pose,
-            labels: None,
-            truth: None,
-        })
-    }
-
-    /// Colour and depth in the colour camera.
-    fn registered(
-        &self,
-        color: ColorPicture,
-        depth: DepthImage,
-        stamp: Stamp,
-    ) -> Result<(Intrinsics, RgbImage, DepthImage), String> {
-        let Topics { color: color_stream, depth: depth_stream, color_calibration, depth_calibration } = self.topics;
-        let color_stream = self.stream(color_stream.ok_or("it has no colours")?)?;
-        let depth_stream = self.stream(depth_stream)?;
-        let color_camera = self.camera(color_stream, color_calibration, stamp)?;
-        let mut depth_camera = self.camera(depth_stream, depth_calibration, stamp)?;
-        // What is aligned to a rectified picture is rectified.
-        depth_camera.is_rectified |= is_aligned(&depth_stream.topic) && color_camera.is_rectified;
-        let depth_frame = if is_aligned(&depth_stream.topic) || color_stream.frame == depth_stream.frame {
-            DepthFrame::Color
-        } else {
-            match self.index.transforms.pose(&color_stream.frame, &depth_stream.frame, stamp) {
-                Ok(color_from_depth) => DepthFrame::Apart { color_from_depth },
-                Err(_) => DepthFrame::Unknown,
-            }
-        };
-        depth_in_color((color_camera, color.rgb), (depth_camera, depth), depth_frame)
-    }
-
-    fn stream(&self, place: usize) -> Result<&PictureStream, String> {
-        self.index.pictures.get(place).ok_or_else(|| "its topic is gone".to_owned())
-    }
-
-    /// The camera of a stream as it was at a time.
-    fn camera<'a>(
-        &'a self,
-        stream: &'a PictureStream,
-        calibration: Option<usize>,
-        stamp: Stamp,
-    ) -> Result<Camera<'a>, String> {
-        let calibrations = calibration.and_then(|place| self.index.calibrations.get(place));
-        let calibration = calibrations.and_then(|calibrations| calibrations.at(stamp));
-        let calibration = calibration.ok_or_else(|| format!("{} has no calibration", stream.topic))?;
-        Ok(Camera { topic: &stream.topic, calibration, is_rectified: is_rectified(&stream.topic) })
-    }
-
-    /// Depth of pixels that show the robot becomes unmeasured.
-    fn take_robot_out(&self, depth: &mut DepthImage) -> Result<(), String> {
-        let Some(ignore) = &self.ignore else { return Ok(()) };
-        if ignore.len() != depth.metres.len() {
-            return Err(format!("{} pixels, but the camera mask has {}", depth.metres.len(), ignore.len()));
-        }
-        for (z, _) in depth.metres.iter_mut().zip(ignore).filter(|(_, ignored)| **ignored) {
-            *z = 0.0;
-        }
-        Ok(())
+    fn read_view(&mut self, number: u32, planned: &PlannedView) -> Result<View, String> {
+        let color = planned.color.map(|picture| self.read(picture)).transpose()?;
+        let depth = self.read(planned.depth)?;
+        self.maker.view(&self.index, number, planned, color.as_deref(), &depth)
     }
 }
 
@@ -272,63 +157,6 @@ impl Source for RecordingSource {
     fn rewind(&mut self) -> bool {
         self.next = 0;
         true
-    }
-}
-
-impl Topics {
-    fn of(index: &Index, chosen: &Chosen<'_>) -> Self {
-        let stream = |wanted: &PictureStream| index.pictures.iter().position(|stream| std::ptr::eq(stream, wanted));
-        let calibration =
-            |wanted: &CalibrationStream| index.calibrations.iter().position(|stream| std::ptr::eq(stream, wanted));
-        Self {
-            color: chosen.color.and_then(stream),
-            depth: stream(chosen.depth).unwrap_or_default(),
-            color_calibration: chosen.color_calibration.and_then(calibration),
-            depth_calibration: chosen.depth_calibration.and_then(calibration),
-        }
-    }
-}
-
-/// An organized cloud as a view: the pinhole is read off its points. Where it has no colours of its own they are those of the
-/// picture that belongs to it, if that has its size.
-fn of_cloud(
-    cloud: CloudPicture,
-    color: Option<ColorPicture>,
-    unit: f64,
-) -> Result<(Intrinsics, RgbImage, DepthImage), String> {
-    let CloudPicture { width, height, positions, colors, .. } = cloud;
-    let positions: Vec<[f32; 3]> =
-        positions.into_iter().map(|point| point.map(|c| (f64::from(c) * unit) as f32)).collect();
-    let intrinsics = pinhole(width, height, &positions)?.intrinsics;
-    let measured = |p: &[f32; 3]| p.iter().all(|c| c.is_finite()) && p[2] > 0.0;
-    let metres = positions.iter().map(|p| if measured(p) { p[2] } else { 0.0 }).collect();
-    let rgb = match (colors, color) {
-        (None, Some(color)) if color.rgb.dimensions() == (width, height) => color.rgb,
-        (colors, _) => {
-            let pixels = colors.unwrap_or_else(|| vec![GREY; positions.len()]);
-            RgbImage::from_raw(width, height, pixels.into_iter().flatten().collect())
-                .ok_or("there is not one colour for each point")?
-        }
-    };
-    Ok((intrinsics, rgb, DepthImage { width, height, metres }))
-}
-
-/// What a depth of 1 is: as asked for, as the camera states it, or as ROS has it.
-fn depth_unit(index: &Index, depth: &PictureStream, options: &OpenOptions) -> (DepthUnit, String) {
-    let both = |metres: f64| DepthUnit { integer: metres, float: metres };
-    if let Some(millimetres) = options.depth_scale {
-        return (both(millimetres * 1e-3), format!("{millimetres} mm, as said"));
-    }
-    if let Some(unit) = options.unit {
-        return (both(unit.in_metres()), format!("{}, as said", unit.name()));
-    }
-    let of_camera = index.depth_units.iter().find(|(stream, _)| depth.topic.starts_with(&format!("{stream}/")));
-    match (depth.content, of_camera) {
-        (Content::Cloud, _) => (DepthUnit::default(), "m, as ROS has it".to_owned()),
-        (_, Some((_, unit))) => {
-            (DepthUnit { integer: *unit, ..DepthUnit::default() }, format!("{} mm, as the camera states", 1e3 * unit))
-        }
-        (_, None) => (DepthUnit::default(), "whole numbers are mm, others m, as ROS has it".to_owned()),
     }
 }
 

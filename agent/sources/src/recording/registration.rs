@@ -130,7 +130,8 @@ impl Camera<'_> {
                 calibration.width, calibration.height
             ));
         }
-        let refused = |reason: String| format!("the calibration of {topic} cannot be used ({reason}): is the camera calibrated?");
+        let refused =
+            |reason: String| format!("the calibration of {topic} cannot be used ({reason}): is the camera calibrated?");
         let [fx, skew, cx, _, fy, cy, ..] = calibration.k;
         let [pfx, pskew, pcx, _, _, pfy, pcy, ..] = calibration.p;
         let takes_p = *is_rectified && pfx > 0.0;
@@ -145,7 +146,8 @@ impl Camera<'_> {
         let distortion = if *is_rectified {
             Distortion::None
         } else {
-            Distortion::named(&calibration.distortion_model, &calibration.distortion).map_err(|error| refused(error.to_string()))?
+            Distortion::named(&calibration.distortion_model, &calibration.distortion)
+                .map_err(|error| refused(error.to_string()))?
         };
         CameraModel::new(intrinsics, distortion).map_err(|error| refused(error.to_string()))
     }

@@ -113,7 +113,7 @@ impl FolderCamera {
                     DepthRegistration::new(pinhole, intrinsics, camera.color_from_depth).map_err(|error| {
                         SourceError::Format { path: path.join(DEPTH_CAMERA), reason: error.to_string() }
                     })?;
-                DepthWay::Registered { lens: Rectification::of(&camera.model), registration }
+                DepthWay::Registered { lens: Rectification::of(&camera.model), registration: Box::new(registration) }
             }
         };
         Ok(Alignment { intrinsics, lens, depth })
@@ -216,7 +216,7 @@ enum DepthWay {
     Registered {
         /// The lens of the depth camera.
         lens: Option<Rectification>,
-        registration: DepthRegistration,
+        registration: Box<DepthRegistration>,
     },
 }
 
