@@ -16,6 +16,7 @@ mod rgbd_folder;
 mod seven_scenes;
 pub mod training_set;
 mod tum;
+mod zdf;
 
 pub use options::OpenOptions;
 
@@ -84,6 +85,14 @@ const KINDS: &[Kind] = &[
         open: |path, options| {
             refuse_intrinsics(path, options, "a cloud")?;
             Ok(Box::new(ply::open(path, options)?))
+        },
+    },
+    Kind {
+        name: "a capture of a Zivid camera in a ZDF file or a folder of them",
+        recognizes: zdf::is_source,
+        open: |path, options| {
+            refuse_intrinsics(path, options, "a cloud")?;
+            Ok(Box::new(zdf::open(path, options)?))
         },
     },
     Kind {

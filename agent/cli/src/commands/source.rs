@@ -29,7 +29,7 @@ pub(crate) fn open(uri: &str, spec: &InspectionSpec) -> Result<Box<dyn Source>, 
 /// What can be inspected, for the help of every command that inspects.
 pub(crate) fn help() -> String {
     let recorded = "Sources:\n  DIR  a BOP scene folder (rgb/, depth/, scene_camera.json), a recording of an RGB-D camera (TUM RGB-D,\n       \
-                    7-Scenes, Open3D, Redwood), or a folder of organized PCD or PLY files\n  \
+                    7-Scenes, Open3D, Redwood), or a folder of organized PCD, PLY or ZDF files\n  \
                     x.mcap  a capture that `semascan serve|inspect --data` recorded\n";
     #[cfg(not(feature = "demo"))]
     let simulated = String::new();
