@@ -20,6 +20,7 @@ mod seven_scenes;
 pub mod training_set;
 pub mod transforms;
 mod tum;
+mod zdf;
 
 pub use options::OpenOptions;
 
@@ -105,6 +106,15 @@ const KINDS: &[Kind] = &[
         recognizes: RecordingSource::is_recording,
         has_options: true,
         open: |path, options| Ok(Box::new(RecordingSource::open(path, options)?)),
+    },
+    Kind {
+        name: "a capture of a Zivid camera in a ZDF file or a folder of them",
+        has_options: false,
+        recognizes: zdf::is_source,
+        open: |path, options| {
+            refuse_intrinsics(path, options, "a cloud")?;
+            Ok(Box::new(zdf::open(path, options)?))
+        },
     },
     Kind {
         name: "a capture in an MCAP file",

@@ -32,7 +32,7 @@ pub(crate) fn help() -> String {
     let keys = RECORDING_KEYS.iter().map(|key| format!("    {:<15} {}\n", key.name, key.meaning)).collect::<String>();
     let recorded = format!(
         "Sources:\n  DIR  a BOP scene folder (rgb/, depth/, scene_camera.json), a recording of an RGB-D camera (TUM RGB-D,\n       \
-         7-Scenes, Open3D, Redwood), or a folder of organized PCD or PLY files\n  \
+         7-Scenes, Open3D, Redwood), or a folder of organized PCD, PLY or ZDF files\n  \
          x.mcap  a capture that `semascan serve|inspect --data` recorded\n  \
          x.mcap, x.db3, x.bag, DIR  a robot's recording (MCAP, ROS 2 bag, ROS 1 bag); behind it ?KEY=VALUE&KEY=VALUE, with \
          the keys\n{keys}"
