@@ -5,10 +5,11 @@
 //! |---|---|
 //! | `schema.rs` | the messages of the schemas in `proto/`, and their descriptors |
 //! | `topic.rs` | what is published: topics and their schemas |
-//! | `protocol.rs` | the protocol's texts and frames |
+//! | `protocol.rs`, `client.rs` | the protocol's texts and frames, from both sides |
 //! | `scene.rs` | what the live stream has said of the inspection by now |
 //! | `packed_points.rs`, `drawing.rs` | points, cameras and findings as messages |
 
+pub mod client;
 mod drawing;
 mod packed_points;
 pub mod protocol;

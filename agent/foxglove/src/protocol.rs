@@ -32,6 +32,12 @@ pub enum Request {
 #[error("no message of Foxglove's protocol: {0}")]
 pub struct ProtocolError(String);
 
+impl ProtocolError {
+    pub(crate) fn new(reason: impl Into<String>) -> Self {
+        Self(reason.into())
+    }
+}
+
 /// The first text: who speaks, and of which inspection.
 pub fn server_info(agent: &str, session: &str) -> String {
     json!({ "op": "serverInfo", "name": agent, "capabilities": [], "metadata": {}, "sessionId": session }).to_string()
@@ -89,14 +95,14 @@ pub fn read_request(text: &str) -> Result<Request, ProtocolError> {
         #[serde(default, rename = "subscriptionIds")]
         subscription_ids: Vec<u32>,
     }
-    let text: Text = serde_json::from_str(text).map_err(|error| ProtocolError(error.to_string()))?;
+    let text: Text = serde_json::from_str(text).map_err(|error| ProtocolError::new(error.to_string()))?;
     match text.op.as_str() {
         "subscribe" => {
             let topic = |wanted: Subscription| {
                 let topic = TOPICS.get(wanted.channel as usize).copied();
                 topic
                     .map(|topic| (wanted.id, topic))
-                    .ok_or_else(|| ProtocolError(format!("there is no channel {}", wanted.channel)))
+                    .ok_or_else(|| ProtocolError::new(format!("there is no channel {}", wanted.channel)))
             };
             text.subscriptions.into_iter().map(topic).collect::<Result<_, _>>().map(Request::Subscribe)
         }

@@ -105,7 +105,10 @@ const KINDS: &[Kind] = &[
         name: "a recording of a robot's messages (MCAP, ROS 2 bag, ROS 1 bag)",
         recognizes: RecordingSource::is_recording,
         has_options: true,
-        open: |path, options| Ok(Box::new(RecordingSource::open(path, options)?)),
+        open: |path, options| {
+            refuse_intrinsics(path, options, "a recording of messages")?;
+            Ok(Box::new(RecordingSource::open(path, options)?))
+        },
     },
     Kind {
         name: "a capture of a Zivid camera in a ZDF file or a folder of them",

@@ -118,6 +118,16 @@ impl TransformTree {
         self.links.is_empty()
     }
 
+    /// Forgets poses of before `stamp`, but for the last two of each link: of a stream that goes on for hours.
+    pub fn forget_before(&mut self, stamp: Stamp) {
+        for link in self.links.values_mut() {
+            let before = link.poses.range(..stamp).count();
+            for _ in 2..before {
+                link.poses.pop_first();
+            }
+        }
+    }
+
     /// Takes a transform in.
     ///
     /// # Errors

@@ -98,7 +98,7 @@ impl RecordingSource {
         let mut files = paths.iter().map(|path| open_file(path)).collect::<Result<Vec<_>, _>>()?;
         let index = Index::of(&mut files, recording.transform_tolerance).map_err(named)?;
         let chosen = Chosen::of(&index, recording).map_err(refuse)?;
-        let plan = Plan::of(&index, &chosen, recording).map_err(refuse)?;
+        let plan = Plan::of(&index, &chosen, recording, options.every as usize).map_err(refuse)?;
         let (maker, unit_said) = ViewMaker::new(&index, &chosen, &options)?;
         if plan.views.iter().any(|view| view.table_from_camera.is_none()) {
             let said = plan.said.iter().find(|(name, _)| name == plan::POSES).map_or("", |(_, text)| text);

@@ -1,4 +1,4 @@
-//! How a recording is read where that is not clear from itself: keys behind a `?`, as in `x.mcap?every=5&fixed_frame=map`.
+//! How a recording is read where that is not clear from itself: keys behind a `?`, as in `x.mcap?shift_mm=5&fixed_frame=map`.
 
 use crate::pairing::TOLERANCE;
 
@@ -23,8 +23,6 @@ pub struct RecordingOptions {
     pub pairing_tolerance: u64,
     /// How long a transform is held before its first and after its last stamp, nanoseconds.
     pub transform_tolerance: u64,
-    /// Every so many pairs of pictures become a view.
-    pub every: usize,
     /// Least motion between two views, metres: with less and less than `least_turn` a pair is passed over.
     pub least_shift: f64,
     /// Least turn between two views, radians.
@@ -43,7 +41,6 @@ impl Default for RecordingOptions {
             camera_frame: None,
             pairing_tolerance: TOLERANCE,
             transform_tolerance: TOLERANCE,
-            every: 1,
             least_shift: 0.0,
             least_turn: 0.0,
         }
@@ -72,13 +69,12 @@ pub const KEYS: &[Key] = &[
     Key { name: "camera_frame", meaning: "the camera's optical frame, if the pictures name another" },
     Key { name: "tolerance_ms", meaning: "furthest that colour and depth may be apart in time (20)" },
     Key { name: "tf_tolerance_ms", meaning: "how long a transform is held beyond its last stamp (20)" },
-    Key { name: "every", meaning: "every so many pairs of pictures become a view (1)" },
     Key { name: "shift_mm", meaning: "least motion of the camera between two views (0)" },
     Key { name: "turn_deg", meaning: "least turn of the camera between two views (0)" },
 ];
 
 impl RecordingOptions {
-    /// Takes over what `query` says, as `every=5&fixed_frame=map`.
+    /// Takes over what `query` says, as `shift_mm=5&fixed_frame=map`.
     ///
     /// # Errors
     /// What is wrong with it, naming the key.
@@ -98,10 +94,6 @@ impl RecordingOptions {
                 "camera_frame" => self.camera_frame = text(),
                 "tolerance_ms" => self.pairing_tolerance = nanoseconds(key, value)?,
                 "tf_tolerance_ms" => self.transform_tolerance = nanoseconds(key, value)?,
-                "every" => {
-                    let every = value.parse().ok().filter(|every| *every >= 1);
-                    self.every = every.ok_or_else(|| format!("every={value}: is no whole number from 1 on"))?;
-                }
                 "shift_mm" => self.least_shift = number(key, value)? * 1e-3,
                 "turn_deg" => self.least_turn = number(key, value)?.to_radians(),
                 _ => {
@@ -130,15 +122,15 @@ mod tests {
     #[test]
     fn every_key_is_taken_and_no_other() {
         let query = "color=/c&depth=/d&color_info=/ci&depth_info=/di&fixed_frame=map&camera_frame=cam&tolerance_ms=7.5\
-                     &tf_tolerance_ms=1&every=3&shift_mm=20&turn_deg=180";
+                     &tf_tolerance_ms=1&shift_mm=20&turn_deg=180";
         let options = RecordingOptions::default().with_query(query).expect("known keys");
         assert_eq!((options.color.as_deref(), options.fixed_frame.as_deref()), (Some("/c"), Some("map")));
-        assert_eq!((options.pairing_tolerance, options.every), (7_500_000, 3));
+        assert_eq!(options.pairing_tolerance, 7_500_000);
         assert!((options.least_shift - 0.02).abs() < 1e-12);
         for key in KEYS {
             assert!(query.contains(&format!("{}=", key.name)), "{}", key.name);
         }
-        for wrong in ["colour=/c", "every=0", "every", "tolerance_ms=-1", "shift_mm=nan", "every="] {
+        for wrong in ["colour=/c", "every=2", "shift_mm", "tolerance_ms=-1", "shift_mm=nan", "color="] {
             assert!(RecordingOptions::default().with_query(wrong).is_err(), "{wrong}");
         }
         assert_eq!(RecordingOptions::default().with_query(""), Ok(RecordingOptions::default()));

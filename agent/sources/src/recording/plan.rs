@@ -32,7 +32,12 @@ pub(crate) struct Plan {
 
 impl Plan {
     /// Plans; the error says why there is no view, or what an option names that is not there.
-    pub(crate) fn of(index: &Index, chosen: &Chosen<'_>, options: &RecordingOptions) -> Result<Self, String> {
+    pub(crate) fn of(
+        index: &Index,
+        chosen: &Chosen<'_>,
+        options: &RecordingOptions,
+        every: usize,
+    ) -> Result<Self, String> {
         let (mut views, pairs) = pictures(chosen, options)?;
         let camera = camera_frame(chosen, options);
         let poses = match fixed_frame(index, &camera, options)? {
@@ -40,7 +45,7 @@ impl Plan {
             Err(reason) => format!("none: {reason}"),
         };
         let found = views.len();
-        let views = thinned(views, options);
+        let views = thinned(views, options, every);
         let mut said = vec![
             ("pairs".to_owned(), pairs),
             (POSES.to_owned(), poses),
@@ -151,11 +156,11 @@ fn place(views: &mut [PlannedView], index: &Index, fixed: &str, camera: &str) ->
 }
 
 /// Every so many views, and of them those that are far enough from the one before; what has no pose stays.
-fn thinned(views: Vec<PlannedView>, options: &RecordingOptions) -> Vec<PlannedView> {
+fn thinned(views: Vec<PlannedView>, options: &RecordingOptions, every: usize) -> Vec<PlannedView> {
     let mut kept: Vec<PlannedView> = Vec::new();
     let mut last: Option<Isometry3<f64>> = None;
     let asks_for_motion = options.least_shift > 0.0 || options.least_turn > 0.0;
-    for view in views.into_iter().step_by(options.every) {
+    for view in views.into_iter().step_by(every.max(1)) {
         if let (true, Some(pose), Some(last)) = (asks_for_motion, &view.table_from_camera, &last) {
             let way = last.inverse() * pose;
             let has_moved = options.least_shift > 0.0 && way.translation.vector.norm() >= options.least_shift;
@@ -185,18 +190,18 @@ mod tests {
         shifts.iter().enumerate().map(view).collect()
     }
 
-    fn kept(shifts: &[Option<f64>], query: &str) -> Vec<i64> {
+    fn kept(shifts: &[Option<f64>], query: &str, every: usize) -> Vec<i64> {
         let options = RecordingOptions::default().with_query(query).expect("options");
-        thinned(views(shifts), &options).iter().map(|view| view.depth.stamp.nanoseconds).collect()
+        thinned(views(shifts), &options, every).iter().map(|view| view.depth.stamp.nanoseconds).collect()
     }
 
     #[test]
     fn the_step_between_views_is_by_number_or_by_motion() {
         let shifts = [Some(0.0), Some(0.004), None, Some(0.011), Some(0.012), Some(0.03)];
-        assert_eq!(kept(&shifts, ""), [0, 1, 2, 3, 4, 5]);
-        assert_eq!(kept(&shifts, "every=2"), [0, 2, 4]);
-        assert_eq!(kept(&shifts, "shift_mm=10"), [0, 2, 3, 5]);
-        assert_eq!(kept(&shifts, "shift_mm=10&every=2"), [0, 2, 4]);
-        assert_eq!(kept(&shifts, "turn_deg=1"), [0, 2]);
+        assert_eq!(kept(&shifts, "", 1), [0, 1, 2, 3, 4, 5]);
+        assert_eq!(kept(&shifts, "", 2), [0, 2, 4]);
+        assert_eq!(kept(&shifts, "shift_mm=10", 1), [0, 2, 3, 5]);
+        assert_eq!(kept(&shifts, "shift_mm=10", 2), [0, 2, 4]);
+        assert_eq!(kept(&shifts, "turn_deg=1", 1), [0, 2]);
     }
 }

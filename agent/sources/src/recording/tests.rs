@@ -262,16 +262,18 @@ fn options_are_those_of_recordings_alone() {
     let path = folder.path().join("x.bag");
     std::fs::write(&path, &VALID[2].1).expect("written");
     let open = |query: &str| crate::open(&format!("{}?{query}", path.display()), OpenOptions::default());
-    assert_eq!(open("every=2").expect("a recording").info().view_count, Some(2));
+    assert_eq!(open("shift_mm=0").expect("a recording").info().view_count, Some(3));
+    let halved = OpenOptions { every: 2, ..OpenOptions::default() };
+    assert_eq!(crate::open(&path.display().to_string(), halved).expect("a recording").info().view_count, Some(2));
     let said = |query: &str| open(query).err().expect("refused").to_string();
-    assert!(said("evry=2").contains("every"));
+    assert!(said("shift_m=2").contains("shift_mm"));
     assert!(said("fixed_frame=table").contains("\"table\""));
     assert!(said("depth=/nothing").contains("/depth (depth)"));
     let scene = folder.path().join("scene");
     std::fs::create_dir(&scene).expect("a folder");
     std::fs::write(scene.join("scene_camera.json"), "{}").expect("written");
     let refused =
-        crate::open(&format!("{}?every=2", scene.display()), OpenOptions::default()).err().expect("no options");
+        crate::open(&format!("{}?shift_mm=2", scene.display()), OpenOptions::default()).err().expect("no options");
     assert!(refused.to_string().contains("no options"), "{refused}");
 }
 
