@@ -4,6 +4,7 @@ pub mod bop;
 pub mod camera_mask;
 pub mod camera_model;
 pub mod depth_map;
+pub mod live;
 pub mod mcap;
 pub mod messages;
 mod open3d;
@@ -25,6 +26,7 @@ mod zdf;
 pub use options::OpenOptions;
 
 use bop::BopSource;
+use live::{LiveAddress, LiveSource};
 use mcap::McapSource;
 use pcd::PcdSource;
 use recording::RecordingSource;
@@ -154,10 +156,16 @@ fn refuse_intrinsics(path: &Path, options: &OpenOptions, what: &str) -> Result<(
 pub fn open(uri: &str, options: impl Into<OpenOptions>) -> Result<Box<dyn Source>, SourceError> {
     let refuse = |reason: String| SourceError::Uri { uri: uri.into(), reason };
     let names: Vec<&str> = KINDS.iter().map(|kind| kind.name).collect();
-    if let Some((scheme, _)) = uri.split_once("://") {
-        return Err(refuse(format!("no source speaks {scheme}://; what can be inspected is {}", names.join(", or "))));
-    }
     let mut options = options.into();
+    if LiveAddress::is_one(uri) {
+        return Ok(Box::new(LiveSource::open(LiveAddress::read(uri).map_err(refuse)?, options)?));
+    }
+    if let Some((scheme, _)) = uri.split_once("://") {
+        let known = names.join(", or ");
+        return Err(refuse(format!(
+            "no source speaks {scheme}://; what can be inspected is {known}, or a camera at ws://"
+        )));
+    }
     // A file may have a question mark in its name.
     let path = match uri.split_once('?') {
         Some((path, query)) if !Path::new(uri).exists() => {

@@ -100,12 +100,12 @@ pub(crate) fn frames(folder: &Path, trajectory: Option<&Path>) -> Result<(Vec<Fr
     Ok((frames.collect(), said))
 }
 
-/// Poses by the frame's place, and what is said of them.
-type Poses = (HashMap<usize, Isometry3<f64>>, Option<String>);
+/// `table_from_camera` by the frame's place.
+type PosesByPlace = HashMap<usize, Isometry3<f64>>;
 
 /// Poses by the frame's place. Where there are as many as frames they belong to these in order; where there are fewer, the
 /// numbers that stand with them are the frames' places, which is said.
-fn poses(path: &Path, frames: usize) -> Result<Poses, SourceError> {
+fn poses(path: &Path, frames: usize) -> Result<(PosesByPlace, Option<String>), SourceError> {
     let refuse = |reason: String| SourceError::Format { path: path.to_owned(), reason };
     let listed = if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("json")) {
         from_json(&read_object(path)?).map_err(refuse)?

@@ -112,7 +112,7 @@ mod tests {
         let point = |i: u32| {
             let (u, v) = (f64::from(i % 40), f64::from(i / 40));
             let p = table_from_camera * CAMERA.unproject(u, v, 0.8 + 0.01 * u);
-            if i % 7 == 0 {
+            if i.is_multiple_of(7) {
                 "nan nan nan 9 9 9\n".to_owned()
             } else {
                 format!("{} {} {} {} 8 7\n", p.x, p.y, p.z, i % 40)

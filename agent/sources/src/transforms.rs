@@ -128,6 +128,11 @@ impl TransformTree {
         }
     }
 
+    /// Forgets the links that move: the clock that their stamps are of is another one by now.
+    pub fn forget_moving(&mut self) {
+        self.links.retain(|_, link| link.is_fixed());
+    }
+
     /// Takes a transform in.
     ///
     /// # Errors

@@ -17,11 +17,11 @@ use std::path::{Component, Path, PathBuf};
 const ENCODING: DepthEncoding =
     DepthEncoding { name: "tum", metres_per_unit: 1.0 / 5000.0, invalid: &[0], description: "TUM RGB-D: 5000 a metre" };
 
-/// Name, intrinsics, radial and tangential coefficients.
-type Camera = (&'static str, [f64; 4], [f64; 3], [f64; 2]);
+/// A camera of the benchmark: name, intrinsics, radial and tangential coefficients.
+type KnownCamera = (&'static str, [f64; 4], [f64; 3], [f64; 2]);
 
 /// The cameras of the benchmark.
-const CAMERAS: [Camera; 3] = [
+const CAMERAS: [KnownCamera; 3] = [
     ("freiburg1", [517.3, 516.5, 318.6, 255.3], [0.2624, -0.9531, 1.1633], [-0.0054, 0.0026]),
     ("freiburg2", [520.9, 521.0, 325.1, 249.7], [0.2312, -0.7849, 0.9172], [-0.0033, -0.0001]),
     // Its pictures are undistorted already.

@@ -130,7 +130,7 @@ mod tests {
         let point = |i: u32| {
             let (u, v) = (f64::from(i % 24), f64::from(i / 24));
             let p = CAMERA.unproject(u, v, 600.0 + 2.0 * u);
-            if i % 7 == 0 { [f32::NAN; 3] } else { [p.x as f32, p.y as f32, p.z as f32] }
+            if i.is_multiple_of(7) { [f32::NAN; 3] } else { [p.x as f32, p.y as f32, p.z as f32] }
         };
         let numbers: Vec<f32> = (0..24 * 18).flat_map(point).collect();
         let bytes: Vec<u8> = (0..24 * 18_u32).flat_map(|i| [(i % 24) as u8, 200, 100, 255]).collect();

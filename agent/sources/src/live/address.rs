@@ -11,7 +11,10 @@ const SCHEMES: [&str; 2] = ["ws", "wss"];
 pub const LIVE_KEYS: &[Key] = &[
     Key { name: "views", meaning: "the stream is over after so many views; by default when it is silent" },
     Key { name: "silence_s", meaning: "the stream is over after so many seconds without a picture (10)" },
-    Key { name: "trigger", meaning: "`every` pair is a view, or one where the camera rests at another place: `still` (every)" },
+    Key {
+        name: "trigger",
+        meaning: "`every` pair is a view, or one where the camera rests at another place: `still` (every)",
+    },
     Key { name: "still_ms", meaning: "how long the camera rests before a view is taken (300)" },
 ];
 
@@ -98,7 +101,8 @@ mod tests {
 
     #[test]
     fn keys_of_both_kinds_are_taken_and_no_others() {
-        let address = LiveAddress::read("ws://cell:8765?trigger=still&views=5&depth=/d&silence_s=2&still_ms=500").expect("one");
+        let address =
+            LiveAddress::read("ws://cell:8765?trigger=still&views=5&depth=/d&silence_s=2&still_ms=500").expect("one");
         assert_eq!((address.server.as_str(), address.views), ("ws://cell:8765", Some(5)));
         assert_eq!((address.silence, address.still), (Duration::from_secs(2), Duration::from_millis(500)));
         assert!(address.waits_for_rest && address.recording.least_shift == 5e-3);
@@ -107,7 +111,7 @@ mod tests {
         assert_eq!((stepped.recording.least_shift, stepped.recording.least_turn), (0.02, 0.0));
         for wrong in ["views=0", "trigger=noise", "silence_s=0", "silence_s=x", "still_ms=1e9", "viws=3"] {
             let said = LiveAddress::read(&format!("ws://cell?{wrong}")).expect_err(wrong);
-            assert!(said.contains(wrong.split('=').next().expect("a key")) , "{said}");
+            assert!(said.contains(wrong.split('=').next().expect("a key")), "{said}");
         }
         assert!(LiveAddress::is_one("ws://a") && !LiveAddress::is_one("http://a") && !LiveAddress::is_one("a.mcap"));
     }

@@ -121,7 +121,9 @@ impl Shared {
         queue.bytes += picture_bytes(&happening);
         queue.happenings.push_back(happening);
         while queue.bytes > MOST_WAITING {
-            let Some(oldest) = queue.happenings.iter().position(|happening| picture_bytes(happening) > 0) else { break };
+            let Some(oldest) = queue.happenings.iter().position(|happening| picture_bytes(happening) > 0) else {
+                break;
+            };
             queue.bytes -= queue.happenings.remove(oldest).map_or(0, |happening| picture_bytes(&happening));
             queue.dropped += 1;
         }
@@ -154,7 +156,9 @@ pub(super) async fn open(server: &str) -> Result<Socket, String> {
     let config = WebSocketConfig::default().max_message_size(Some(LARGEST)).max_frame_size(Some(LARGEST));
     match timeout(ANSWER, connect_async_with_config(request, Some(config), true)).await {
         Err(_) => Err(format!("no answer within {} s", ANSWER.as_secs())),
-        Ok(Err(Error::Http(answer))) => Err(format!("it answers {}: is it a server of Foxglove's protocol?", answer.status())),
+        Ok(Err(Error::Http(answer))) => {
+            Err(format!("it answers {}: is it a server of Foxglove's protocol?", answer.status()))
+        }
         Ok(Err(error)) => Err(error.to_string()),
         Ok(Ok((socket, _))) => Ok(socket),
     }
@@ -202,7 +206,7 @@ async fn listen(mut socket: Socket, shared: &Shared) -> (String, bool) {
                 Ok(FromServer::Advertised(offered)) => {
                     let wanted = wanted(offered);
                     if !wanted.is_empty() {
-                        let asked = socket.send(Message::text(subscription(wanted.iter().map(|(id, _)| *id)))).await;
+                        let asked = socket.send(Message::text(subscription(wanted.keys().copied()))).await;
                         if let Err(error) = asked {
                             return (error.to_string(), has_spoken);
                         }
@@ -235,8 +239,8 @@ async fn listen(mut socket: Socket, shared: &Shared) -> (String, bool) {
 
 /// The channels whose messages are decoded, by their numbers.
 fn wanted(offered: Vec<Channel>) -> HashMap<u32, Arc<Decoded>> {
-    let decoded = offered.into_iter().map(|channel| {
-        (channel.id, Decoded::new(&channel.topic, &channel.schema_name, &channel.encoding))
-    });
+    let decoded = offered
+        .into_iter()
+        .map(|channel| (channel.id, Decoded::new(&channel.topic, &channel.schema_name, &channel.encoding)));
     decoded.filter(|(_, channel)| channel.decoded.is_some()).map(|(id, channel)| (id, Arc::new(channel))).collect()
 }

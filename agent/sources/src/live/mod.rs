@@ -25,7 +25,7 @@ pub use recorder::{Recorded, record};
 
 use crate::OpenOptions;
 use crate::messages::Stamp;
-use crate::recording::{Chosen, Found, Index, Picture, Place, PlannedView, Scan, Topics, ViewMaker, camera_frame};
+use crate::recording::{Chosen, Found, Index, Place, PlannedView, Scan, ViewMaker, camera_frame};
 use link::{Happening, Link};
 use nalgebra::Isometry3;
 use pairs::{Held, Pairing};
@@ -168,7 +168,7 @@ impl LiveSource {
             if let Some(streams) = &mut self.chosen {
                 streams.pairing.clear();
             }
-            self.scan.forget_transforms();
+            self.scan.forget_moving();
         }
         self.clock = self.clock.max(Some(stamp));
         let oldest = Stamp { nanoseconds: stamp.nanoseconds.saturating_sub(POSES_KEPT) };
@@ -221,7 +221,10 @@ impl LiveSource {
                 Some(Err(error)) => {
                     self.counts.without_pose += 1;
                     if self.counts.without_pose == 1 {
-                        tracing::warn!("{}: a view is left out, and so are all others without a pose: {error}", self.info.uri);
+                        tracing::warn!(
+                            "{}: a view is left out, and so are all others without a pose: {error}",
+                            self.info.uri
+                        );
                     }
                     self.waiting.pop_front();
                     continue;

@@ -86,7 +86,11 @@ impl Pairing {
             return None;
         }
         // Alone: no other is within the tolerance, or another one of its stream is nearer.
-        if is_color_older { self.color.pop_front() } else { self.depth.pop_front() };
+        if is_color_older {
+            self.color.pop_front()
+        } else {
+            self.depth.pop_front()
+        };
         Some(None)
     }
 }

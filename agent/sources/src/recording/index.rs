@@ -67,8 +67,9 @@ pub(crate) struct Index {
     pub(crate) faults: Vec<String>,
 }
 
-/// The index while files are scanned.
-struct Scan {
+/// The index while files are scanned, or a stream is listened to.
+#[derive(Debug)]
+pub(crate) struct Scan {
     index: Index,
     /// By topic: how many messages cannot be read, and why the first.
     unread: BTreeMap<String, (u32, MessageError)>,
@@ -79,16 +80,11 @@ struct Scan {
 impl Index {
     /// Scans the files of a recording. A transform is held for `tolerance` nanoseconds.
     pub(crate) fn of(files: &mut [Box<dyn Container>], tolerance: u64) -> Result<Self, ContainerError> {
-        let index = Self {
-            pictures: Vec::new(),
-            calibrations: Vec::new(),
-            transforms: TransformTree::new(tolerance),
-            depth_units: Vec::new(),
-            faults: Vec::new(),
-        };
-        let mut scan = Scan { index, unread: BTreeMap::new(), misfits: BTreeMap::new() };
+        let mut scan = Scan::new(tolerance);
         for (place, file) in files.iter_mut().enumerate() {
-            let end = file.scan(&mut |channel, found| scan.take(place, channel, found))?;
+            let end = file.scan(&mut |channel, found| {
+                scan.take(place, channel, found);
+            })?;
             if let End::Cut(reason) = end {
                 let path = file.path().display();
                 scan.index.faults.push(format!("{path} is read to where it is cut or damaged: {reason}"));
@@ -99,17 +95,52 @@ impl Index {
 }
 
 impl Scan {
-    fn take(&mut self, file: usize, channel: &Channel, found: Found<'_>) {
-        let Some((kind, encoding)) = channel.decoded else { return };
+    /// Nothing was found yet. A transform is held for `tolerance` nanoseconds.
+    pub(crate) fn new(tolerance: u64) -> Self {
+        let index = Index {
+            pictures: Vec::new(),
+            calibrations: Vec::new(),
+            transforms: TransformTree::new(tolerance),
+            depth_units: Vec::new(),
+            faults: Vec::new(),
+        };
+        Self { index, unread: BTreeMap::new(), misfits: BTreeMap::new() }
+    }
+
+    /// What was found by now.
+    pub(crate) fn index(&self) -> &Index {
+        &self.index
+    }
+
+    /// Takes the last picture of a stream out of the index, of a stream whose pictures are held elsewhere.
+    pub(crate) fn take_last_picture(&mut self, stream: usize) -> Option<Picture> {
+        let pictures = &mut self.index.pictures.get_mut(stream)?.pictures;
+        let last = pictures.pop();
+        pictures.clear();
+        last
+    }
+
+    /// Forgets transforms of before `stamp`.
+    pub(crate) fn forget_before(&mut self, stamp: Stamp) {
+        self.index.transforms.forget_before(stamp);
+    }
+
+    /// Forgets transforms that move: they are of another time.
+    pub(crate) fn forget_moving(&mut self) {
+        self.index.transforms.forget_moving();
+    }
+
+    /// Takes a message; the place of its stream if it is a picture.
+    pub(crate) fn take(&mut self, file: usize, channel: &Channel, found: Found<'_>) -> Option<usize> {
+        let (kind, encoding) = channel.decoded?;
         // Joints are not needed, and of the texts only some are.
         if kind == Kind::JointStates || (kind == Kind::Text && !realsense::is_metadata(&channel.topic)) {
-            return;
+            return None;
         }
         let taken = parse(kind, encoding, found.message).and_then(|parsed| {
             if let Some(picture) = parsed.picture() {
                 let (header, content) = picture?;
-                self.picture(file, channel, (kind, encoding, content), header, found);
-                return Ok(());
+                return Ok(self.picture(file, channel, (kind, encoding, content), header, found));
             }
             match parsed {
                 Parsed::Calibration(calibration) => self.calibration(channel, calibration, found.logged),
@@ -138,11 +169,12 @@ impl Scan {
                 }
                 Parsed::Raw(_) | Parsed::Compressed(_) | Parsed::Cloud(_) | Parsed::Joints(_) => {}
             }
-            Ok(())
+            Ok(None)
         });
-        if let Err(error) = taken {
+        taken.unwrap_or_else(|error| {
             self.unread.entry(channel.topic.clone()).or_insert((0, error)).0 += 1;
-        }
+            None
+        })
     }
 
     fn picture(
@@ -152,17 +184,18 @@ impl Scan {
         (kind, encoding, content): (Kind, Encoding, Content),
         header: &Header,
         found: Found<'_>,
-    ) {
+    ) -> Option<usize> {
         let stamp = if header.stamp.is_missing() { found.logged } else { header.stamp };
         let picture = Picture { stamp, file, place: found.place };
         let streams = &mut self.index.pictures;
-        let is_it = |stream: &&mut PictureStream| {
+        let is_it = |stream: &PictureStream| {
             stream.topic == channel.topic && (stream.kind, stream.encoding, stream.content) == (kind, encoding, content)
         };
+        let place = streams.iter().position(is_it);
         let is_full = streams.len() == MOST_TOPICS;
-        match streams.iter_mut().find(is_it) {
+        match place.and_then(|place| streams.get_mut(place)) {
             Some(stream) => stream.pictures.push(picture),
-            None if is_full => {}
+            None if is_full => return None,
             None => streams.push(PictureStream {
                 topic: channel.topic.clone(),
                 kind,
@@ -172,6 +205,7 @@ impl Scan {
                 pictures: vec![picture],
             }),
         }
+        place.or(streams.len().checked_sub(1))
     }
 
     fn calibration(&mut self, channel: &Channel, mut calibration: Calibration, logged: Stamp) {

@@ -31,13 +31,18 @@ mod topics;
 mod view_maker;
 
 pub use container::ContainerError;
+pub(crate) use container::{Channel, Found, Place};
+pub(crate) use index::{Index, Picture, Scan};
+pub(crate) use options::number;
 pub use options::{KEYS, Key, RecordingOptions};
+pub(crate) use plan::{PlannedView, camera_frame};
+pub(crate) use topics::Chosen;
+pub(crate) use view_maker::{Topics, ViewMaker};
 
 use crate::OpenOptions;
 use container::Container;
-use index::{Index, Picture};
 use mcap_file::{FirstContent, McapFile};
-use plan::{Plan, PlannedView};
+use plan::Plan;
 use ros1_bag::Ros1Bag;
 use ros2_database::Ros2Database;
 use semascan_formats::regular_file;
@@ -46,11 +51,10 @@ use semascan_model::Taxonomy;
 use semascan_perception::view::View;
 use std::io::Read;
 use std::path::{Path, PathBuf};
-use topics::Chosen;
-use view_maker::ViewMaker;
 
 /// The metadata record that our own captures begin with.
 const CAPTURE: &str = "semascan";
+
 /// The kinds of files that recordings lie in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum FileKind {

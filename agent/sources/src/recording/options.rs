@@ -106,7 +106,7 @@ impl RecordingOptions {
     }
 }
 
-fn number(key: &str, value: &str) -> Result<f64, String> {
+pub(crate) fn number(key: &str, value: &str) -> Result<f64, String> {
     let number = value.parse::<f64>().ok().filter(|number| number.is_finite() && *number >= 0.0);
     number.ok_or_else(|| format!("{key}={value}: is no number from 0 on"))
 }

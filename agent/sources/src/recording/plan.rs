@@ -98,7 +98,7 @@ fn pictures(chosen: &Chosen<'_>, options: &RecordingOptions) -> Result<(Vec<Plan
 }
 
 /// The frame of the camera that the views are in.
-fn camera_frame(chosen: &Chosen<'_>, options: &RecordingOptions) -> String {
+pub(crate) fn camera_frame(chosen: &Chosen<'_>, options: &RecordingOptions) -> String {
     if let Some(frame) = &options.camera_frame {
         return frame_name(frame);
     }

@@ -24,8 +24,8 @@ const GREY: [u8; 3] = [128; 3];
 pub(crate) struct Topics {
     pub(crate) color: Option<usize>,
     pub(crate) depth: usize,
-    color_calibration: Option<usize>,
-    depth_calibration: Option<usize>,
+    pub(crate) color_calibration: Option<usize>,
+    pub(crate) depth_calibration: Option<usize>,
 }
 
 /// Makes views of the pictures of the chosen streams.

@@ -105,17 +105,13 @@ impl FolderCamera {
     pub(super) fn alignment(&self, path: &Path) -> Result<Alignment, SourceError> {
         let intrinsics = *self.color.intrinsics();
         let lens = Rectification::of(&self.color);
-        let depth = match &self.depth {
-            None => DepthWay::AsColor,
-            Some(camera) => {
-                let pinhole = *camera.model.intrinsics();
-                let registration =
-                    DepthRegistration::new(pinhole, intrinsics, camera.color_from_depth).map_err(|error| {
-                        SourceError::Format { path: path.join(DEPTH_CAMERA), reason: error.to_string() }
-                    })?;
-                DepthWay::Registered { lens: Rectification::of(&camera.model), registration: Box::new(registration) }
-            }
-        };
+        let mut depth = None;
+        if let Some(camera) = &self.depth {
+            let pinhole = *camera.model.intrinsics();
+            let registration = DepthRegistration::new(pinhole, intrinsics, camera.color_from_depth)
+                .map_err(|error| SourceError::Format { path: path.join(DEPTH_CAMERA), reason: error.to_string() })?;
+            depth = Some(DepthWay { lens: Rectification::of(&camera.model), registration });
+        }
         Ok(Alignment { intrinsics, lens, depth })
     }
 }
@@ -204,20 +200,16 @@ pub(super) struct Alignment {
     intrinsics: Intrinsics,
     /// The lens of the colour camera.
     lens: Option<Rectification>,
-    depth: DepthWay,
+    /// `None` where depth has the colour camera's pixels.
+    depth: Option<DepthWay>,
 }
 
-/// How depth comes to the pixels of the colour picture.
+/// How depth of a camera of its own comes to the pixels of the colour picture.
 #[derive(Clone, Debug)]
-enum DepthWay {
-    /// It has them.
-    AsColor,
-    /// It was taken by a camera of its own.
-    Registered {
-        /// The lens of the depth camera.
-        lens: Option<Rectification>,
-        registration: Box<DepthRegistration>,
-    },
+struct DepthWay {
+    /// The lens of the depth camera.
+    lens: Option<Rectification>,
+    registration: DepthRegistration,
 }
 
 impl Alignment {
@@ -241,35 +233,31 @@ impl Alignment {
 
     /// A depth picture as the pinhole would have measured it.
     pub(super) fn depth(&self, depth: DepthImage) -> Result<DepthImage, SizeMismatch> {
-        match &self.depth {
-            DepthWay::AsColor => {
-                let Intrinsics { width, height, .. } = self.intrinsics;
-                if (depth.width, depth.height) != (width, height) {
-                    return Err(SizeMismatch { part: "depth picture", found: depth.metres.len(), width, height });
-                }
-                match &self.lens {
-                    Some(lens) => lens.depth(&depth),
-                    None => Ok(depth),
-                }
-            }
-            DepthWay::Registered { lens, registration } => {
-                let depth = match lens {
-                    Some(lens) => lens.depth(&depth)?,
-                    None => depth,
-                };
-                registration.register(&depth)
-            }
+        if let Some(DepthWay { lens, registration }) = &self.depth {
+            let depth = match lens {
+                Some(lens) => lens.depth(&depth)?,
+                None => depth,
+            };
+            return registration.register(&depth);
+        }
+        let Intrinsics { width, height, .. } = self.intrinsics;
+        if (depth.width, depth.height) != (width, height) {
+            return Err(SizeMismatch { part: "depth picture", found: depth.metres.len(), width, height });
+        }
+        match &self.lens {
+            Some(lens) => lens.depth(&depth),
+            None => Ok(depth),
         }
     }
 
     /// What to do about pictures of another size.
     pub(super) fn hint(&self) -> String {
         match self.depth {
-            DepthWay::AsColor => format!(
+            None => format!(
                 "intrinsics are those of another picture, or depth is not aligned to colour; a depth camera of its own is \
                  described in {DEPTH_CAMERA}"
             ),
-            DepthWay::Registered { .. } => format!("the cameras' files and {DEPTH_CAMERA} describe other pictures"),
+            Some(_) => format!("the cameras' files and {DEPTH_CAMERA} describe other pictures"),
         }
     }
 
@@ -280,7 +268,7 @@ impl Alignment {
         if let Some(lens) = &self.lens {
             text += &format!("; pictures are undistorted, {:.1} % of their pixels see nothing", 100.0 * lens.unseen());
         }
-        if let DepthWay::Registered { .. } = self.depth {
+        if self.depth.is_some() {
             text += "; depth is registered to colour";
         }
         text

@@ -119,7 +119,7 @@ fn a_view_that_cannot_be_read_does_not_end_the_recording() {
     let mut source = crate::open(folder.path().to_str().expect("UTF-8"), plain()).expect("opens");
     let read: Vec<_> = std::iter::from_fn(|| source.next_view()).collect();
     assert_eq!(read.iter().map(Result::is_ok).collect::<Vec<_>>(), [true, false, true, true]);
-    let error = read[1].as_ref().err().expect("an error").to_string();
+    let error = read[1].as_ref().expect_err("an error").to_string();
     assert!(error.contains("00001.png"), "{error}");
     check_pictures(read[2].as_ref().expect("a view"), 2);
 }

@@ -17,7 +17,7 @@ const FREIBURG1: Distortion =
     Distortion::BrownConrady { radial: [0.2624, -0.9531, 1.1633], tangential: [-0.0054, 0.0026] };
 const AZURE_KINECT: Distortion = Distortion::Rational {
     radial: [0.5130, -2.6374, 1.4957],
-    divisor: [0.3926, -2.4645, 1.4237],
+    divisor: [0.3916, -2.4645, 1.4237],
     tangential: [0.00085, -0.00030],
 };
 const T265: Distortion = Distortion::Fisheye { radial: [-0.0082, 0.0454, -0.0425, 0.0077] };

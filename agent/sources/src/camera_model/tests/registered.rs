@@ -82,8 +82,8 @@ fn registered_depth_is_what_the_colour_camera_would_have_measured() {
     let scene = Scene::new();
     let truth = scene.depth(&COLOR, &scene.table_from_color);
     let mut measured = scene.depth(&DEPTH, &(scene.table_from_color * scene.color_from_depth));
-    // A shiny place of which nothing came back.
-    let (columns, rows) = (150..162_u32, 120..134_u32);
+    // A shiny place of the floor of which nothing came back.
+    let (columns, rows) = (250..262_u32, 120..134_u32);
     for v in rows.clone() {
         for u in columns.clone() {
             measured.metres[(v * DEPTH.width + u) as usize] = 0.0;
@@ -116,12 +116,26 @@ fn registered_depth_is_what_the_colour_camera_would_have_measured() {
 
     let visible_inside = within(&visible, 2);
     let (of, holes) = (count(&visible_inside, &all), count(&visible_inside, &|i| !is_measured(i)));
-    assert!(of > 150_000 && holes == 0, "{holes} holes in {of} visible pixels");
+    assert!(of > 150_000 && holes * 1000 < of, "{holes} holes in {of} visible pixels");
+    // Beside an edge of the depth picture a coarse pixel may see the one side and the colour pixel the other; elsewhere there
+    // is no hole at all.
+    let is_smooth = |(u, v): (f64, f64)| {
+        let near = |right: i64, down: i64| {
+            let (u, v) = (u.round() as i64 + right, v.round() as i64 + down);
+            measured.at(u32::try_from(u).ok()?, u32::try_from(v).ok()?.min(DEPTH.height - 1))
+        };
+        let Some(here) = near(0, 0) else { return false };
+        let alike = |z: Option<f32>| z.is_some_and(|z| (z - here).abs() < 0.015 * here);
+        (-2..=2).all(|down| (-2..=2).all(|right| alike(near(right, down))))
+    };
+    let smooth: Vec<bool> = (0..visible.len()).map(|i| visible_inside[i] && seen[i].is_some_and(is_smooth)).collect();
+    let (of, holes) = (count(&smooth, &all), count(&smooth, &|i| !is_measured(i)));
+    assert!(of > 100_000 && holes == 0, "{holes} holes in {of} visible pixels without an edge");
     let hidden_inside = within(&hidden, 3);
     let (of, shown) = (count(&hidden_inside, &all), count(&hidden_inside, &is_measured));
     assert!(of > 2_000 && shown * 1000 <= of, "{shown} of {of} hidden pixels have depth");
     let (of, made_up) = (count(&hole, &all), count(&hole, &is_measured));
-    assert!(of > 500 && made_up == 0, "{made_up} of {of} pixels of the unmeasured place have depth");
+    assert!(of > 300 && made_up == 0, "{made_up} of {of} pixels of the unmeasured place have depth");
     // What is off lies along silhouettes, where a coarse pixel belongs to one side or the other.
     let (of, off) = (count(&visible, &is_measured), count(&visible, &is_off));
     assert!(off * 100 < of * 3, "{off} of {of} pixels are more than 1 mm off");
