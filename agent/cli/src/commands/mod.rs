@@ -36,6 +36,7 @@ mod photometric;
 #[cfg(feature = "demo")]
 mod pose_truth;
 mod reach;
+mod record;
 mod recorded_views;
 mod report;
 mod report_command;
@@ -100,6 +101,8 @@ enum Command {
     Report(report_command::ReportArgs),
     /// Write the model of an inspection as a mesh or a cloud in other formats
     Export(export::ExportArgs),
+    /// Record what a live camera or robot streams, in an MCAP file
+    Record(record::RecordArgs),
     /// Write the views of any source as a capture (MCAP) or as a BOP scene
     Convert(convert::ConvertArgs),
     /// Make training data of inspections whose labels people corrected, or say where a label would teach most
@@ -265,6 +268,7 @@ impl Cli {
             Command::Report(args) => args.run(),
             Command::Export(args) => args.run(),
             Command::Convert(args) => args.run(),
+            Command::Record(args) => args.run(&signals),
             Command::Dataset(args) => args.run(),
             Command::Models(args) => args.run(),
             Command::Gc(args) => args.run(),

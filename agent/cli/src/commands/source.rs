@@ -6,6 +6,7 @@ use semascan_inspection::spec::CameraMask;
 use semascan_inspection::spec::InspectionSpec;
 #[cfg(feature = "demo")]
 use semascan_simulation::{KEYS, PARTS, VirtualCell, VirtualCellSpec};
+use semascan_sources::live::LIVE_KEYS;
 use semascan_sources::recording::KEYS as RECORDING_KEYS;
 
 /// Opens what `uri` names for an inspection as `spec` says: `virtual:...`, or what [`semascan_sources::open`] knows.
@@ -29,13 +30,15 @@ pub(crate) fn open(uri: &str, spec: &InspectionSpec) -> Result<Box<dyn Source>, 
 
 /// What can be inspected, for the help of every command that inspects.
 pub(crate) fn help() -> String {
+    let live = LIVE_KEYS.iter().map(|key| format!("    {:<15} {}\n", key.name, key.meaning)).collect::<String>();
     let keys = RECORDING_KEYS.iter().map(|key| format!("    {:<15} {}\n", key.name, key.meaning)).collect::<String>();
     let recorded = format!(
         "Sources:\n  DIR  a BOP scene folder (rgb/, depth/, scene_camera.json), a recording of an RGB-D camera (TUM RGB-D,\n       \
          7-Scenes, Open3D, Redwood), or a folder of organized PCD, PLY or ZDF files\n  \
          x.mcap  a capture that `semascan serve|inspect --data` recorded\n  \
          x.mcap, x.db3, x.bag, DIR  a robot's recording (MCAP, ROS 2 bag, ROS 1 bag); behind it ?KEY=VALUE&KEY=VALUE, with \
-         the keys\n{keys}"
+         the keys\n{keys}  ws://HOST:PORT  a live camera or robot that speaks Foxglove's WebSocket protocol (foxglove_bridge of ROS, \
+         Foxglove's SDK); behind it the same keys and\n{live}"
     );
     #[cfg(not(feature = "demo"))]
     let simulated = String::new();
