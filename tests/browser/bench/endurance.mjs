@@ -35,7 +35,7 @@ while (Date.now() < end) {
   await viewer.until((s, before) => s.inspection && s.inspection !== before, before, 'the next inspection');
 }
 const errors = viewer.errors.filter((text) => !/WebSocket|ERR_CONNECTION|Failed to (fetch|load)/i.test(text));
-console.log(JSON.stringify({ backend, minutes: MINUTES, inspections: rows.length, saved_bytes: saved, ...growths(rows), errors, rows }));
+console.log(JSON.stringify({ backend, minutes: MINUTES, inspections: rows.length, saved_bytes: saved, first: rows[0], last: rows.at(-1), ...growths(rows), errors }));
 await browser.close();
 await agent.stop();
 

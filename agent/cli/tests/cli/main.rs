@@ -14,6 +14,7 @@ mod inspect;
 mod judge;
 mod kept;
 mod kills;
+mod live;
 mod log;
 mod mutated;
 mod outcome;
