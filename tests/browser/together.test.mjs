@@ -168,12 +168,15 @@ onEveryBackend(
         const classes = page.getByTestId('correct-class').locator('option');
         await classes.first().waitFor({ state: 'attached', ...PATIENCE });
         await page.getByTestId('correct-class').selectOption(chance.of(await classes.evaluateAll((options) => options.map((o) => o.value))));
-        for (const deadline = Date.now() + PATIENCE.timeout; (await panel.getAttribute('data-marks')) === '0'; ) {
+        const deadline = Date.now() + PATIENCE.timeout;
+        while ((await panel.getAttribute('data-marks')) === '0') {
           assert.ok(Date.now() < deadline, 'nothing can be painted');
           // A model that comes again has nothing to be painted yet.
           const box = await tab.canvas.boundingBox();
           await page.mouse.click(box.x + box.width / 2, box.y + box.height / 2);
-          await pause(700);
+          // Where a click lies is picked, which may take a while: a mark of it must not come after the signature.
+          do await pause(700);
+          while ((await tab.state()).drawing === 'true' && Date.now() < deadline);
         }
         while ((await panel.getAttribute('data-marks')) !== '1') await page.getByTestId('correct-undo').click();
         await this.sign(page, 'correct', reason);

@@ -206,34 +206,31 @@ impl LiveSource {
 
     /// The next pair that is to be a view, if there is one by now.
     fn next_pair(&mut self) -> Option<(Option<Held>, Held, Option<Isometry3<f64>>)> {
-        let streams = self.chosen.as_ref()?;
+        let camera = self.chosen.as_ref()?.camera.clone();
         while let Some((_, depth)) = self.waiting.front() {
             let stamp = depth.picture.stamp;
             let index = self.scan.index();
-            let fixed = fixed_frame(index, &streams.camera, self.options.recording.fixed_frame.as_deref());
-            let pose = fixed.as_deref().map(|fixed| index.transforms.pose(fixed, &streams.camera, stamp));
+            let fixed = fixed_frame(index, &camera, self.options.recording.fixed_frame.as_deref());
+            let pose = fixed.as_deref().map(|fixed| index.transforms.pose(fixed, &camera, stamp));
             let late = self.clock.is_some_and(|clock| clock.nanoseconds - stamp.nanoseconds > POSE_WAIT as i64);
             let pose = match pose {
+                None if self.address.waits_for_rest => {
+                    self.leave_out("trigger=still needs transforms that move, or fixed_frame=FRAME");
+                    continue;
+                }
                 None => None,
                 Some(Ok(pose)) => Some(pose),
                 // The transforms of this time may still come.
                 Some(Err(_)) if !late => return None,
                 Some(Err(error)) => {
-                    self.counts.without_pose += 1;
-                    if self.counts.without_pose == 1 {
-                        tracing::warn!(
-                            "{}: a view is left out, and so are all others without a pose: {error}",
-                            self.info.uri
-                        );
-                    }
-                    self.waiting.pop_front();
+                    self.leave_out(&error.to_string());
                     continue;
                 }
             };
             let (color, depth) = self.waiting.pop_front()?;
             let is_taken = self.stillness.takes(pose.as_ref(), || {
                 let earlier = Stamp { nanoseconds: stamp.nanoseconds - self.address.still.as_nanos() as i64 };
-                fixed.as_deref().and_then(|fixed| index.transforms.pose(fixed, &streams.camera, earlier).ok())
+                fixed.as_deref().and_then(|fixed| index.transforms.pose(fixed, &camera, earlier).ok())
             });
             if is_taken {
                 return Some((color, depth, pose));
@@ -241,6 +238,15 @@ impl LiveSource {
             self.counts.passed_over += 1;
         }
         None
+    }
+
+    /// Leaves the oldest pair out, which has no pose for a reason.
+    fn leave_out(&mut self, reason: &str) {
+        self.waiting.pop_front();
+        self.counts.without_pose += 1;
+        if self.counts.without_pose == 1 {
+            tracing::warn!("{}: a view is left out, and so are all others without a pose: {reason}", self.info.uri);
+        }
     }
 
     /// The end: says what became of what came.
