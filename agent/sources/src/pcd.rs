@@ -2,8 +2,8 @@
 //!
 //! Such a cloud is a depth picture, but the file does not say by which camera: the pinhole that its points were
 //! computed with is read off the points themselves (`pinhole_fit`). Most writers leave the header's viewpoint at the
-//! identity: then nothing is known of where the clouds were taken. If one of the files has another, the viewpoints are the
-//! camera's poses. Some writers keep the points in the camera's frame, others bring them into the viewpoint's: in which of the
+//! identity, or at what their driver has: then nothing is known of where the clouds were taken. If those of the files differ, the
+//! viewpoints are the camera's poses. Some writers keep the points in the camera's frame, others bring them into the viewpoint's: in which of the
 //! two a pinhole fits tells. Nor does a file say its unit: that is assumed from how far the points are away, and said.
 
 use crate::OpenOptions;
@@ -22,6 +22,8 @@ use std::sync::Arc;
 
 /// Bytes of a file in which its header's viewpoint stands.
 const HEAD: usize = 2048;
+/// A viewpoint that says nothing.
+const IDENTITY: [f64; 7] = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0];
 /// Standard deviations assumed of viewpoints: no file says any. Radians and metres.
 const POSE_SIGMA: (f64, f64) = (0.01, 0.003);
 /// What is shown where the file has no colours.
@@ -37,12 +39,12 @@ pub(crate) struct CloudFormat {
     pub(crate) unit: Option<LengthUnit>,
     /// Reads a file; a format that has no viewpoint gives none.
     pub(crate) read: fn(&Path) -> Result<PcdCloud, ReadError>,
-    /// Whether a file says where its cloud was taken.
-    pub(crate) has_viewpoint: fn(&Path) -> bool,
+    /// The viewpoint that a file states: translation in its unit, and rotation (w, x, y, z).
+    pub(crate) viewpoint: fn(&Path) -> Option<[f64; 7]>,
 }
 
 /// PCD.
-const PCD: CloudFormat = CloudFormat { name: "PCD", ending: "pcd", unit: None, read: pcd::read_file, has_viewpoint };
+const PCD: CloudFormat = CloudFormat { name: "PCD", ending: "pcd", unit: None, read: pcd::read_file, viewpoint };
 
 /// Views from files with organized clouds.
 #[derive(Debug)]
@@ -84,7 +86,7 @@ impl PcdSource {
     ) -> Result<Self, SourceError> {
         let unit = options.unit.or(format.unit);
         let all = files(path, format.ending)?;
-        let has_poses = all.iter().any(|file| (format.has_viewpoint)(file));
+        let has_poses = are_poses(all.iter().map(|file| (format.viewpoint)(file)));
         let files: Vec<PathBuf> = all.into_iter().step_by(options.every.max(1) as usize).collect();
         if files.is_empty() {
             return Err(SourceError::Format {
@@ -252,20 +254,40 @@ fn pose(viewpoint: &Viewpoint, unit: LengthUnit) -> Isometry3<f64> {
     Isometry3::from_parts(Translation3::new(x, y, z), rotation)
 }
 
-/// Whether a file's header has a viewpoint other than the identity.
-fn has_viewpoint(path: &Path) -> bool {
+/// Whether the viewpoints that files state are poses: they are where they differ. One that all of several files share is a
+/// convention of who wrote them (drivers of OpenNI state half a turn about x), and so is the identity.
+fn are_poses(stated: impl Iterator<Item = Option<[f64; 7]>>) -> bool {
+    let stated: Vec<[f64; 7]> = stated.map(|one| one.unwrap_or(IDENTITY)).collect();
+    match stated.as_slice() {
+        [] => false,
+        [one] => *one != IDENTITY,
+        [first, others @ ..] => others.iter().any(|other| other != first),
+    }
+}
+
+/// The viewpoint that a file's header states.
+fn viewpoint(path: &Path) -> Option<[f64; 7]> {
     let mut head = [0; HEAD];
-    let read = regular_file::open(path).and_then(|mut file| file.read(&mut head));
-    let Some(head) = read.ok().and_then(|length| head.get(..length)) else { return false };
-    let text = String::from_utf8_lossy(head);
-    let words = text.lines().find_map(|line| line.trim().strip_prefix("VIEWPOINT "));
-    let numbers: Vec<f64> = words.into_iter().flat_map(str::split_whitespace).filter_map(|w| w.parse().ok()).collect();
-    numbers.len() == 7 && numbers != [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0]
+    let read = regular_file::open(path).and_then(|mut file| file.read(&mut head)).ok()?;
+    let text = String::from_utf8_lossy(head.get(..read)?);
+    let words = text.lines().find_map(|line| line.trim().strip_prefix("VIEWPOINT "))?;
+    let numbers: Vec<f64> = words.split_whitespace().filter_map(|word| word.parse().ok()).collect();
+    numbers.try_into().ok()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn viewpoints_are_poses_only_where_they_differ() {
+        let turned = [0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0];
+        let poses = |stated: &[[f64; 7]]| are_poses(stated.iter().copied().map(Some));
+        assert!(
+            !poses(&[]) && !poses(&[IDENTITY]) && !poses(&[turned, turned]) && !are_poses([None, None].into_iter())
+        );
+        assert!(poses(&[turned]) && poses(&[IDENTITY, turned]) && are_poses([None, Some(turned)].into_iter()));
+    }
 
     const CAMERA: Intrinsics = Intrinsics { width: 40, height: 30, fx: 52.5, fy: 53.0, cx: 19.2, cy: 14.9 };
 

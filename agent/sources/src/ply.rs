@@ -9,7 +9,6 @@ use crate::OpenOptions;
 use crate::pcd::{CloudFormat, PcdSource, files};
 use crate::pinhole_fit::pinhole;
 use crate::ply_grid::PlyGrid;
-use nalgebra::Isometry3;
 use semascan_formats::pcd::{PcdCloud, Viewpoint};
 use semascan_formats::{ReadError, ply, regular_file};
 use semascan_inspection::source::SourceError;
@@ -23,7 +22,7 @@ const LOOKED_AT: usize = 8;
 /// Shapes of pictures: columns for a row.
 const SHAPES: std::ops::RangeInclusive<f64> = 0.5..=2.6;
 
-const PLY: CloudFormat = CloudFormat { name: "PLY", ending: "ply", unit: None, read, has_viewpoint };
+const PLY: CloudFormat = CloudFormat { name: "PLY", ending: "ply", unit: None, read, viewpoint };
 
 /// Whether `path` is a file with points and no faces, or a folder with a file that says its grid.
 pub(crate) fn is_source(path: &Path) -> bool {
@@ -50,10 +49,12 @@ fn head(path: &Path) -> Option<PlyGrid> {
     PlyGrid::read(&head)
 }
 
-/// Whether a file says where its cloud was taken.
-fn has_viewpoint(path: &Path) -> bool {
+/// The viewpoint that a file states.
+fn viewpoint(path: &Path) -> Option<[f64; 7]> {
     let grid = regular_file::read(path).ok().and_then(|bytes| PlyGrid::read(&bytes));
-    grid.and_then(|grid| grid.viewpoint).is_some_and(|viewpoint| viewpoint != Isometry3::identity())
+    let pose = grid?.viewpoint?;
+    let (t, q) = (pose.translation.vector, pose.rotation);
+    Some([t.x, t.y, t.z, q.w, q.i, q.j, q.k])
 }
 
 /// Reads a file as an organized cloud.
@@ -102,6 +103,7 @@ fn fitting_size(positions: &[[f64; 3]]) -> Option<(u32, u32)> {
 mod tests {
     use super::*;
     use crate::rgbd_folder::fixtures::{setting, views};
+    use nalgebra::Isometry3;
     use semascan_perception::view::Intrinsics;
     use std::fs;
 

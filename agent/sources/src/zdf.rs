@@ -24,7 +24,7 @@ const MOST_PIXELS: u64 = 1 << 25;
 const MOST_NAMES: usize = 40;
 
 const ZDF: CloudFormat =
-    CloudFormat { name: "ZDF", ending: "zdf", unit: Some(LengthUnit::Millimetres), read, has_viewpoint: |_| false };
+    CloudFormat { name: "ZDF", ending: "zdf", unit: Some(LengthUnit::Millimetres), read, viewpoint: |_| None };
 
 /// Whether `path` is such a file or a folder that holds one.
 pub(crate) fn is_source(path: &Path) -> bool {

@@ -1,18 +1,21 @@
 //! A distortion together with the range in which it can be turned round.
 //!
 //! The polynomials are fitted inside of the picture and mean nothing far outside of it: past some radius they fall again,
-//! and two rays would share a pixel. So the largest radius up to which the radial part rises is looked for once, and rays
-//! beyond it have no pixel. To turn the model round, the radial part is solved by Newton's method between bounds, which
+//! and two rays would share a pixel. So the largest radius up to which the model rises in all directions is looked for once, and
+//! rays beyond it have no pixel. To turn the model round, the radial part is solved by Newton's method between bounds, which
 //! always converges as it rises, and the tangential part by Newton's method in two dimensions from there; the result is put
 //! in again and must give back the pixel.
 
 use super::{Distortion, UnusableCamera};
+use std::f64::consts::TAU;
 
 /// Farthest angle from the optical axis at which a ray is still projected: a pinhole picture cannot show more.
 const WIDEST: f64 = 85.0 * std::f64::consts::PI / 180.0;
 /// Steps in which the end of the range is looked for, and halvings of the step that holds it.
 const STEPS: u32 = 2048;
 const HALVINGS: u32 = 60;
+/// Directions in which it is looked for, where the lens is not the same in all.
+const DIRECTIONS: u32 = 64;
 /// Least slope of the radial part: below it a pixel says next to nothing of the ray.
 const LEAST_SLOPE: f64 = 1e-4;
 /// Largest error of a ray that was turned round, on the plane z = 1: a ten thousandth of a pixel of any camera.
@@ -159,9 +162,22 @@ impl Lens {
         Some(argument)
     }
 
-    /// Whether the radial part rises at `argument`.
+    /// Whether the model rises at `argument`, in all directions.
     fn rises(&self, argument: f64) -> bool {
-        self.radial(argument).is_some_and(|radial| radial.value.is_finite() && radial.slope > LEAST_SLOPE)
+        let Some(Radial { value, slope }) = self.radial(argument) else { return false };
+        if !(value.is_finite() && slope > LEAST_SLOPE) {
+            return false;
+        }
+        let (Some([p1, p2]), true) = (self.tangential(), argument > 0.0) else { return true };
+        // The derivatives along and across a ray that lies at an angle to the tangential part's own direction. Where they form a
+        // positive definite matrix on the whole of a disc, no two rays of the disc share a pixel.
+        let strength = 2.0 * argument * p1.hypot(p2);
+        (0..DIRECTIONS).all(|direction| {
+            let (across, along) = (f64::from(direction) * TAU / f64::from(DIRECTIONS)).sin_cos();
+            let radial = slope + 3.0 * strength * along;
+            let lateral = value / argument + strength * along;
+            radial > 0.0 && radial * lateral > (strength * across).powi(2)
+        })
     }
 
     /// The radial part; `None` at and past a pole.

@@ -39,6 +39,18 @@ fn any_distortion() -> impl Strategy<Value = Distortion> {
     ]
 }
 
+/// A lens whose tangential part folds the picture before its radial part does.
+#[test]
+fn no_two_rays_share_a_pixel_where_the_tangential_part_folds() {
+    let radial = [-0.303_594_690_218_789_04, -0.499_105_935_522_871_7, 0.377_956_661_973_557_2];
+    let camera = camera(Distortion::BrownConrady { radial, tangential: [0.009_521_009_469_867_107, 0.0] });
+    let pixel = |x: f64, y: f64| camera.pixel_of_point(&Point3::new(x, y, 1.0));
+    assert!(pixel(0.249_728_724_482_139_7, -0.895_508_293_889_680_7).is_none());
+    let (u, v) = pixel(0.2, -0.7).expect("in range");
+    let ray = camera.ray_of_pixel(u, v).expect("in range");
+    assert!((ray.x - 0.2).abs() < 1e-9 && (ray.y + 0.7).abs() < 1e-9, "{ray}");
+}
+
 proptest! {
     #[test]
     fn a_ray_that_has_a_pixel_is_the_ray_of_that_pixel(
