@@ -16,8 +16,8 @@ import { Link } from './support/link.mjs';
 import { onEveryBackend } from './support/session.mjs';
 import { Viewer } from './support/viewer.mjs';
 
-const ACTIONS = Number(process.env.SEMASCAN_TEST_ACTIONS ?? 24);
-const CUTS = Number(process.env.SEMASCAN_TEST_CUTS ?? 6);
+const ACTIONS = Number(process.env.SEMASCAN_TEST_ACTIONS ?? 16);
+const CUTS = Number(process.env.SEMASCAN_TEST_CUTS ?? 5);
 const SEED = Number(process.env.SEMASCAN_TEST_SEED ?? Date.now() % 1_000_000);
 
 /** Longest that a test may take: actions are made by hand, and a cut may cost a start of the agent. */
@@ -35,6 +35,7 @@ onEveryBackend(
     const data = mkdtempSync(join(tmpdir(), 'semascan-together-'));
     /** What was signed, by its reason, which is different each time; names of reviews that were sent. */
     const signed = [];
+    const refused = [];
     const sent = new Set();
     let agent, id, kim, lee;
 
@@ -92,6 +93,13 @@ onEveryBackend(
         for (const tab of person.tabs) {
           tab.page.on('request', (request) => {
             if (request.method() === 'POST' && request.url().endsWith('/reviews')) sent.add(request.postDataJSON().id);
+          });
+          // What is refused is lost, and the page says so: nothing here gives a reason for that.
+          tab.page.on('response', async (response) => {
+            const request = response.request();
+            if (request.method() !== 'POST' || !request.url().endsWith('/reviews') || response.status() < 400) return;
+            const said = await response.text().catch((error) => String(error));
+            refused.push(`${request.postDataJSON().reason}: ${response.status()} ${said.slice(0, 300)}`);
           });
           await ready(tab);
         }
@@ -319,6 +327,7 @@ onEveryBackend(
       await arrived();
       console.log(`# ${ACTIONS} actions and ${CUTS} cuts in ${((Date.now() - began) / 1000).toFixed(0)} s`);
 
+      assert.deepEqual(refused.filter((text) => !/: (408|429|50[2347]) /.test(text)), [], 'refused');
       const reviews = await log();
       // What is said of two marks at once is said of each.
       const byReason = new Map();

@@ -41,7 +41,9 @@ impl Browser {
     pub(crate) fn prepare() -> Result<Self> {
         prepare_node()?;
         if in_path("Xvfb").is_none() {
-            packages::install("without a screen Firefox draws on one in memory", &["xvfb"])?;
+            // And on no graphics card.
+            let packages = ["xvfb", "libegl1", "libgl1-mesa-dri"];
+            packages::install("without a screen Firefox draws on one in memory", &packages)?;
         }
         let chromium = program("SEMASCAN_CHROMIUM", &CHROMIUM, "the browser tests drive Chromium", "chromium")?;
         let firefox = program("SEMASCAN_FIREFOX", &FIREFOX, "the browser tests drive Firefox", "firefox-esr")?;
