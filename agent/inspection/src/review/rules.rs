@@ -214,7 +214,7 @@ pub(super) fn flat_figures(outline: &[[f64; 3]]) -> (f64, f64) {
     (0.5 * normal.norm(), perimeter)
 }
 
-/// Reviews that are settled must stand about the same subject, and be of the same kind.
+/// Reviews that are settled must stand about the same subject, and be of the same kind, as far as the person could know.
 fn check_resolved(review: &Review, standings: &Standings) -> Result<(), FieldError> {
     let contradicted =
         standings.of_subject(&review.subject).map_or(0, |standing| standing.contradicted_by(review).len());
@@ -236,6 +236,11 @@ fn check_resolved(review: &Review, standings: &Standings) -> Result<(), FieldErr
     }
     let standing = standings.of_subject(&review.subject).and_then(|standing| standing.of_kind(&review.action));
     let standing = standing.unwrap_or_default();
+    // What came after the person looked may have settled these already: then this one stands beside that. Nothing that a person
+    // decided is lost because it came late.
+    if standing.iter().any(|entry| entry.sequence > review.seen) {
+        return Ok(());
+    }
     let standing: Vec<_> = standing.iter().map(|entry| entry.review.id).collect();
     if let Some(place) = review.resolves.iter().position(|id| !standing.contains(id)) {
         let reason = format!("is no review that stands about {}", review.subject);

@@ -178,6 +178,13 @@ fn two_decisions_about_one_version_are_a_conflict_until_a_later_one_names_both()
     assert!(all.entry.conflicts_with.is_empty());
     assert_eq!((all.state.conflicts, all.state.decision), (0, Some(Decision::Accept)));
     assert_eq!(desk.entries().len(), 4, "all are kept");
+    // Somebody else settled the same meanwhile, without having seen that: both are kept, as always where two decide at once.
+    let late = Review { resolves: ids(&[1, 2, 3]), ..review(14, Subject::Part, 3, ReviewAction::Reject) };
+    let late = desk.take(late).expect("kept as well");
+    assert_eq!((late.entry.conflicts_with, late.state.conflicts), (ids(&[4]), 1));
+    let settled = Review { resolves: ids(&[4, 14]), ..review(15, Subject::Part, 5, ReviewAction::Accept) };
+    let all = desk.take(settled).expect("settles both");
+    assert_eq!((all.state.conflicts, all.state.decision), (0, Some(Decision::Accept)));
     // Decisions about different subjects, and remarks, are no conflict.
     for (number, subject) in [(5, gear()), (6, on(1)), (7, on(2))] {
         let taken = desk.take(review(number, subject, 0, ReviewAction::Accept)).expect("taken");
