@@ -5,7 +5,7 @@ use super::standing::Standings;
 use semascan_model::choice::possible_instead;
 use semascan_model::finding::{Finding, FindingKind};
 use semascan_model::record::{ClassSummary, InspectionRecord};
-use semascan_model::review::{Review, ReviewAction, Subject, SurfacePatch};
+use semascan_model::review::{Review, ReviewAction, ReviewId, Subject, SurfacePatch};
 
 /// Letters that a name of a person may have.
 const LONGEST_NAME: usize = 200;
@@ -242,7 +242,12 @@ fn check_resolved(review: &Review, standings: &Standings) -> Result<(), FieldErr
         return Ok(());
     }
     let standing: Vec<_> = standing.iter().map(|entry| entry.review.id).collect();
-    if let Some(place) = review.resolves.iter().position(|id| !standing.contains(id)) {
+    // A page names all that contradicts itself about a subject, decisions and changes of the class: each settles its own kind.
+    let stands = |id: &ReviewId| {
+        let of_subject = standings.of_subject(&review.subject);
+        of_subject.is_some_and(|of| of.decisions.iter().chain(&of.changes).any(|entry| entry.review.id == *id))
+    };
+    if let Some(place) = review.resolves.iter().position(|id| !stands(id)) {
         let reason = format!("is no review that stands about {}", review.subject);
         return fail(format!("resolves[{place}]"), reason);
     }
