@@ -38,6 +38,8 @@ use stillness::Stillness;
 
 /// How long streams are watched before it is chosen which of them are colour and depth: the better one may come later.
 const LOOK_AROUND: Duration = Duration::from_millis(1500);
+/// Bytes of pictures that are held until then.
+const MOST_EARLY: usize = 256 << 20;
 /// How long a pair waits for the transforms of its time.
 const POSE_WAIT: u64 = 1_000_000_000;
 /// Poses of before this are forgotten.
@@ -52,8 +54,8 @@ pub struct LiveSource {
     info: SourceInfo,
     link: Link,
     scan: Scan,
-    /// Until it is chosen what is inspected, all pictures.
-    early: Vec<(usize, Held)>,
+    /// Until it is chosen what is inspected, the latest pictures.
+    early: VecDeque<(usize, Held)>,
     chosen: Option<Streams>,
     /// Pairs that wait for their pose.
     waiting: VecDeque<(Option<Held>, Held)>,
@@ -116,7 +118,7 @@ impl LiveSource {
             info,
             link,
             scan,
-            early: Vec::new(),
+            early: VecDeque::new(),
             chosen: None,
             waiting: VecDeque::new(),
             stillness,
@@ -177,7 +179,11 @@ impl LiveSource {
 
     fn picture(&mut self, stream: usize, held: Held) {
         let Some(streams) = &mut self.chosen else {
-            self.early.push((stream, held));
+            self.early.push_back((stream, held));
+            // What is chosen may never come.
+            while self.early.iter().map(|(_, held)| held.bytes.len()).sum::<usize>() > MOST_EARLY {
+                self.early.pop_front();
+            }
             return;
         };
         let pairs = streams.pairing.take(streams.maker.topics(), stream, held);
@@ -305,11 +311,13 @@ impl Source for LiveSource {
                 self.follow(happening);
             }
             let has_looked = self.began.is_some_and(|began| began.elapsed() > LOOK_AROUND);
-            if self.chosen.is_none() && (has_looked || is_silent) {
+            // Pictures of which none can be measured in are no more than silence.
+            let is_in_vain = is_silent || self.began.is_some_and(|began| began.elapsed() > self.address.silence);
+            if self.chosen.is_none() && (has_looked || is_in_vain) {
                 match self.choose() {
                     Ok(()) => continue,
                     // More may come.
-                    Err(_) if !is_silent => {}
+                    Err(_) if !is_in_vain => {}
                     Err(reason) => {
                         self.is_over = true;
                         let seconds = self.address.silence.as_secs_f64();

@@ -58,8 +58,9 @@ pub fn record(
 struct Recorder {
     writer: mcap::Writer<BufWriter<File>>,
     file: File,
-    /// By the server's number of the channel: the file's, the topic, and how many messages came.
+    /// By the server's number of the channel: the file's, and the topic.
     channels: HashMap<u32, (u16, String)>,
+    /// How many came, by topic.
     messages: BTreeMap<String, u64>,
     sequences: HashMap<u16, u32>,
 }

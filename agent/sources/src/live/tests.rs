@@ -212,6 +212,16 @@ fn what_streams_no_pictures_and_who_does_not_answer_are_named() {
 }
 
 #[test]
+fn colours_without_depth_are_an_error_though_they_go_on() {
+    let colors = (0..40).flat_map(|n| [Step::Send(0, 100 * n, image(100 * n, "rgb8", &[1, 2, 3])), Step::Pause(100)]);
+    let steps = [calibration()].into_iter().chain(colors).collect();
+    let mut source = crate::open(&format!("{}?silence_s=2", server(steps)), OpenOptions::default()).expect("one");
+    let error = source.next_view().expect("why").expect_err("no depth").to_string();
+    assert!(error.contains("no topic has depth pictures") && error.contains("/camera/color/image (colour)"), "{error}");
+    assert!(source.next_view().is_none());
+}
+
+#[test]
 fn a_clock_that_is_set_back_loses_what_waits_and_nothing_else() {
     let mut steps = vec![calibration()];
     for (number, ms) in [(0, 5000), (1, 5100), (2, 100), (3, 200)] {
