@@ -14,6 +14,7 @@ pub mod pcd;
 mod pinhole_fit;
 mod ply;
 mod ply_grid;
+mod recorded_pose;
 pub mod recording;
 mod redwood;
 mod rgbd_folder;

@@ -8,6 +8,7 @@
 
 use crate::OpenOptions;
 use crate::pinhole_fit::{FittedPinhole, pinhole};
+use crate::recorded_pose::{OF_ROBOTS, evidence};
 use image::RgbImage;
 use nalgebra::{Isometry3, Point3, Quaternion, Translation3, UnitQuaternion};
 use semascan_formats::offset::relative;
@@ -15,7 +16,7 @@ use semascan_formats::pcd::{self, PcdCloud, Viewpoint};
 use semascan_formats::{ReadError, regular_file, unit};
 use semascan_inspection::source::{Source, SourceError, SourceInfo};
 use semascan_model::{LengthUnit, Taxonomy};
-use semascan_perception::view::{DepthImage, Intrinsics, PoseEvidence, View, covariance_of_prior};
+use semascan_perception::view::{DepthImage, Intrinsics, View};
 use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -24,8 +25,6 @@ use std::sync::Arc;
 const HEAD: usize = 2048;
 /// A viewpoint that says nothing.
 const IDENTITY: [f64; 7] = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0];
-/// Standard deviations assumed of viewpoints: no file says any. Radians and metres.
-const POSE_SIGMA: (f64, f64) = (0.01, 0.003);
 /// What is shown where the file has no colours.
 const GREY: [u8; 3] = [128; 3];
 
@@ -210,18 +209,9 @@ fn view(index: u32, cloud: PcdCloud, unit: LengthUnit, has_pose: bool) -> Result
         intrinsics,
         rgb: Arc::new(rgb.ok_or_else(|| format!("there is not one colour for each of {width} x {height} points"))?),
         depth: Arc::new(DepthImage { width, height, metres }),
-        pose: evidence(table_from_camera),
+        pose: evidence(table_from_camera, OF_ROBOTS),
         labels: None,
         truth: None,
-    })
-}
-
-/// A pose as evidence.
-pub(crate) fn evidence(table_from_camera: Option<Isometry3<f64>>) -> PoseEvidence {
-    let (rotation, translation) = POSE_SIGMA;
-    table_from_camera.map_or(PoseEvidence::None, |table_from_camera| PoseEvidence::World {
-        table_from_camera,
-        covariance: covariance_of_prior(rotation, translation),
     })
 }
 
@@ -278,6 +268,7 @@ fn viewpoint(path: &Path) -> Option<[f64; 7]> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use semascan_perception::view::PoseEvidence;
 
     #[test]
     fn viewpoints_are_poses_only_where_they_differ() {

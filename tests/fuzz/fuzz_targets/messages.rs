@@ -5,22 +5,10 @@
 use libfuzzer_sys::fuzz_target;
 use semascan_sources::messages::{DepthSamples, Encoding, Kind, Message, decode};
 
-const KINDS: [Kind; 8] = [
-    Kind::Image,
-    Kind::CompressedImage,
-    Kind::Calibration,
-    Kind::Transform,
-    Kind::Transforms,
-    Kind::JointStates,
-    Kind::PointCloud,
-    Kind::Text,
-];
-const ENCODINGS: [Encoding; 4] = [Encoding::Cdr, Encoding::Ros1, Encoding::Protobuf, Encoding::Json];
-
 fuzz_target!(|bytes: &[u8]| {
     let [kind, encoding, message @ ..] = bytes else { return };
-    let kind = KINDS[usize::from(*kind) % KINDS.len()];
-    let encoding = ENCODINGS[usize::from(*encoding) % ENCODINGS.len()];
+    let kind = Kind::ALL[usize::from(*kind) % Kind::ALL.len()];
+    let encoding = Encoding::ALL[usize::from(*encoding) % Encoding::ALL.len()];
     match decode(kind, encoding, message) {
         Ok(Message::Depth(depth)) => {
             let count = match depth.samples {

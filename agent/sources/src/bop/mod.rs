@@ -29,6 +29,7 @@ pub(super) use write::{write_json, write_png};
 
 use crate::OpenOptions;
 use crate::camera_mask::{self, CameraPixels};
+use crate::recorded_pose::{OF_ROBOTS, evidence};
 use instances::{Instances, ViewObjects};
 use metadata::SceneMetadata;
 use pictures::{Pictures, StoredDepth};
@@ -36,7 +37,7 @@ use probe::{Probe, SceneUnits};
 use semascan_inspection::source::{Source, SourceError, SourceInfo};
 use semascan_inspection::spec::CameraMask;
 use semascan_model::Taxonomy;
-use semascan_perception::view::{PoseEvidence, RecordedLabels, View, covariance_of_prior};
+use semascan_perception::view::{RecordedLabels, View};
 use sensor::Sensor;
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -64,9 +65,6 @@ const OVERLAP: &str = "mask_overlap";
 
 /// Value of a pixel of which nothing is known, in `labels/` and, unless `defects.json` names it, in `defects/`.
 const UNKNOWN: u8 = u8::MAX;
-
-/// Standard deviations assumed of recorded poses: BOP records none. Radians and metres.
-const POSE_SIGMA: (f64, f64) = (0.01, 0.003);
 
 impl BopSource {
     /// Whether `path` looks like a BOP scene folder, or is the file of one of its cameras.
@@ -174,11 +172,7 @@ impl BopSource {
         }
         let labels = if self.labels { self.read_labels(number, size)? } else { None };
         let (labels, shared) = labels.map_or((None, 0), |(labels, shared)| (Some(Arc::new(labels)), shared));
-        let (rotation, translation) = POSE_SIGMA;
-        let pose = camera.table_from_camera.map_or(PoseEvidence::None, |table_from_camera| PoseEvidence::World {
-            table_from_camera,
-            covariance: covariance_of_prior(rotation, translation),
-        });
+        let pose = evidence(camera.table_from_camera, OF_ROBOTS);
         let view = View {
             index,
             stamp: None,

@@ -1,6 +1,7 @@
 //! When a view is taken of a stream: every pair that is far enough from the last one, or where the camera rests, too.
 
 use super::LiveAddress;
+use crate::recording::RecordingOptions;
 use nalgebra::Isometry3;
 
 /// How far a camera that rests moves: metres and radians.
@@ -10,20 +11,13 @@ const REST: (f64, f64) = (2e-4, 5e-4);
 #[derive(Clone, Debug)]
 pub(super) struct Stillness {
     waits_for_rest: bool,
-    least_shift: f64,
-    least_turn: f64,
+    options: RecordingOptions,
     last: Option<Isometry3<f64>>,
 }
 
 impl Stillness {
     pub(super) fn new(address: &LiveAddress) -> Self {
-        let step = &address.recording;
-        Self {
-            waits_for_rest: address.waits_for_rest,
-            least_shift: step.least_shift,
-            least_turn: step.least_turn,
-            last: None,
-        }
+        Self { waits_for_rest: address.waits_for_rest, options: address.recording.clone(), last: None }
     }
 
     /// Whether a pair becomes a view that was taken at a pose; `earlier` tells where the camera was as long before as it has to
@@ -34,19 +28,13 @@ impl Stillness {
         earlier: impl FnOnce() -> Option<Isometry3<f64>>,
     ) -> bool {
         let Some(pose) = table_from_camera else { return !self.waits_for_rest };
-        let asks_for_motion = self.least_shift > 0.0 || self.least_turn > 0.0;
-        if let (true, Some(last)) = (asks_for_motion, &self.last) {
-            let (shift, turn) = way(last, pose);
-            let has_moved = self.least_shift > 0.0 && shift >= self.least_shift;
-            let has_turned = self.least_turn > 0.0 && turn >= self.least_turn;
-            if !has_moved && !has_turned {
-                return false;
-            }
+        if self.last.is_some_and(|last| !self.options.is_step(&last, pose)) {
+            return false;
         }
         if self.waits_for_rest {
             let rests = earlier().is_some_and(|earlier| {
-                let (shift, turn) = way(&earlier, pose);
-                shift <= REST.0 && turn <= REST.1
+                let way = earlier.inverse() * pose;
+                way.translation.vector.norm() <= REST.0 && way.rotation.angle() <= REST.1
             });
             if !rests {
                 return false;
@@ -55,12 +43,6 @@ impl Stillness {
         self.last = Some(*pose);
         true
     }
-}
-
-/// Metres and radians between two poses.
-fn way(from: &Isometry3<f64>, to: &Isometry3<f64>) -> (f64, f64) {
-    let way = from.inverse() * to;
-    (way.translation.vector.norm(), way.rotation.angle())
 }
 
 #[cfg(test)]

@@ -56,6 +56,20 @@ pub enum Kind {
     Text,
 }
 
+impl Kind {
+    /// Every kind.
+    pub const ALL: [Self; 8] = [
+        Self::Image,
+        Self::CompressedImage,
+        Self::Calibration,
+        Self::Transform,
+        Self::Transforms,
+        Self::JointStates,
+        Self::PointCloud,
+        Self::Text,
+    ];
+}
+
 /// How a message is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Encoding {
@@ -67,6 +81,11 @@ pub enum Encoding {
     Protobuf,
     /// JSON, of Foxglove's schemas.
     Json,
+}
+
+impl Encoding {
+    /// Every encoding.
+    pub const ALL: [Self; 4] = [Self::Cdr, Self::Ros1, Self::Protobuf, Self::Json];
 }
 
 /// Types of ROS, without the `msg/` that ROS 2 puts in the middle.

@@ -3,18 +3,6 @@
 use super::*;
 use proptest::prelude::*;
 
-const KINDS: [Kind; 8] = [
-    Kind::Image,
-    Kind::CompressedImage,
-    Kind::Calibration,
-    Kind::Transform,
-    Kind::Transforms,
-    Kind::JointStates,
-    Kind::PointCloud,
-    Kind::Text,
-];
-const ENCODINGS: [Encoding; 4] = [Encoding::Cdr, Encoding::Ros1, Encoding::Protobuf, Encoding::Json];
-
 /// A packed message being written; CDR's alignment is followed where asked for.
 struct Written {
     bytes: Vec<u8>,
@@ -174,8 +162,8 @@ proptest! {
     #[test]
     fn any_bytes_are_decoded_or_refused(bytes in prop::collection::vec(any::<u8>(), 0..400), cdr in any::<bool>()) {
         let message = if cdr { [&[0, 1, 0, 0][..], &bytes].concat() } else { bytes };
-        for kind in KINDS {
-            for encoding in ENCODINGS {
+        for kind in Kind::ALL {
+            for encoding in Encoding::ALL {
                 if let Ok(decoded) = decode(kind, encoding, &message) {
                     prop_assert!(size(&decoded) <= 100 * message.len(), "{kind:?} {encoding:?}");
                 }

@@ -1,14 +1,17 @@
 //! Files of records and compressed chunks, which MCAP files and ROS 1 bags both are: pieces of the file at an offset, chunks
 //! that are decompressed once and kept while their messages are asked for.
 
-use super::container::{ContainerError, LARGEST};
+use super::container::{LARGEST, format_error, io_error};
 use semascan_formats::regular_file;
+use semascan_inspection::source::SourceError;
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
 /// Chunks that stay decompressed: those of a colour and of a depth picture, and of the two in front of them.
 const KEPT: usize = 4;
+/// What is said of a file whose pieces are not where they were.
+pub(crate) const CHANGED: &str = "has changed while it was read";
 
 /// A file of which pieces are read.
 #[derive(Debug)]
@@ -69,9 +72,9 @@ fn read_all(decoder: impl Read, size: u64) -> Result<Vec<u8>, String> {
 }
 
 impl Blocks {
-    pub(crate) fn open(path: &Path) -> Result<Self, ContainerError> {
-        let file = regular_file::open(path).map_err(ContainerError::io(path))?;
-        let length = file.metadata().map_err(ContainerError::io(path))?.len();
+    pub(crate) fn open(path: &Path) -> Result<Self, SourceError> {
+        let file = regular_file::open(path).map_err(io_error(path))?;
+        let length = file.metadata().map_err(io_error(path))?.len();
         Ok(Self { path: path.to_owned(), file, length, kept: Vec::new() })
     }
 
@@ -84,19 +87,25 @@ impl Blocks {
         self.length
     }
 
+    /// A piece of the file that was there when it was looked through.
+    pub(crate) fn known_piece(&mut self, offset: u64, length: u64) -> Result<Vec<u8>, SourceError> {
+        let piece = self.piece(offset, length)?;
+        piece.ok_or_else(|| format_error(&self.path, CHANGED))
+    }
+
     /// A piece of the file; `None` where it ends before that.
-    pub(crate) fn piece(&mut self, offset: u64, length: u64) -> Result<Option<Vec<u8>>, ContainerError> {
+    pub(crate) fn piece(&mut self, offset: u64, length: u64) -> Result<Option<Vec<u8>>, SourceError> {
         let is_inside = offset.checked_add(length).is_some_and(|end| end <= self.length);
         if !is_inside {
             return Ok(None);
         }
         if length > LARGEST {
             let reason = format!("a record of {length} bytes is larger than the {LARGEST} that are read");
-            return Err(ContainerError::format(&self.path, reason));
+            return Err(format_error(&self.path, reason));
         }
-        self.file.seek(SeekFrom::Start(offset)).map_err(ContainerError::io(&self.path))?;
+        self.file.seek(SeekFrom::Start(offset)).map_err(io_error(&self.path))?;
         let mut piece = vec![0; length as usize];
-        self.file.read_exact(&mut piece).map_err(ContainerError::io(&self.path))?;
+        self.file.read_exact(&mut piece).map_err(io_error(&self.path))?;
         Ok(Some(piece))
     }
 
@@ -105,8 +114,8 @@ impl Blocks {
         &mut self,
         offset: u64,
         (start, length): (usize, usize),
-        read: impl FnOnce(&mut Self) -> Result<Vec<u8>, ContainerError>,
-    ) -> Result<Vec<u8>, ContainerError> {
+        read: impl FnOnce(&mut Self) -> Result<Vec<u8>, SourceError>,
+    ) -> Result<Vec<u8>, SourceError> {
         if !self.kept.iter().any(|(kept, _)| *kept == offset) {
             let content = read(self)?;
             if self.kept.len() == KEPT {
@@ -116,7 +125,7 @@ impl Blocks {
         }
         let content = self.kept.iter().find(|(kept, _)| *kept == offset).map(|(_, content)| content.as_slice());
         let part = content.and_then(|content| content.get(start..start.checked_add(length)?));
-        part.map(<[u8]>::to_vec).ok_or_else(|| ContainerError::format(&self.path, "has changed while it was read"))
+        part.map(<[u8]>::to_vec).ok_or_else(|| format_error(&self.path, CHANGED))
     }
 }
 

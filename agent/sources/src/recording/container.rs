@@ -2,40 +2,20 @@
 //! again by its place.
 
 use crate::messages::{Encoding, Kind, Stamp, of_channel};
-use std::path::{Path, PathBuf};
+use semascan_inspection::source::SourceError;
+use std::path::Path;
 
 /// Most bytes of a message, or of what a chunk of compressed messages holds.
 pub(crate) const LARGEST: u64 = 1 << 30;
 
-/// Why a recording cannot be read.
-#[derive(Debug, thiserror::Error)]
-pub enum ContainerError {
-    /// The system cannot read the file.
-    #[error("{}: {source}", path.display())]
-    Io {
-        /// The file.
-        path: PathBuf,
-        /// What the system says.
-        source: std::io::Error,
-    },
-    /// The file is not what it should be.
-    #[error("{}: {reason}", path.display())]
-    Format {
-        /// The file.
-        path: PathBuf,
-        /// What is wrong.
-        reason: String,
-    },
+/// A file that is not what it should be, and why.
+pub(crate) fn format_error(path: &Path, reason: impl Into<String>) -> SourceError {
+    SourceError::Format { path: path.to_owned(), reason: reason.into() }
 }
 
-impl ContainerError {
-    pub(crate) fn format(path: &Path, reason: impl Into<String>) -> Self {
-        Self::Format { path: path.to_owned(), reason: reason.into() }
-    }
-
-    pub(crate) fn io(path: &Path) -> impl FnOnce(std::io::Error) -> Self + '_ {
-        move |source| Self::Io { path: path.to_owned(), source }
-    }
+/// A file that the system cannot read.
+pub(crate) fn io_error(path: &Path) -> impl FnOnce(std::io::Error) -> SourceError + '_ {
+    move |source| SourceError::Io { path: path.to_owned(), source }
 }
 
 /// A stream of messages of one type.
@@ -94,12 +74,12 @@ pub(crate) trait Container: Send {
     /// Shows every message of a channel that is decoded, in the order of the file.
     ///
     /// # Errors
-    /// [`ContainerError`] where the file is not what it should be from its beginning on.
-    fn scan(&mut self, visit: &mut Visit<'_>) -> Result<End, ContainerError>;
+    /// [`SourceError`] where the file is not what it should be from its beginning on.
+    fn scan(&mut self, visit: &mut Visit<'_>) -> Result<End, SourceError>;
 
     /// The message at a place that [`scan`](Self::scan) named.
     ///
     /// # Errors
-    /// [`ContainerError`] where the file has changed since, or cannot be read.
-    fn read(&mut self, place: Place) -> Result<Vec<u8>, ContainerError>;
+    /// [`SourceError`] where the file has changed since, or cannot be read.
+    fn read(&mut self, place: Place) -> Result<Vec<u8>, SourceError>;
 }

@@ -1,10 +1,11 @@
 //! What a recording holds: its pictures by topic with their stamps and places, and the calibrations and transforms, which
 //! are small and kept. Pixels are not decoded here.
 
-use super::container::{Channel, Container, ContainerError, End, Found, Place};
+use super::container::{Channel, Container, End, Found, Place};
 use super::realsense;
 use crate::messages::{Calibration, Content, Encoding, Header, Kind, MessageError, Parsed, Stamp, parse};
 use crate::transforms::{TransformTree, Validity};
+use semascan_inspection::source::SourceError;
 use std::collections::BTreeMap;
 
 /// Most topics with pictures, and with calibrations.
@@ -79,7 +80,7 @@ pub(crate) struct Scan {
 
 impl Index {
     /// Scans the files of a recording. A transform is held for `tolerance` nanoseconds.
-    pub(crate) fn of(files: &mut [Box<dyn Container>], tolerance: u64) -> Result<Self, ContainerError> {
+    pub(crate) fn of(files: &mut [Box<dyn Container>], tolerance: u64) -> Result<Self, SourceError> {
         let mut scan = Scan::new(tolerance);
         for (place, file) in files.iter_mut().enumerate() {
             let end = file.scan(&mut |channel, found| {

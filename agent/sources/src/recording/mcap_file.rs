@@ -1,10 +1,11 @@
 //! MCAP files of any writer (<https://mcap.dev/spec>): records from the first to the last, without the index at the end, so
 //! that a file whose writer was killed is read to its last whole record.
 
-use super::blocks::{Blocks, Compression};
-use super::container::{Channel, Container, ContainerError, End, Found, LARGEST, Place, Visit};
+use super::blocks::{Blocks, CHANGED, Compression};
+use super::container::{Channel, Container, End, Found, LARGEST, Place, Visit, format_error};
 use crate::messages::fields::Fields;
 use crate::messages::{MessageError, Stamp};
+use semascan_inspection::source::SourceError;
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -57,10 +58,10 @@ struct Known {
 type Chunk = Result<Vec<u8>, String>;
 
 impl McapFile {
-    pub(crate) fn open(path: &Path) -> Result<Self, ContainerError> {
+    pub(crate) fn open(path: &Path) -> Result<Self, SourceError> {
         let mut blocks = Blocks::open(path)?;
         if blocks.piece(0, MAGIC.len() as u64)?.as_deref() != Some(MAGIC) {
-            return Err(ContainerError::format(path, "is no MCAP file"));
+            return Err(format_error(path, "is no MCAP file"));
         }
         Ok(Self { blocks })
     }
@@ -89,7 +90,7 @@ impl McapFile {
     }
 
     /// Kind and length of the record at `offset`; `None` where the file ends within its header.
-    fn record(&mut self, offset: u64) -> Result<Option<(u8, u64)>, ContainerError> {
+    fn record(&mut self, offset: u64) -> Result<Option<(u8, u64)>, SourceError> {
         let header = self.blocks.piece(offset, RECORD_HEADER as u64)?;
         Ok(header.as_deref().and_then(|header| {
             let mut fields = Fields::packed(header);
@@ -98,7 +99,7 @@ impl McapFile {
     }
 
     /// The content of the chunk whose record's body is at `offset`.
-    fn chunk(&mut self, offset: u64, length: u64) -> Result<Option<Chunk>, ContainerError> {
+    fn chunk(&mut self, offset: u64, length: u64) -> Result<Option<Chunk>, SourceError> {
         let Some(body) = self.blocks.piece(offset, length)? else { return Ok(None) };
         Ok(Some(decompress(body)))
     }
@@ -181,7 +182,7 @@ impl Container for McapFile {
         self.blocks.path()
     }
 
-    fn scan(&mut self, visit: &mut Visit<'_>) -> Result<End, ContainerError> {
+    fn scan(&mut self, visit: &mut Visit<'_>) -> Result<End, SourceError> {
         let mut known = Known::default();
         let mut offset = MAGIC.len() as u64;
         let cut = |reason: String| Ok(End::Cut(reason));
@@ -219,18 +220,15 @@ impl Container for McapFile {
         }
     }
 
-    fn read(&mut self, place: Place) -> Result<Vec<u8>, ContainerError> {
-        let changed = "has changed while it was read";
-        let path = self.blocks.path().to_owned();
+    fn read(&mut self, place: Place) -> Result<Vec<u8>, SourceError> {
         if place.block == NO_CHUNK {
-            let piece = self.blocks.piece(place.offset as u64, place.length as u64)?;
-            return piece.ok_or_else(|| ContainerError::format(&path, changed));
+            return self.blocks.known_piece(place.offset as u64, place.length as u64);
         }
-        let Some((_, length)) = self.record(place.block)? else { return Err(ContainerError::format(&path, changed)) };
+        let record = self.record(place.block)?;
+        let (_, length) = record.ok_or_else(|| format_error(self.blocks.path(), CHANGED))?;
         self.blocks.part(place.block, (place.offset, place.length), |blocks| {
-            let body = blocks.piece(place.block + RECORD_HEADER as u64, length)?;
-            let body = body.ok_or_else(|| ContainerError::format(&path, changed))?;
-            decompress(body).map_err(|reason| ContainerError::format(&path, reason))
+            let body = blocks.known_piece(place.block + RECORD_HEADER as u64, length)?;
+            decompress(body).map_err(|reason| format_error(blocks.path(), reason))
         })
     }
 }

@@ -30,7 +30,6 @@ mod tests;
 mod topics;
 mod view_maker;
 
-pub use container::ContainerError;
 pub(crate) use container::{Channel, Found, Place};
 pub(crate) use index::{Index, Picture, Scan};
 pub(crate) use options::number;
@@ -40,7 +39,7 @@ pub(crate) use topics::Chosen;
 pub(crate) use view_maker::{Topics, ViewMaker};
 
 use crate::OpenOptions;
-use container::Container;
+use container::{Container, format_error};
 use mcap_file::{FirstContent, McapFile};
 use plan::Plan;
 use ros1_bag::Ros1Bag;
@@ -100,7 +99,7 @@ impl RecordingSource {
             return Err(refuse("is no recording: there is neither an MCAP file nor an SQLite file in it".to_owned()));
         }
         let mut files = paths.iter().map(|path| open_file(path)).collect::<Result<Vec<_>, _>>()?;
-        let index = Index::of(&mut files, recording.transform_tolerance).map_err(named)?;
+        let index = Index::of(&mut files, recording.transform_tolerance)?;
         let chosen = Chosen::of(&index, recording).map_err(refuse)?;
         let plan = Plan::of(&index, &chosen, recording, options.every as usize).map_err(refuse)?;
         let (maker, unit_said) = ViewMaker::new(&index, &chosen, &options)?;
@@ -181,7 +180,7 @@ fn file_kind(path: &Path) -> Option<FileKind> {
 }
 
 fn open_file(path: &Path) -> Result<Box<dyn Container>, SourceError> {
-    let file: Result<Box<dyn Container>, ContainerError> = match file_kind(path) {
+    match file_kind(path) {
         Some(FileKind::Mcap) => McapFile::open(path).map(|file| Box::new(file) as _),
         Some(FileKind::Database) => Ros2Database::open(path).map(|file| Box::new(file) as _),
         Some(FileKind::Bag) => Ros1Bag::open(path).map(|file| Box::new(file) as _),
@@ -190,10 +189,9 @@ fn open_file(path: &Path) -> Result<Box<dyn Container>, SourceError> {
                 true => "; it is compressed as a whole: `zstd -d` makes a recording of it",
                 false => "",
             };
-            Err(ContainerError::format(path, format!("is neither an MCAP file nor a ROS bag{hint}")))
+            Err(format_error(path, format!("is neither an MCAP file nor a ROS bag{hint}")))
         }
-    };
-    file.map_err(named)
+    }
 }
 
 /// The files of a folder that rosbag2 made, by name: SQLite files, or MCAP files beside a `metadata.yaml`.
@@ -208,11 +206,4 @@ fn bag_files(folder: &Path) -> Vec<PathBuf> {
     let mut files: Vec<PathBuf> = entries.filter_map(|entry| Some(entry.ok()?.path())).filter(|p| is_one(p)).collect();
     files.sort();
     files
-}
-
-fn named(error: ContainerError) -> SourceError {
-    match error {
-        ContainerError::Io { path, source } => SourceError::Io { path, source },
-        ContainerError::Format { path, reason } => SourceError::Format { path, reason },
-    }
 }

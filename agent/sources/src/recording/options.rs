@@ -1,6 +1,7 @@
 //! How a recording is read where that is not clear from itself: keys behind a `?`, as in `x.mcap?shift_mm=5&fixed_frame=map`.
 
 use crate::pairing::TOLERANCE;
+use nalgebra::Isometry3;
 
 /// How a recording is read.
 #[derive(Clone, Debug, PartialEq)]
@@ -74,6 +75,14 @@ pub const KEYS: &[Key] = &[
 ];
 
 impl RecordingOptions {
+    /// Whether a camera has moved or turned as far as is asked for between two views; it has where nothing is asked for.
+    pub(crate) fn is_step(&self, from: &Isometry3<f64>, to: &Isometry3<f64>) -> bool {
+        let way = from.inverse() * to;
+        let has_moved = self.least_shift > 0.0 && way.translation.vector.norm() >= self.least_shift;
+        let has_turned = self.least_turn > 0.0 && way.rotation.angle() >= self.least_turn;
+        has_moved || has_turned || (self.least_shift <= 0.0 && self.least_turn <= 0.0)
+    }
+
     /// Takes over what `query` says, as `shift_mm=5&fixed_frame=map`.
     ///
     /// # Errors

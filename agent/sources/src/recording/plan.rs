@@ -159,15 +159,11 @@ fn place(views: &mut [PlannedView], index: &Index, fixed: &str, camera: &str) ->
 fn thinned(views: Vec<PlannedView>, options: &RecordingOptions, every: usize) -> Vec<PlannedView> {
     let mut kept: Vec<PlannedView> = Vec::new();
     let mut last: Option<Isometry3<f64>> = None;
-    let asks_for_motion = options.least_shift > 0.0 || options.least_turn > 0.0;
     for view in views.into_iter().step_by(every.max(1)) {
-        if let (true, Some(pose), Some(last)) = (asks_for_motion, &view.table_from_camera, &last) {
-            let way = last.inverse() * pose;
-            let has_moved = options.least_shift > 0.0 && way.translation.vector.norm() >= options.least_shift;
-            let has_turned = options.least_turn > 0.0 && way.rotation.angle() >= options.least_turn;
-            if !has_moved && !has_turned {
-                continue;
-            }
+        if let (Some(pose), Some(last)) = (&view.table_from_camera, &last)
+            && !options.is_step(last, pose)
+        {
+            continue;
         }
         last = view.table_from_camera.or(last);
         kept.push(view);

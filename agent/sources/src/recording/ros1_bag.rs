@@ -1,10 +1,11 @@
 //! ROS 1 bags, version 2.0 (<http://wiki.ros.org/Bags/Format/2.0>): records from the first to the last, without the index, so
 //! that a bag that was not closed (`.bag.active`) is read, too.
 
-use super::blocks::{Blocks, Compression};
-use super::container::{Channel, Container, ContainerError, End, Found, LARGEST, Place, Visit};
+use super::blocks::{Blocks, CHANGED, Compression};
+use super::container::{Channel, Container, End, Found, LARGEST, Place, Visit, format_error};
 use crate::messages::fields::Fields;
 use crate::messages::{MessageError, Stamp};
+use semascan_inspection::source::SourceError;
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -50,16 +51,16 @@ struct Record {
 }
 
 impl Ros1Bag {
-    pub(crate) fn open(path: &Path) -> Result<Self, ContainerError> {
+    pub(crate) fn open(path: &Path) -> Result<Self, SourceError> {
         let mut blocks = Blocks::open(path)?;
         if blocks.piece(0, MAGIC.len() as u64)?.as_deref() != Some(MAGIC) {
-            return Err(ContainerError::format(path, "is no ROS bag of version 2.0"));
+            return Err(format_error(path, "is no ROS bag of version 2.0"));
         }
         Ok(Self { blocks })
     }
 
     /// The record at `offset`; `None` where the file ends before it does.
-    fn record(&mut self, offset: u64) -> Result<Option<Record>, ContainerError> {
+    fn record(&mut self, offset: u64) -> Result<Option<Record>, SourceError> {
         let Some(length) = self.length(offset)? else { return Ok(None) };
         let Some(header) = self.blocks.piece(offset + LENGTH, length)? else { return Ok(None) };
         let Some(data) = self.length(offset + LENGTH + length)? else { return Ok(None) };
@@ -68,7 +69,7 @@ impl Ros1Bag {
         Ok(is_inside.then(|| Record { header: RecordHeader::parse(&header), start, length: data }))
     }
 
-    fn length(&mut self, offset: u64) -> Result<Option<u64>, ContainerError> {
+    fn length(&mut self, offset: u64) -> Result<Option<u64>, SourceError> {
         let bytes = self.blocks.piece(offset, LENGTH)?;
         Ok(bytes.and_then(|bytes| Fields::packed(&bytes).u32("length").ok()).map(u64::from))
     }
@@ -171,7 +172,7 @@ impl Container for Ros1Bag {
         self.blocks.path()
     }
 
-    fn scan(&mut self, visit: &mut Visit<'_>) -> Result<End, ContainerError> {
+    fn scan(&mut self, visit: &mut Visit<'_>) -> Result<End, SourceError> {
         let mut channels = BTreeMap::new();
         let mut offset = MAGIC.len() as u64;
         let cut = |reason: String| Ok(End::Cut(reason));
@@ -206,19 +207,16 @@ impl Container for Ros1Bag {
         Ok(End::Whole)
     }
 
-    fn read(&mut self, place: Place) -> Result<Vec<u8>, ContainerError> {
-        let changed = "has changed while it was read";
-        let path = self.blocks.path().to_owned();
+    fn read(&mut self, place: Place) -> Result<Vec<u8>, SourceError> {
         if place.block == NO_CHUNK {
-            let piece = self.blocks.piece(place.offset as u64, place.length as u64)?;
-            return piece.ok_or_else(|| ContainerError::format(&path, changed));
+            return self.blocks.known_piece(place.offset as u64, place.length as u64);
         }
         let Some(Record { header: Ok(header), start, length }) = self.record(place.block)? else {
-            return Err(ContainerError::format(&path, changed));
+            return Err(format_error(self.blocks.path(), CHANGED));
         };
         self.blocks.part(place.block, (place.offset, place.length), |blocks| {
-            let data = blocks.piece(start, length)?.ok_or_else(|| ContainerError::format(&path, changed))?;
-            decompress(&header, data).map_err(|reason| ContainerError::format(&path, reason))
+            let data = blocks.known_piece(start, length)?;
+            decompress(&header, data).map_err(|reason| format_error(blocks.path(), reason))
         })
     }
 }

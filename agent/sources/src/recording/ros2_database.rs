@@ -3,11 +3,12 @@
 //! The file comes from outside. It is opened to be read only; the tables must be plain ones, so that asking for a row runs
 //! nothing that the file brings along.
 
-use super::container::{Channel, Container, ContainerError, End, Found, Place, Visit};
+use super::container::{Channel, Container, End, Found, Place, Visit, format_error, io_error};
 use crate::messages::Stamp;
 use rusqlite::config::DbConfig;
 use rusqlite::{Connection, OpenFlags, OptionalExtension};
 use semascan_formats::regular_file;
+use semascan_inspection::source::SourceError;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -27,9 +28,9 @@ pub(crate) struct Ros2Database {
 }
 
 impl Ros2Database {
-    pub(crate) fn open(path: &Path) -> Result<Self, ContainerError> {
-        let file = regular_file::open(path).map_err(ContainerError::io(path))?;
-        let length = file.metadata().map_err(ContainerError::io(path))?.len();
+    pub(crate) fn open(path: &Path) -> Result<Self, SourceError> {
+        let file = regular_file::open(path).map_err(io_error(path))?;
+        let length = file.metadata().map_err(io_error(path))?.len();
         drop(file);
         let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX;
         let database = Connection::open_with_flags(path, flags).map_err(|error| failed(path, &error))?;
@@ -47,7 +48,7 @@ impl Ros2Database {
     }
 
     /// Whether a table is there, is no view, and has plain columns of these names.
-    fn check_table(&self, table: &str, columns: &[&str]) -> Result<(), ContainerError> {
+    fn check_table(&self, table: &str, columns: &[&str]) -> Result<(), SourceError> {
         let kind = self
             .database
             .query_row("SELECT type FROM sqlite_schema WHERE name = ?1 AND sql NOT LIKE '%VIRTUAL%'", [table], |row| {
@@ -57,7 +58,7 @@ impl Ros2Database {
             .map_err(|error| self.failed(&error))?;
         if kind.as_deref() != Some("table") {
             let reason = format!("is no ROS 2 bag: it has no table {table:?}");
-            return Err(ContainerError::format(&self.path, reason));
+            return Err(format_error(&self.path, reason));
         }
         let mut found = BTreeMap::new();
         let mut statement = self
@@ -74,13 +75,13 @@ impl Ros2Database {
         for column in columns {
             if found.get(*column) != Some(&0) {
                 let reason = format!("is no ROS 2 bag: its table {table:?} has no plain column {column:?}");
-                return Err(ContainerError::format(&self.path, reason));
+                return Err(format_error(&self.path, reason));
             }
         }
         Ok(())
     }
 
-    fn channels(&self) -> Result<BTreeMap<i64, Channel>, ContainerError> {
+    fn channels(&self) -> Result<BTreeMap<i64, Channel>, SourceError> {
         // The encoding of all of them is CDR where the column is not there, as in the oldest bags.
         let has_encoding = self.check_table("topics", &["serialization_format"]).is_ok();
         let encoding = if has_encoding { "serialization_format" } else { "'cdr'" };
@@ -97,7 +98,7 @@ impl Ros2Database {
         rows.collect::<Result<_, _>>().map_err(|error| self.failed(&error))
     }
 
-    fn failed(&self, error: &rusqlite::Error) -> ContainerError {
+    fn failed(&self, error: &rusqlite::Error) -> SourceError {
         failed(&self.path, error)
     }
 
@@ -114,8 +115,8 @@ impl Ros2Database {
     }
 }
 
-fn failed(path: &Path, error: &rusqlite::Error) -> ContainerError {
-    ContainerError::format(path, format!("SQLite: {error}"))
+fn failed(path: &Path, error: &rusqlite::Error) -> SourceError {
+    format_error(path, format!("SQLite: {error}"))
 }
 
 impl Container for Ros2Database {
@@ -123,7 +124,7 @@ impl Container for Ros2Database {
         &self.path
     }
 
-    fn scan(&mut self, visit: &mut Visit<'_>) -> Result<End, ContainerError> {
+    fn scan(&mut self, visit: &mut Visit<'_>) -> Result<End, SourceError> {
         let channels = self.channels()?;
         let wanted: BTreeMap<_, _> = channels.iter().filter(|(_, channel)| channel.decoded.is_some()).collect();
         let mut statement = self
@@ -159,13 +160,13 @@ impl Container for Ros2Database {
         }
     }
 
-    fn read(&mut self, place: Place) -> Result<Vec<u8>, ContainerError> {
+    fn read(&mut self, place: Place) -> Result<Vec<u8>, SourceError> {
         let message = self
             .database
             .query_row("SELECT data FROM messages WHERE id = ?1", [place.block.cast_signed()], |row| {
                 row.get::<_, Vec<u8>>(0)
             })
             .map_err(|error| self.failed(&error))?;
-        Self::decompressed(message).map_err(|reason| ContainerError::format(&self.path, reason))
+        Self::decompressed(message).map_err(|reason| format_error(&self.path, reason))
     }
 }

@@ -8,14 +8,13 @@ use crate::OpenOptions;
 use crate::bop::mask;
 use crate::messages::{CloudPicture, ColorPicture, Content, DepthUnit, Message, MessageError, Stamp, decode};
 use crate::pinhole_fit::pinhole;
+use crate::recorded_pose::{OF_ROBOTS, evidence};
 use image::RgbImage;
 use semascan_inspection::source::SourceError;
 use semascan_inspection::spec::CameraMask;
-use semascan_perception::view::{DepthImage, Intrinsics, PoseEvidence, View, covariance_of_prior};
+use semascan_perception::view::{DepthImage, Intrinsics, View};
 use std::sync::Arc;
 
-/// Standard deviations assumed of recorded poses, which ROS does not state: radians and metres.
-const POSE_SIGMA: (f64, f64) = (0.01, 0.003);
 /// What is shown where nothing has a colour.
 const GREY: [u8; 3] = [128; 3];
 
@@ -89,11 +88,7 @@ impl ViewMaker {
         if depth.metres.iter().all(|z| *z <= 0.0) {
             return Err(format!("no depth in the whole picture at {:.3} s", planned.depth.stamp.seconds()));
         }
-        let (rotation, translation) = POSE_SIGMA;
-        let pose = planned.table_from_camera.map_or(PoseEvidence::None, |table_from_camera| PoseEvidence::World {
-            table_from_camera,
-            covariance: covariance_of_prior(rotation, translation),
-        });
+        let pose = evidence(planned.table_from_camera, OF_ROBOTS);
         Ok(View {
             index: number,
             stamp: Some(planned.depth.stamp.seconds()),

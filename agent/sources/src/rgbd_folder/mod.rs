@@ -28,12 +28,13 @@ use crate::bop::pictures::{self as picture, DepthUnit, StoredDepth};
 use crate::bop::{mask, raster, units};
 use crate::camera_mask::{self, CameraPixels, PosedDepth};
 use crate::camera_model::DepthEncoding;
+use crate::recorded_pose::evidence;
 use camera::Alignment;
 use nalgebra::Isometry3;
 use semascan_inspection::source::{Source, SourceError, SourceInfo};
 use semascan_inspection::spec::CameraMask;
 use semascan_model::Taxonomy;
-use semascan_perception::view::{DepthImage, PoseEvidence, View, covariance_of_prior};
+use semascan_perception::view::{DepthImage, View};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -228,11 +229,7 @@ impl RgbdFolder {
                 return Err(refuse(reason.to_owned()));
             }
         }
-        let (rotation, translation) = POSE_SIGMA;
-        let pose = frame.table_from_camera.map_or(PoseEvidence::None, |table_from_camera| PoseEvidence::World {
-            table_from_camera,
-            covariance: covariance_of_prior(rotation, translation),
-        });
+        let pose = evidence(frame.table_from_camera, POSE_SIGMA);
         Ok(View {
             index,
             stamp: frame.stamp,
