@@ -10,14 +10,14 @@ use semascan_inspection::event::ProcessedView;
 use semascan_inspection::source::TrueMesh;
 use semascan_perception::segment::ClassField;
 use semascan_perception::view::{PoseEvidence, View};
+use std::time::{Duration, UNIX_EPOCH};
 
 /// A message with the topic that it goes to.
 pub(crate) type Encoded = (Topic, Vec<u8>);
 
 /// The messages of a view that is the `index`-th of its source, at `nanoseconds` after 1970; the view's end comes last.
 pub(crate) fn view(index: u32, view: &View, settings: &[(String, String)], nanoseconds: u64) -> Vec<Encoded> {
-    let timestamp =
-        Some(Timestamp { seconds: (nanoseconds / 1_000_000_000) as i64, nanos: (nanoseconds % 1_000_000_000) as i32 });
+    let timestamp = Some(Timestamp::from(UNIX_EPOCH + Duration::from_nanos(nanoseconds)));
     let frame_id = "camera".to_owned();
     let (width, height) = view.rgb.dimensions();
     let color = foxglove::RawImage {

@@ -80,7 +80,7 @@ impl Scene {
         self.phase == Phase::Finished
     }
 
-    /// Everything is new, as to somebody who has just come.
+    /// A topic is new as a whole, as to somebody who has just subscribed to it.
     pub fn renew(&mut self, topic: Topic) {
         self.news.insert(topic);
     }

@@ -198,7 +198,7 @@ fn followed(mut scene: Box<Scene>, messages: &[Bytes]) -> Box<Scene> {
 /// What is new of `topics`, as messages. Findings and mesh of an inspection that has just ended may not be on the disk yet: they
 /// stay new.
 fn news(mut scene: Box<Scene>, topics: &BTreeSet<Topic>, shared: &Shared) -> (Box<Scene>, Vec<(Topic, Vec<u8>)>) {
-    let now = timestamp();
+    let now = Timestamp::from(SystemTime::now());
     let mut told = Vec::new();
     // Whoever subscribes later to another topic is told all of it then.
     for topic in scene.take_news().intersection(topics).copied() {
@@ -263,9 +263,4 @@ async fn send(socket: &mut WebSocket, message: Message, limits: &Limits) -> Resu
 fn nanoseconds() -> u64 {
     let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
     u64::try_from(now.as_nanos()).unwrap_or(u64::MAX)
-}
-
-fn timestamp() -> Timestamp {
-    let now = nanoseconds();
-    Timestamp { seconds: (now / 1_000_000_000) as i64, nanos: (now % 1_000_000_000) as i32 }
 }

@@ -532,15 +532,10 @@ async fn stream(
     Extension(identity): Extension<Identity>,
     Query(query): Query<HashMap<String, String>>,
     upgrade: WebSocketUpgrade,
-) -> Response {
-    let shared = match asked_for(shared, &query).await {
-        Ok(shared) => shared,
-        Err(refusal) => return refusal.into_response(),
-    };
-    match accepted(upgrade, &shared.limits, &[SUBPROTOCOL]) {
-        Ok(upgrade) => upgrade.on_upgrade(move |socket| client::serve(socket, shared, connection, identity)),
-        Err(refusal) => refusal.into_response(),
-    }
+) -> Result<Response, (StatusCode, String)> {
+    let shared = asked_for(shared, &query).await?;
+    let upgrade = accepted(upgrade, &shared.limits, &[SUBPROTOCOL])?;
+    Ok(upgrade.on_upgrade(move |socket| client::serve(socket, shared, connection, identity)))
 }
 
 async fn foxglove_stream(
@@ -549,15 +544,10 @@ async fn foxglove_stream(
     Extension(identity): Extension<Identity>,
     Query(query): Query<HashMap<String, String>>,
     upgrade: WebSocketUpgrade,
-) -> Response {
-    let shared = match asked_for(shared, &query).await {
-        Ok(shared) => shared,
-        Err(refusal) => return refusal.into_response(),
-    };
-    match accepted(upgrade, &shared.limits, &SUBPROTOCOLS) {
-        Ok(upgrade) => upgrade.on_upgrade(move |socket| foxglove::serve(socket, shared, connection, identity)),
-        Err(refusal) => refusal.into_response(),
-    }
+) -> Result<Response, (StatusCode, String)> {
+    let shared = asked_for(shared, &query).await?;
+    let upgrade = accepted(upgrade, &shared.limits, &SUBPROTOCOLS)?;
+    Ok(upgrade.on_upgrade(move |socket| foxglove::serve(socket, shared, connection, identity)))
 }
 
 /// A WebSocket with the bounds of `limits`, if its client speaks one of `protocols`.

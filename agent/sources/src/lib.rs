@@ -4,6 +4,8 @@ pub mod bop;
 pub mod camera_mask;
 pub mod camera_model;
 pub mod depth_map;
+#[cfg(test)]
+mod foreign_python;
 pub mod live;
 pub mod mcap;
 pub mod messages;

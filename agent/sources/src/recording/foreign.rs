@@ -3,31 +3,17 @@
 //! recorder). What they show is known, and every view of every file is held against it.
 
 use super::*;
+use crate::foreign_python;
 use nalgebra::{Isometry3, Vector3};
 use semascan_perception::view::PoseEvidence;
-use std::process::Command;
 
-/// Names a Python that may have the packages of these writers.
-const PYTHON: &str = "SEMASCAN_FOREIGN_PYTHON";
-/// What the script ends with where it does not have them.
-const NOT_HERE: i32 = 77;
 /// Time of the first colour picture, seconds.
 const START: f64 = 1_700_000_000.0;
 
 /// The recordings, or why they are not here.
 fn recordings() -> Result<tempfile::TempDir, String> {
-    let Some(python) = std::env::var_os(PYTHON).filter(|python| !python.is_empty()) else {
-        return Err(format!("{PYTHON} is not set"));
-    };
     let folder = tempfile::tempdir().expect("a folder");
-    let script = concat!(env!("CARGO_MANIFEST_DIR"), "/fixtures/recordings_of_others.py");
-    let output = Command::new(python).arg(script).arg(folder.path()).output().expect("runs");
-    let said = String::from_utf8_lossy(&output.stdout).trim().to_owned();
-    if output.status.code() == Some(NOT_HERE) {
-        return Err(said);
-    }
-    assert!(output.status.success(), "{said}{}", String::from_utf8_lossy(&output.stderr));
-    eprintln!("{said}");
+    foreign_python::run("recordings_of_others.py", folder.path())?;
     Ok(folder)
 }
 
@@ -134,7 +120,7 @@ fn recordings_of_realsense_are_read_without_its_software() {
     };
     let path = |name: &str| folder.path().join(name);
     if !path("realsense.db3").exists() {
-        eprintln!("SKIPPED: the Python of {PYTHON} has no pyrealsense2: no recordings of its recorder are read");
+        eprintln!("SKIPPED: the foreign Python has no pyrealsense2: no recordings of its recorder are read");
         return;
     }
     let mut source = RecordingSource::open(&path("realsense.db3"), OpenOptions::default()).expect("a recording");
