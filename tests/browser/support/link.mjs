@@ -62,7 +62,8 @@ export class Link {
     for (const [one, other] of [pair, [agent, browser]]) {
       // A reset is what tests cause on purpose.
       one.on('error', () => other.destroy());
-      one.on('close', () => this.#pairs.delete(pair));
+      // One end that is left open can still be cut: the relay does not close while there is one.
+      one.on('close', () => pair.every((socket) => socket.destroyed) && this.#pairs.delete(pair));
     }
   }
 }

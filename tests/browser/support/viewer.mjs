@@ -136,7 +136,7 @@ export class Viewer {
     let since = Date.now();
     const deadline = since + 60_000;
     while (Date.now() - since < REST_MS) {
-      if (Date.now() > deadline) throw new Error('frames are drawn without end');
+      if (Date.now() > deadline) throw new Error(`frames are drawn without end: ${JSON.stringify(last)}`);
       await this.page.waitForTimeout(50);
       const state = await this.state();
       if (state.frames !== last.frames || state.still !== 'true' || state.drawing === 'true') [last, since] = [state, Date.now()];

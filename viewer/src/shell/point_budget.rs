@@ -24,10 +24,11 @@ impl PointBudget {
     /// The camera moves and a frame of a model of `points` is due at `now_ms`: how many of them to draw, `None` for all.
     pub fn moving(&mut self, now_ms: f64, points: usize) -> Option<usize> {
         let gap = self.last_ms.replace(now_ms).map(|last| now_ms - last);
-        let present = self.present().min(points);
+        let present = self.present();
         match gap {
-            Some(gap) if gap > SLOW_MS => self.budget = Some((present / 2).max(FEWEST)),
-            Some(gap) if gap < FAST_MS => self.budget = Some(present + present / 4),
+            Some(gap) if gap > SLOW_MS => self.budget = Some((present.min(points) / 2).max(FEWEST)),
+            // A small model that is drawn quickly says nothing about larger ones.
+            Some(gap) if gap < FAST_MS && present < points => self.budget = Some(present + present / 4),
             _ => {}
         }
         self.at_once(points)
@@ -79,6 +80,14 @@ mod tests {
     fn it_never_thins_a_model_beyond_recognition() {
         assert_eq!(frames(&mut PointBudget::default(), 1, 2_000_000, 50), Some(FEWEST));
         assert_eq!(frames(&mut PointBudget::default(), 1, 1_000, 50), None, "a small model is drawn whole");
+    }
+
+    #[test]
+    fn a_model_that_has_no_points_yet_leaves_the_budget_as_it_is() {
+        let mut budget = PointBudget::default();
+        frames(&mut budget, 1_000_000, 0, 5);
+        assert_eq!(budget.at_once(9_000), None);
+        assert_eq!(frames(&mut budget, 1_000_000, START + 1, 1), Some(START));
     }
 
     #[test]

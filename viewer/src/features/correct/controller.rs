@@ -105,7 +105,9 @@ impl CorrectController {
                 Err(ApiError::Unreachable) => Teaching::none(t!("review.unreachable").into()),
                 Err(ApiError::Refused { reason, .. }) => Teaching::none(reason),
             };
-            ui.send_feature(CorrectEvent::Teaching(Box::new(said)));
+            if ui.read(|s| s.features.review.case.inspection == id) {
+                ui.send_feature(CorrectEvent::Teaching(Box::new(said)));
+            }
         });
     }
 

@@ -184,11 +184,14 @@ impl Controller for ReviewController {
         });
         let weak = self.this.clone();
         Effect::new(move |_| {
-            if let (Some((id, ..)), Some(controller)) = (due.get(), weak.upgrade()) {
-                controller.ask(id, 0);
-                controller.restore();
-                controller.send();
-            }
+            let (due, Some(controller)) = (due.get(), weak.upgrade()) else { return };
+            let Some((id, ..)) = due else {
+                // An answer that is under way is about what is no longer shown.
+                return controller.asked.set(controller.asked.get() + 1);
+            };
+            controller.ask(id, 0);
+            controller.restore();
+            controller.send();
         });
     }
 
