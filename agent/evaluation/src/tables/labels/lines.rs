@@ -1,8 +1,8 @@
-//! Lines that the simulated person draws along defects that are too thin for a brush, such as cracks.
+//! Lines that the simulated person draws where a brush is too wide: along cracks, and along the borders of defects.
 //!
 //! The person sees the defect in the photographs and on the model, and draws along it with a pen of 1.5 or 0.8 mm, point by point,
-//! each about [`HAND`] off. A point is set where most of the surface under the pen has one class, so what is thinner than the pen
-//! stays undrawn.
+//! each about [`HAND`] off. A point is set where the label is wrong and most of the surface under the pen has one class, so what is
+//! thinner than the pen stays undrawn.
 
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
@@ -11,16 +11,14 @@ use semascan_geometry::measure::{NearestPoints, SurfaceIndex};
 use semascan_inspection::source::TrueMesh;
 use semascan_model::SemanticMesh;
 use semascan_simulation::VirtualCell;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 /// Half the widths of the pens, metres.
 pub(super) const PENS: [f64; 2] = [0.75e-3, 0.4e-3];
 /// Half the width of the narrowest brush, metres.
 const BRUSH: f32 = 1.5e-3;
-/// Share of a defect's surface around which a brush paints nothing else: with less it is too thin for a brush.
-const PAINTABLE: f64 = 0.2;
-/// Share of the surface under a pen that must have the class.
-const UNDER_PEN: f64 = 0.75;
+/// Share of the surface under each pen that must have the class: what the wide one leaves is for the narrow one.
+const UNDER_PEN: [f64; 2] = [0.95, 0.75];
 /// Standard deviation of a point along each axis, metres.
 const HAND: f64 = 0.2e-3;
 /// Farthest that a vertex of the model may be from surface that it labels, metres.
@@ -39,16 +37,15 @@ pub(super) struct Sampled {
 }
 
 impl Sampled {
-    /// The lines along thin defects that mend what `labels` of the vertices of `mesh` say of the surface.
+    /// The lines that mend what `labels` of the vertices of `mesh` say of the surface.
     pub(super) fn lines(&self, mesh: &SemanticMesh, labels: &[u16], seed: u64) -> Lines {
         let vertices = NearestPoints::new(&mesh.vertices.positions);
         let surface = SurfaceIndex::new(&mesh.vertices.positions, &mesh.triangles);
         let label = |p: &[f32; 3]| vertices.nearest_within(*p, FARTHEST).map(|n| labels[n.index as usize]);
-        let classes: BTreeSet<u16> = self.defects.iter().copied().filter(|class| *class != 0).collect();
-        let thin: BTreeSet<u16> = classes.into_iter().filter(|class| self.is_thin(*class)).collect();
+        // To rub out beside a crack would rub it out, too.
         let wrong: Vec<usize> = (0..self.positions.len())
             .into_par_iter()
-            .filter(|i| thin.contains(&self.defects[*i]))
+            .filter(|i| self.defects[*i] != 0)
             .filter(|i| label(&self.positions[*i]).is_some_and(|label| label != self.defects[*i]))
             .collect();
         let mut rng = Pcg64::seed_from_u64(seed);
@@ -57,7 +54,7 @@ impl Sampled {
         for (pen, radius) in PENS.iter().enumerate() {
             let shares: Vec<f64> = wrong.par_iter().map(|i| self.share(*i, *radius as f32)).collect();
             for (&i, share) in wrong.iter().zip(shares) {
-                if drawn[i] || share < UNDER_PEN {
+                if drawn[i] || share < UNDER_PEN[pen] {
                     continue;
                 }
                 let point = self.positions[i].map(|c| (f64::from(c) + HAND * normal(&mut rng)) as f32);
@@ -121,13 +118,6 @@ impl Sampled {
             of_class += u32::from(self.defects[n.index as usize] == class);
         });
         f64::from(of_class) / f64::from(all.max(1))
-    }
-
-    /// Whether a brush can paint next to nothing of a class.
-    fn is_thin(&self, class: u16) -> bool {
-        let places: Vec<usize> = (0..self.defects.len()).filter(|i| self.defects[*i] == class).collect();
-        let paintable = places.par_iter().filter(|i| self.share(**i, BRUSH) >= 0.95).count();
-        (paintable as f64) < PAINTABLE * places.len() as f64
     }
 }
 

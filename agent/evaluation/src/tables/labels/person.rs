@@ -3,7 +3,7 @@
 //! Strokes are 10, 5 and 3 mm wide, the wide ones first. The person sets the brush where the label is wrong, names the class
 //! that is there, and uses a width only where nearly all of the surface under it has that class; with the narrowest one it
 //! is enough that a stroke mends clearly more than it spoils. What is left after that, such as the last millimetre beside
-//! a border, stays as it is. Along defects that are too thin for a brush the person draws lines (`lines`).
+//! a border, stays as it is. Where defects are too thin for a brush the person draws lines (`lines`).
 
 use super::lines::{PENS, Sampled};
 use jiff::Timestamp;
