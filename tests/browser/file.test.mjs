@@ -152,7 +152,8 @@ onEveryBackend(
       }, [colors, type]);
       const seen = async (name, files) => {
         // The remark goes away by itself, maybe before there is a picture on a slow machine.
-        const remark = page.getByText(`${name}: its pictures are shown as colours at its vertices`).waitFor({ timeout: 60_000 });
+        const model = [files].flat().at(-1).name;
+        const remark = page.getByText(`${model}: its pictures are shown as colours at its vertices`).waitFor({ timeout: 60_000 });
         await page.getByTestId('open-file').setInputFiles(files);
         await Promise.all([opened(viewer, name), remark]);
         await viewer.colorMode('appearance');

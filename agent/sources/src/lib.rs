@@ -3,6 +3,7 @@
 pub mod bop;
 pub mod camera_mask;
 pub mod camera_model;
+mod cell_calibration;
 pub mod depth_map;
 #[cfg(test)]
 mod foreign_python;

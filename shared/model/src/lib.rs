@@ -1,7 +1,8 @@
-//! The data model: classes, semantic points, the semantic mesh, the record of an inspection, findings, criteria,
+//! The data model: classes, semantic points, the semantic mesh, the record of an inspection, of a calibration, findings, criteria,
 //! verdicts, reviews, measurements, roles, and what was done with accounts.
 
 pub mod account_log;
+pub mod calibration;
 pub mod choice;
 mod cloud;
 mod column;

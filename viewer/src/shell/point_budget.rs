@@ -87,7 +87,7 @@ mod tests {
         let mut budget = PointBudget::default();
         frames(&mut budget, 1_000_000, 0, 5);
         assert_eq!(budget.at_once(9_000), None);
-        assert_eq!(frames(&mut budget, 1_000_000, START + 1, 1), Some(START));
+        assert_eq!(budget.at_once(START + 1), Some(START));
     }
 
     #[test]

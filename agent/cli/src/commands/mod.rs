@@ -3,6 +3,7 @@
 mod accounts;
 mod audit;
 mod calibrate;
+mod calibrate_cell;
 mod completions;
 mod config;
 mod config_command;
@@ -105,6 +106,8 @@ enum Command {
     Record(record::RecordArgs),
     /// Write the views of any source as a capture (MCAP) or as a BOP scene
     Convert(convert::ConvertArgs),
+    /// Find where the camera sits on the robot and where the table's axis lies, from captures of a board
+    Calibrate(calibrate_cell::CalibrateCellArgs),
     /// Make training data of inspections whose labels people corrected, or say where a label would teach most
     Dataset(dataset::DatasetArgs),
     /// List the trained networks that are installed
@@ -269,6 +272,7 @@ impl Cli {
             Command::Export(args) => args.run(),
             Command::Convert(args) => args.run(),
             Command::Record(args) => args.run(&signals),
+            Command::Calibrate(args) => args.run(),
             Command::Dataset(args) => args.run(),
             Command::Models(args) => args.run(),
             Command::Gc(args) => args.run(),

@@ -1,6 +1,7 @@
 //! The binary as a script sees it: files, exit codes, messages.
 
 mod access;
+mod calibrate;
 mod convert;
 mod dataset;
 mod evaluate;

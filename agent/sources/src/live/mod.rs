@@ -25,7 +25,7 @@ pub use recorder::{Recorded, record};
 
 use crate::OpenOptions;
 use crate::messages::Stamp;
-use crate::recording::{Chosen, Found, Index, Place, PlannedView, Scan, ViewMaker, camera_frame};
+use crate::recording::{CameraFrame, Chosen, Found, Index, Place, PlannedView, Scan, ViewMaker, camera_frame};
 use link::{Happening, Link};
 use nalgebra::Isometry3;
 use pairs::{Held, Pairing};
@@ -74,7 +74,7 @@ pub struct LiveSource {
 struct Streams {
     maker: ViewMaker,
     pairing: Pairing,
-    camera: String,
+    camera: CameraFrame,
 }
 
 /// What became of what came.
@@ -110,7 +110,7 @@ impl LiveSource {
             no_labels: Some("live cameras have no labels".into()),
             settings: Vec::new(),
         };
-        let scan = Scan::new(options.recording.transform_tolerance);
+        let scan = Scan::new(&options.recording);
         let stillness = Stillness::new(&address);
         Ok(Self {
             address,
@@ -216,8 +216,8 @@ impl LiveSource {
         while let Some((_, depth)) = self.waiting.front() {
             let stamp = depth.picture.stamp;
             let index = self.scan.index();
-            let fixed = fixed_frame(index, &camera, self.options.recording.fixed_frame.as_deref());
-            let pose = fixed.as_deref().map(|fixed| index.transforms.pose(fixed, &camera, stamp));
+            let fixed = fixed_frame(index, &camera.name, self.options.recording.fixed_frame.as_deref());
+            let pose = fixed.as_deref().map(|fixed| camera.pose(&index.transforms, fixed, stamp));
             let late = self.clock.is_some_and(|clock| clock.nanoseconds - stamp.nanoseconds > POSE_WAIT as i64);
             let pose = match pose {
                 None if self.address.waits_for_rest => {
@@ -236,7 +236,7 @@ impl LiveSource {
             let (color, depth) = self.waiting.pop_front()?;
             let is_taken = self.stillness.takes(pose.as_ref(), || {
                 let earlier = Stamp { nanoseconds: stamp.nanoseconds - self.address.still.as_nanos() as i64 };
-                fixed.as_deref().and_then(|fixed| index.transforms.pose(fixed, &camera, earlier).ok())
+                fixed.as_deref().and_then(|fixed| camera.pose(&index.transforms, fixed, earlier).ok())
             });
             if is_taken {
                 return Some((color, depth, pose));

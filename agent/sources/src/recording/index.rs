@@ -2,8 +2,11 @@
 //! are small and kept. Pixels are not decoded here.
 
 use super::container::{Channel, Container, End, Found, Place};
+use super::options::{RecordingOptions, Turntable};
 use super::realsense;
-use crate::messages::{Calibration, Content, Encoding, Header, Kind, MessageError, Parsed, Stamp, parse};
+use crate::messages::{
+    Calibration, Content, Encoding, Header, Kind, MessageError, Parsed, Stamp, StampedTransform, parse,
+};
 use crate::transforms::{TransformTree, Validity};
 use semascan_inspection::source::SourceError;
 use std::collections::BTreeMap;
@@ -72,6 +75,8 @@ pub(crate) struct Index {
 #[derive(Debug)]
 pub(crate) struct Scan {
     index: Index,
+    /// The table whose angle is taken from the joints.
+    turntable: Option<Turntable>,
     /// By topic: how many messages cannot be read, and why the first.
     unread: BTreeMap<String, (u32, MessageError)>,
     /// Each transform that does not fit, once.
@@ -79,9 +84,9 @@ pub(crate) struct Scan {
 }
 
 impl Index {
-    /// Scans the files of a recording. A transform is held for `tolerance` nanoseconds.
-    pub(crate) fn of(files: &mut [Box<dyn Container>], tolerance: u64) -> Result<Self, SourceError> {
-        let mut scan = Scan::new(tolerance);
+    /// Scans the files of a recording.
+    pub(crate) fn of(files: &mut [Box<dyn Container>], options: &RecordingOptions) -> Result<Self, SourceError> {
+        let mut scan = Scan::new(options);
         for (place, file) in files.iter_mut().enumerate() {
             let end = file.scan(&mut |channel, found| {
                 scan.take(place, channel, found);
@@ -96,16 +101,16 @@ impl Index {
 }
 
 impl Scan {
-    /// Nothing was found yet. A transform is held for `tolerance` nanoseconds.
-    pub(crate) fn new(tolerance: u64) -> Self {
+    /// Nothing was found yet.
+    pub(crate) fn new(options: &RecordingOptions) -> Self {
         let index = Index {
             pictures: Vec::new(),
             calibrations: Vec::new(),
-            transforms: TransformTree::new(tolerance),
+            transforms: TransformTree::new(options.transform_tolerance),
             depth_units: Vec::new(),
             faults: Vec::new(),
         };
-        Self { index, unread: BTreeMap::new(), misfits: BTreeMap::new() }
+        Self { index, turntable: options.turntable.clone(), unread: BTreeMap::new(), misfits: BTreeMap::new() }
     }
 
     /// What was found by now.
@@ -134,8 +139,13 @@ impl Scan {
     /// Takes a message; the place of its stream if it is a picture.
     pub(crate) fn take(&mut self, file: usize, channel: &Channel, found: Found<'_>) -> Option<usize> {
         let (kind, encoding) = channel.decoded?;
-        // Joints are not needed, and of the texts only some are.
-        if kind == Kind::JointStates || (kind == Kind::Text && !realsense::is_metadata(&channel.topic)) {
+        // Of joints and texts only some are needed.
+        let is_needed = match kind {
+            Kind::JointStates => self.turntable.is_some(),
+            Kind::Text => realsense::is_metadata(&channel.topic),
+            _ => true,
+        };
+        if !is_needed {
             return None;
         }
         let taken = parse(kind, encoding, found.message).and_then(|parsed| {
@@ -156,9 +166,16 @@ impl Scan {
                         if transform.stamp.is_missing() {
                             transform.stamp = found.logged;
                         }
-                        if let Err(error) = self.index.transforms.add(transform, validity) {
-                            *self.misfits.entry(error.to_string()).or_default() += 1;
-                        }
+                        self.transform(transform, validity);
+                    }
+                }
+                Parsed::Joints(joints) => {
+                    let stamp = if joints.stamp.is_missing() { found.logged } else { joints.stamp };
+                    let table = self.turntable.as_ref();
+                    let angle = |table: &&Turntable| joints.positions.iter().find(|(name, _)| *name == table.joint);
+                    let transform = table.and_then(|table| Some(table.transform(stamp, angle(&table)?.1)));
+                    if let Some(transform) = transform {
+                        self.transform(transform, Validity::AtStamp);
                     }
                 }
                 Parsed::Text(text) => {
@@ -168,7 +185,7 @@ impl Scan {
                         self.index.depth_units.push((stream.to_owned(), unit));
                     }
                 }
-                Parsed::Raw(_) | Parsed::Compressed(_) | Parsed::Cloud(_) | Parsed::Joints(_) => {}
+                Parsed::Raw(_) | Parsed::Compressed(_) | Parsed::Cloud(_) => {}
             }
             Ok(None)
         });
@@ -176,6 +193,12 @@ impl Scan {
             self.unread.entry(channel.topic.clone()).or_insert((0, error)).0 += 1;
             None
         })
+    }
+
+    fn transform(&mut self, transform: StampedTransform, validity: Validity) {
+        if let Err(error) = self.index.transforms.add(transform, validity) {
+            *self.misfits.entry(error.to_string()).or_default() += 1;
+        }
     }
 
     fn picture(
@@ -226,7 +249,7 @@ impl Scan {
     }
 
     fn finish(self) -> Index {
-        let Self { mut index, unread, misfits } = self;
+        let Self { mut index, unread, misfits, .. } = self;
         for stream in &mut index.pictures {
             stream.pictures.sort_by_key(|picture| picture.stamp);
         }

@@ -33,8 +33,8 @@ mod view_maker;
 pub(crate) use container::{Channel, Found, Place};
 pub(crate) use index::{Index, Picture, Scan};
 pub(crate) use options::number;
-pub use options::{KEYS, Key, RecordingOptions};
-pub(crate) use plan::{PlannedView, camera_frame};
+pub use options::{HandEye, KEYS, Key, RecordingOptions, Turntable};
+pub(crate) use plan::{CameraFrame, PlannedView, camera_frame};
 pub(crate) use topics::Chosen;
 pub(crate) use view_maker::{Topics, ViewMaker};
 
@@ -99,7 +99,7 @@ impl RecordingSource {
             return Err(refuse("is no recording: there is neither an MCAP file nor an SQLite file in it".to_owned()));
         }
         let mut files = paths.iter().map(|path| open_file(path)).collect::<Result<Vec<_>, _>>()?;
-        let index = Index::of(&mut files, recording.transform_tolerance)?;
+        let index = Index::of(&mut files, recording)?;
         let chosen = Chosen::of(&index, recording).map_err(refuse)?;
         let plan = Plan::of(&index, &chosen, recording, options.every as usize).map_err(refuse)?;
         let (maker, unit_said) = ViewMaker::new(&index, &chosen, &options)?;

@@ -5,10 +5,11 @@
 //! camera in somebody's hand, nothing says where the camera was, and the views have no pose unless a fixed frame is named.
 
 use super::index::{Index, Picture, PictureStream};
-use super::options::RecordingOptions;
+use super::options::{HandEye, RecordingOptions};
 use super::topics::Chosen;
 use crate::messages::{Content, Stamp, frame_name};
 use crate::pairing::Pairs;
+use crate::transforms::{TransformError, TransformTree};
 use nalgebra::Isometry3;
 
 /// The setting that says what is known of the poses.
@@ -40,7 +41,7 @@ impl Plan {
     ) -> Result<Self, String> {
         let (mut views, pairs) = pictures(chosen, options)?;
         let camera = camera_frame(chosen, options);
-        let poses = match fixed_frame(index, &camera, options)? {
+        let poses = match fixed_frame(index, &camera.name, options)? {
             Ok(fixed) => place(&mut views, index, &fixed, &camera),
             Err(reason) => format!("none: {reason}"),
         };
@@ -97,8 +98,39 @@ fn pictures(chosen: &Chosen<'_>, options: &RecordingOptions) -> Result<(Vec<Plan
     Ok((views, said))
 }
 
+/// What the transforms have to lead to, and the camera in it: the camera's frame itself, or a calibrated end effector.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct CameraFrame {
+    pub(crate) name: String,
+    frame_from_camera: Isometry3<f64>,
+}
+
+impl CameraFrame {
+    /// The camera in `fixed` at `stamp`.
+    ///
+    /// # Errors
+    /// As of [`TransformTree::pose`].
+    pub(crate) fn pose(
+        &self,
+        tree: &TransformTree,
+        fixed: &str,
+        stamp: Stamp,
+    ) -> Result<Isometry3<f64>, TransformError> {
+        Ok(tree.pose(fixed, &self.name, stamp)? * self.frame_from_camera)
+    }
+}
+
 /// The frame of the camera that the views are in.
-pub(crate) fn camera_frame(chosen: &Chosen<'_>, options: &RecordingOptions) -> String {
+pub(crate) fn camera_frame(chosen: &Chosen<'_>, options: &RecordingOptions) -> CameraFrame {
+    let (name, frame_from_camera) = match &options.hand_eye {
+        Some(HandEye { ee_frame, ee_from_camera }) => (ee_frame.clone(), *ee_from_camera),
+        None => (camera_name(chosen, options), Isometry3::identity()),
+    };
+    CameraFrame { name, frame_from_camera }
+}
+
+/// The name of the camera's own frame.
+fn camera_name(chosen: &Chosen<'_>, options: &RecordingOptions) -> String {
     if let Some(frame) = &options.camera_frame {
         return frame_name(frame);
     }
@@ -119,7 +151,7 @@ fn fixed_frame(index: &Index, camera: &str, options: &RecordingOptions) -> Resul
         let wanted = frame_name(wanted);
         // Whether the two are connected does not depend on the time.
         return match tree.pose(&wanted, camera, Stamp::default()) {
-            Ok(_) | Err(crate::transforms::TransformError::NoPose { .. }) => Ok(Ok(wanted)),
+            Ok(_) | Err(TransformError::NoPose { .. }) => Ok(Ok(wanted)),
             Err(error) => Err(format!("fixed_frame={wanted}: {error}")),
         };
     }
@@ -140,15 +172,15 @@ fn fixed_frame(index: &Index, camera: &str, options: &RecordingOptions) -> Resul
 }
 
 /// Gives each view its pose where there is one, and says how many have none.
-fn place(views: &mut [PlannedView], index: &Index, fixed: &str, camera: &str) -> String {
+fn place(views: &mut [PlannedView], index: &Index, fixed: &str, camera: &CameraFrame) -> String {
     let mut missing: Option<(usize, String)> = None;
     for view in views.iter_mut() {
-        match index.transforms.pose(fixed, camera, view.depth.stamp) {
+        match camera.pose(&index.transforms, fixed, view.depth.stamp) {
             Ok(pose) => view.table_from_camera = Some(pose),
             Err(error) => missing.get_or_insert_with(|| (0, error.to_string())).0 += 1,
         }
     }
-    let said = format!("of {camera:?} in {fixed:?}");
+    let said = format!("of {:?} in {fixed:?}", camera.name);
     match missing {
         None => said,
         Some((count, first)) => format!("{said}; {count} of {} pairs have none, the first: {first}", views.len()),

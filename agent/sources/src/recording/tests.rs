@@ -2,8 +2,11 @@
 //! panics, and no view is wrong in its sizes.
 
 use super::*;
+use nalgebra::{Isometry3, Vector3};
 use proptest::prelude::*;
 use semascan_captures::{CaptureInfo, CaptureWriter};
+use semascan_model::calibration::{CALIBRATION_SCHEMA, CalibratedPose, CalibrationRecord};
+use semascan_perception::view::PoseEvidence;
 use semascan_simulation::{VirtualCell, VirtualCellSpec};
 use std::io::Write;
 use std::sync::LazyLock;
@@ -45,6 +48,11 @@ impl Packed {
         packed.f64s(&[4.0, 0.0, 1.5, 0.0, 4.0, 1.0, 0.0, 0.0, 1.0]).f64s(&[0.0; 21]).bytes(&[0; 25]).0
     }
 
+    fn joint(milliseconds: u32, position: f64) -> Vec<u8> {
+        let names = Self::default().header(milliseconds).u32(2).blob(b"wrist").blob(b"table");
+        names.u32(2).f64s(&[3.0, position]).u32(0).u32(0).0
+    }
+
     fn transform(milliseconds: u32, x: f64) -> Vec<u8> {
         let packed = Self::default().u32(1).u32(0).u32(10).u32(milliseconds * 1_000_000).blob(b"map").blob(b"camera");
         packed.f64s(&[x, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]).0
@@ -57,6 +65,8 @@ fn messages() -> Vec<(&'static str, &'static str, u32, Vec<u8>)> {
     for view in 0..3_u32 {
         let time = 100 * view;
         messages.push(("/tf", "tf2_msgs/TFMessage", time, Packed::transform(time, 0.1 * f64::from(view))));
+        let turned = Packed::joint(time, 0.5 * f64::from(view));
+        messages.push(("/joint_states", "sensor_msgs/JointState", time, turned));
         messages.push(("/color", "sensor_msgs/Image", time, Packed::image(time, "rgb8", 3)));
         messages.push(("/depth", "sensor_msgs/Image", time + 3, Packed::image(time + 3, "16UC1", 2)));
     }
@@ -185,6 +195,49 @@ fn every_container_gives_the_same_views() {
     }
 }
 
+/// A calibration as `semascan calibrate` writes it.
+fn write_calibration(path: &Path, ee_from_camera: Option<Isometry3<f64>>, base_from_tablebase: Option<Isometry3<f64>>) {
+    let calibrated = |pose: Isometry3<f64>| CalibratedPose {
+        pose: semascan_inspection::record::pose_record(&pose),
+        rotation_uncertainty_deg: 0.01,
+        place_uncertainty_mm: 0.1,
+    };
+    let record = CalibrationRecord {
+        schema: CALIBRATION_SCHEMA,
+        ee_from_camera: ee_from_camera.map(calibrated),
+        base_from_tablebase: base_from_tablebase.map(calibrated),
+        captures: Vec::new(),
+        warnings: Vec::new(),
+    };
+    std::fs::write(path, serde_json::to_vec(&record).expect("JSON")).expect("written");
+}
+
+#[test]
+fn the_angle_of_a_calibrated_table_is_that_of_a_joint() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (path, calibration) = (folder.path().join("x.mcap"), folder.path().join("calibration.json"));
+    std::fs::write(&path, mcap(None)).expect("written");
+    let map_from_tablebase = Isometry3::new(Vector3::new(0.3, 0.1, -0.2), Vector3::new(0.1, 0.0, 0.4));
+    write_calibration(&calibration, None, Some(map_from_tablebase));
+    let open = |joint: &str| {
+        let query = format!("calibration={}&table_joint={joint}&base_frame=map", calibration.display());
+        let recording = RecordingOptions::default().with_query(&query).expect("options");
+        RecordingSource::open(&path, OpenOptions { recording, ..OpenOptions::default() })
+    };
+    let mut source = open("table").expect("a recording");
+    for view in 0..3 {
+        // The last depth is 3 ms behind the last reading.
+        let at = (f64::from(view) + 0.03).min(2.0);
+        let turned = map_from_tablebase * Isometry3::rotation(Vector3::z() * (0.5 * at));
+        let expected = turned.inverse() * Isometry3::translation(0.1 * at, 0.0, 0.0);
+        let found = source.next_view().expect("a view").expect("a view").pose.table_from_camera().expect("a pose");
+        let off = found.inverse() * expected;
+        assert!(off.translation.vector.norm() < 1e-9 && off.rotation.angle() < 1e-9, "{off}");
+    }
+    let said = open("tabel").err().expect("no such joint").to_string();
+    assert!(said.contains("turntable"), "{said}");
+}
+
 #[test]
 fn a_capture_of_the_virtual_cell_read_as_anybodys_recording_has_the_same_pictures_and_poses() {
     let cell = "virtual:starter-motor?seed=5&views=3&size=96x72&cell=5";
@@ -202,11 +255,22 @@ fn a_capture_of_the_virtual_cell_read_as_anybodys_recording_has_the_same_picture
     writer.finish().expect("finished");
     assert!(!RecordingSource::is_recording(&path), "captures have a reader of their own");
     // The robot and the turntable move, and the part stands still on the table.
-    let recording = RecordingOptions::default().with_query("fixed_frame=table").expect("an option");
-    let options = OpenOptions { recording, ..OpenOptions::default() };
-    let mut source = RecordingSource::open(&path, options).expect("a recording");
+    let open = |query: &str| {
+        let recording = RecordingOptions::default().with_query(query).expect("options");
+        RecordingSource::open(&path, OpenOptions { recording, ..OpenOptions::default() }).expect("a recording")
+    };
+    // A calibration of its own that has the camera 10 mm off its mount goes before the recorded one.
+    let PoseEvidence::Chain { chain, .. } = &views[0].pose else { panic!("a robot's readings") };
+    let off = Isometry3::translation(0.0, 0.0, 0.01);
+    let calibration = folder.path().join("calibration.json");
+    write_calibration(&calibration, Some(chain.ee_from_camera * off), None);
+    let mut calibrated = open(&format!("fixed_frame=table&ee_frame=ee&calibration={}", calibration.display()));
+    let mut source = open("fixed_frame=table");
     assert_eq!(source.info().view_count, Some(3), "{:?}", source.info().settings);
     for expected in views {
+        let moved = calibrated.next_view().expect("a view").expect("a view").pose.table_from_camera().expect("a pose");
+        let moved = (expected.pose.table_from_camera().expect("a pose") * off).inverse() * moved;
+        assert!(moved.translation.vector.norm() < 1e-9 && moved.rotation.angle() < 1e-9, "{moved}");
         let found = source.next_view().expect("a view").expect("a view");
         assert_eq!((found.intrinsics, &found.rgb, &found.depth), (expected.intrinsics, &expected.rgb, &expected.depth));
         let expected = expected.pose.table_from_camera().expect("a pose");
