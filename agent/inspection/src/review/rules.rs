@@ -251,7 +251,9 @@ fn check_resolved(review: &Review, standings: &Standings) -> Result<(), FieldErr
         let reason = format!("is no review that stands about {}", review.subject);
         return fail(format!("resolves[{place}]"), reason);
     }
-    if let Some(left) = standing.iter().find(|id| !review.resolves.contains(id)) {
+    // One that nothing contradicts is followed by this one without being named.
+    let left = standing.iter().filter(|_| standing.len() > 1).find(|id| !review.resolves.contains(id));
+    if let Some(left) = left {
         return fail("resolves", format!("leaves out {left}, which stands about {} too", review.subject));
     }
     Ok(())

@@ -195,6 +195,23 @@ fn two_decisions_about_one_version_are_a_conflict_until_a_later_one_names_both()
 }
 
 #[test]
+fn a_decision_that_was_seen_is_followed_while_changes_of_the_class_contradict_each_other() {
+    let desk = desk();
+    let ids = |numbers: &[u128]| numbers.iter().map(|n| ReviewId(Uuid::from_u128(*n))).collect::<Vec<_>>();
+    let class = |name: &str| ReviewAction::Reclassify { component: None, defect: Some(name.into()) };
+    desk.take(review(1, on(1), 0, ReviewAction::Accept)).expect("taken");
+    desk.take(review(2, on(1), 1, class("crack"))).expect("taken");
+    let state = desk.take(review(3, on(1), 1, class("wear"))).expect("kept as well").state;
+    assert_eq!(state.conflicts, 1);
+    // A page names what contradicts itself: the changes of the class, not the decision that nothing contradicts.
+    let next = Review { resolves: ids(&[2, 3]), ..review(4, on(1), 3, ReviewAction::Rework) };
+    let next = desk.take(next).expect("follows the first");
+    assert!(next.entry.conflicts_with.is_empty());
+    let subject = next.state.subjects.iter().find(|subject| subject.subject == on(1)).expect("reviewed");
+    assert_eq!((subject.decision, &subject.conflict), (Some(Decision::Rework), &ids(&[2, 3])));
+}
+
+#[test]
 fn without_criteria_people_alone_decide() {
     let mut desk = desk();
     desk.record.verdict = None;
