@@ -37,6 +37,8 @@ onEveryBackend(
     const signed = [];
     const refused = [];
     const sent = new Set();
+    /** Clicks of the brush, by the reason that they were signed with. */
+    const clicks = new Map();
     let agent, id, kim, lee;
 
     before(async () => {
@@ -177,12 +179,12 @@ onEveryBackend(
         await classes.first().waitFor({ state: 'attached', ...PATIENCE });
         await page.getByTestId('correct-class').selectOption(chance.of(await classes.evaluateAll((options) => options.map((o) => o.value))));
         const deadline = Date.now() + PATIENCE.timeout;
-        for (let clicks = 0; (await panel.getAttribute('data-marks')) === '0'; clicks++) {
+        while ((await panel.getAttribute('data-marks')) === '0') {
           assert.ok(Date.now() < deadline, 'nothing can be painted');
-          // A model that comes again has nothing to be painted yet. Each click is beside the last: all of them may be picked in the
-          // end, and what is signed twice is told from two marks.
+          // A model that comes again has nothing to be painted yet. All clicks may be picked in the end.
           const box = await tab.canvas.boundingBox();
-          await page.mouse.click(box.x + box.width / 2 + 2 * clicks, box.y + box.height / 2);
+          clicks.set(reason, (clicks.get(reason) ?? 0) + 1);
+          await page.mouse.click(box.x + box.width / 2, box.y + box.height / 2);
           // Where a click lies is picked, which may take a while: a mark of it must not come after the signature.
           do await pause(700);
           while ((await tab.state()).drawing === 'true' && Date.now() < deadline);
@@ -343,7 +345,7 @@ onEveryBackend(
       for (const of of twice) {
         const kinds = of.map(({ action }) => action.type).join(', ');
         assert.ok(of.every(({ action }) => action.type === 'relabel'), `${of[0].reason} is said ${of.length} times: ${kinds}`);
-        assert.equal(new Set(of.map(({ action }) => JSON.stringify(action))).size, of.length, `${of[0].reason}: one mark twice`);
+        assert.ok(of.length <= clicks.get(of[0].reason), `${of[0].reason}: ${of.length} marks of ${clicks.get(of[0].reason)} clicks`);
       }
       assert.equal(new Set(reviews.map((review) => review.id)).size, reviews.length, 'each has its name');
       assert.deepEqual(reviews.map((review) => review.id).toSorted(), [...sent].toSorted(), 'what was sent, and nothing else');

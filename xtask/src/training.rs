@@ -20,7 +20,7 @@ pub(crate) const FOREIGN_PYTHON: &str = "SEMASCAN_FOREIGN_PYTHON";
 /// What is installed; the versions are those of `requirements.txt`. Those from `pillow` on read what
 /// the tests of `shared/formats` and `agent/reports` write (a corpus, our own point clouds and meshes, QIF and DFQ), and write
 /// what those of `agent/sources` read (MCAP files of ROS 2 and Foxglove, bags of ROS 1 and ROS 2, RealSense's recordings).
-const LIGHT: [&str; 18] = [
+const LIGHT: [&str; 19] = [
     "numpy",
     "onnx",
     "onnxruntime",
@@ -36,6 +36,8 @@ const LIGHT: [&str; 18] = [
     "aqdefreader==1.3.0",
     // What aqdefreader guesses encodings with: later versions have another interface.
     "chardet<6",
+    // What it reads dates with, without saying so.
+    "python-dateutil==4.0.0",
     "mcap-ros2-support==0.6.0",
     "rosbags==0.11.9",
     "foxglove-sdk==0.30.3",
