@@ -20,6 +20,8 @@ const DIFFERENCE: f64 = 1e-6;
 const HUBER: f64 = 4.1;
 /// The same from which on it does not count at all: a capture in 100 000 by chance.
 const OUTLIER: f64 = 5.7;
+/// The same where the noise is that of all captures together: it differs several times over with a board's tilt and distance.
+const OUTLIER_OF_ALL: f64 = 12.0;
 /// Median of a squared length with three degrees of freedom, in variances.
 const MEDIAN_OF_THREE: f64 = 2.366;
 /// Noise that every measured pose has at least: 0.1 mdeg, 0.1 um. Data without any noise have weights then, too.
@@ -53,7 +55,8 @@ pub(crate) fn refine(start: &Cell, captures: &[Capture]) -> Option<Refined> {
     let first = residuals(&cell, captures);
     let noise_of_most = noise(given, &first, &all, cell.unknowns(), false);
     let distances = noise_of_most.iter().zip(&first).map(|(noise, residual)| mahalanobis(noise, residual));
-    let is_used = distances.map(|distance| Some(distance? < OUTLIER)).collect::<Option<Vec<bool>>>()?;
+    let outlier = if given.is_some() { OUTLIER } else { OUTLIER_OF_ALL };
+    let is_used = distances.map(|distance| Some(distance? < outlier)).collect::<Option<Vec<bool>>>()?;
     let used = is_used.iter().filter(|used| **used).count();
     if 6 * used <= cell.unknowns() {
         return None;

@@ -256,6 +256,7 @@ fn opencv_finds_the_same() {
     assert!(turn.norm() < 1e-12 && shift.norm() < 5e-5, "the same method finds the same: {turn} {shift}");
 
     let found = calibrate(&captures, None).expect("calibrates");
+    assert!(found.captures.iter().all(|capture| capture.is_used), "{:?}", found.warnings);
     let (rotation, place) = found.hand_eye.expect("it moved").expanded_uncertainty();
     let refined = found.hand_eye.expect("it moved").ee_from_camera;
     let truth = Simulated::new(2026).ee_from_camera;
