@@ -4,11 +4,11 @@
 //! Seen from afar a board and its mirror image about the line of sight look nearly alike. Both are tried; how clearly one of them
 //! fits better is said.
 
-use crate::hand_eye::nearest_rotation;
 use nalgebra::{
     DMatrix, Isometry3, Matrix2x3, Matrix2x6, Matrix3, Matrix6, Point2, Point3, Translation3, UnitQuaternion, Vector3,
     Vector6,
 };
+use semascan_perception::register::rigid::nearest_rotation;
 use semascan_perception::register::se3::{exp, log};
 use semascan_perception::view::Intrinsics;
 
@@ -160,7 +160,9 @@ fn from_homography(seen: &[Seen], intrinsics: &Intrinsics) -> Option<Isometry3<f
     let scale = if t.z < 0.0 { -scale } else { scale };
     let (x, y, t): (Vector3<f64>, Vector3<f64>, Vector3<f64>) = (x * scale, y * scale, t * scale);
     let rotation = nearest_rotation(&Matrix3::from_columns(&[x, y, x.cross(&y)]))?;
-    t.iter().all(|c| c.is_finite()).then(|| Isometry3::from_parts(Translation3::from(t), rotation))
+    t.iter()
+        .all(|c| c.is_finite())
+        .then(|| Isometry3::from_parts(Translation3::from(t), UnitQuaternion::from_rotation_matrix(&rotation)))
 }
 
 /// What centres points and brings their mean distance from the middle to about one; `None` where they are one point.
@@ -191,10 +193,7 @@ fn least_squares(start: Isometry3<f64>, seen: &[Seen], intrinsics: &Intrinsics) 
         let (mut information, mut gradient, mut cost) = (Matrix6::zeros(), Vector6::zeros(), 0.0);
         for s in seen {
             let p = pose * s.corner;
-            if p.z <= 0.0 {
-                return None;
-            }
-            let residual = s.pixel - projected(&p, intrinsics);
+            let residual = s.pixel - projected(&p, intrinsics)?;
             let (fx, fy, z) = (intrinsics.fx, intrinsics.fy, p.z);
             let by_point = Matrix2x3::new(fx / z, 0.0, -fx * p.x / (z * z), 0.0, fy / z, -fy * p.y / (z * z));
             let rotation = pose.rotation.to_rotation_matrix();
@@ -218,8 +217,8 @@ fn least_squares(start: Isometry3<f64>, seen: &[Seen], intrinsics: &Intrinsics) 
 
 /// The corners without those that are mistaken; `None` if there are none such. The worst goes first: it has bent the pose of all.
 fn without_mistaken(fit: &Fit, seen: &[Seen], intrinsics: &Intrinsics) -> Option<Vec<Seen>> {
-    let distances: Vec<f64> =
-        seen.iter().map(|s| (s.pixel - projected(&(fit.pose * s.corner), intrinsics)).norm()).collect();
+    let distance = |s: &Seen| Some((s.pixel - projected(&(fit.pose * s.corner), intrinsics)?).norm());
+    let distances: Vec<f64> = seen.iter().map(distance).collect::<Option<_>>()?;
     let mut sorted = distances.clone();
     sorted.sort_by(f64::total_cmp);
     // The median length of two normal deviates is 1.18 of their standard deviation.
@@ -229,8 +228,8 @@ fn without_mistaken(fit: &Fit, seen: &[Seen], intrinsics: &Intrinsics) -> Option
     is_mistaken.then(|| seen.iter().zip(&distances).filter(|(_, d)| **d < worst).map(|(s, _)| *s).collect())
 }
 
-fn projected(p: &Point3<f64>, intrinsics: &Intrinsics) -> Point2<f64> {
-    Point2::new(intrinsics.fx * p.x / p.z + intrinsics.cx, intrinsics.fy * p.y / p.z + intrinsics.cy)
+fn projected(p: &Point3<f64>, intrinsics: &Intrinsics) -> Option<Point2<f64>> {
+    intrinsics.project(p).map(|(u, v)| Point2::new(u, v))
 }
 
 #[cfg(test)]

@@ -5,7 +5,6 @@
 use crate::capture::Capture;
 use crate::hand_eye::Motion;
 use nalgebra::Matrix3;
-use serde::Serialize;
 
 /// Captures that a calibration should have.
 const ENOUGH: usize = 10;
@@ -20,8 +19,7 @@ const WEAK_RANGE: f64 = 60.0;
 const USUAL: (f64, f64) = (0.1, 0.3);
 
 /// What is weak about a calibration.
-#[derive(Clone, Debug, PartialEq, Serialize, thiserror::Error)]
-#[serde(tag = "kind", rename_all = "snake_case")]
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Warning {
     /// There are few captures.
     #[error("only {used} captures: take {ENOUGH} to 20")]

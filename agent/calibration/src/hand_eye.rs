@@ -3,6 +3,7 @@
 
 use crate::capture::Capture;
 use nalgebra::{DMatrix, DVector, Isometry3, Matrix3, Translation3, UnitQuaternion, Vector3};
+use semascan_perception::register::rigid::nearest_rotation;
 
 /// Smallest rotation between two captures that says anything, radians.
 const LEAST_ROTATION: f64 = 0.02;
@@ -32,7 +33,7 @@ pub(crate) fn motions(captures: &[&Capture]) -> Vec<Motion> {
 pub(crate) fn closed_form(motions: &[Motion]) -> Option<Isometry3<f64>> {
     // The rotation takes the axes of the camera's motions to those of the end effector's.
     let products = motions.iter().map(|m| m.ee.rotation.scaled_axis() * m.camera.rotation.scaled_axis().transpose());
-    let rotation = nearest_rotation(&products.sum::<Matrix3<f64>>())?;
+    let rotation = UnitQuaternion::from_rotation_matrix(&nearest_rotation(&products.sum::<Matrix3<f64>>())?);
     // (R_A - I) t_X = R_X t_B - t_A, for all motions at once.
     let mut left = DMatrix::zeros(3 * motions.len(), 3);
     let mut right = DVector::zeros(3 * motions.len());
@@ -45,13 +46,4 @@ pub(crate) fn closed_form(motions: &[Motion]) -> Option<Isometry3<f64>> {
     let translation = left.svd(true, true).solve(&right, 1e-9).ok()?;
     let translation = Vector3::new(translation[0], translation[1], translation[2]);
     translation.iter().all(|c| c.is_finite()).then(|| Isometry3::from_parts(Translation3::from(translation), rotation))
-}
-
-/// The rotation nearest to a matrix.
-pub(crate) fn nearest_rotation(matrix: &Matrix3<f64>) -> Option<UnitQuaternion<f64>> {
-    let svd = matrix.svd(true, true);
-    let (u, v_t) = (svd.u?, svd.v_t?);
-    let handed = Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, (u * v_t).determinant().signum()));
-    let rotation = u * handed * v_t;
-    rotation.iter().all(|c| c.is_finite()).then(|| UnitQuaternion::from_matrix(&rotation))
 }

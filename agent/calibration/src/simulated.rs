@@ -51,7 +51,7 @@ impl Simulated {
         let mut pixels = Vec::new();
         for [x, y] in Self::corners() {
             let p = camera_from_board * Point3::new(x, y, 0.0);
-            let (u, v) = (CAMERA.fx * p.x / p.z + CAMERA.cx, CAMERA.fy * p.y / p.z + CAMERA.cy);
+            let (u, v) = CAMERA.project(&p).expect("before the camera");
             pixels.push([u + self.noise * self.normal(), v + self.noise * self.normal()]);
         }
         pixels

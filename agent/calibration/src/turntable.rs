@@ -48,8 +48,7 @@ pub(crate) fn closed_form(boards: &[(f64, Isometry3<f64>)]) -> Option<Axis> {
         for (second_angle, second) in &boards[k + 1..] {
             let motion = second * first.inverse();
             // Half a turn has two axes, and a small one a bad axis.
-            let turned = wrapped(second_angle - first_angle);
-            direction += motion.rotation.scaled_axis() * turned.sin();
+            direction += motion.rotation.scaled_axis() * (second_angle - first_angle).sin();
             // Points of the axis stay where they are: (I - R) p = t.
             let change = Matrix3::identity() - motion.rotation.to_rotation_matrix().matrix();
             left += change.transpose() * change;
@@ -61,9 +60,4 @@ pub(crate) fn closed_form(boards: &[(f64, Isometry3<f64>)]) -> Option<Axis> {
     let along = direction.into_inner() * direction.into_inner().transpose() * left.trace().max(1e-12);
     let point = (left + along).try_inverse()? * right;
     point.iter().all(|c| c.is_finite()).then(|| Axis { direction, point: Point3::from(point) })
-}
-
-/// An angle between half a turn to either side.
-fn wrapped(angle: f64) -> f64 {
-    angle.sin().atan2(angle.cos())
 }
