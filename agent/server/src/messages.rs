@@ -80,6 +80,7 @@ pub(super) fn view_report(record: &ViewRecord, processed: Option<&ProcessedView>
         overlay_png: labels.map(|(v, s)| overlay(v, s, taxonomy)).unwrap_or_default(),
         timings: record.timings.iter().map(|t| stage_timing(wire_stage(t.stage), t.seconds)).collect(),
         points_added: record.points_added,
+        sharpness: record.sharpness.map(|s| s as f32),
         pictures_dropped: false,
         domain: domain(record.networks.as_ref()).into(),
     }

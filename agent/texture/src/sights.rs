@@ -4,9 +4,8 @@
 use crate::photograph::{Colors, Photograph};
 use crate::surface::Surface;
 use crate::visibility::{Seen, Visibility};
-use image::RgbImage;
 use rayon::prelude::*;
-use semascan_perception::view::luma;
+use semascan_perception::view::sharpness;
 use semascan_rasterizer::Scene;
 
 /// Most photographs that are kept for a face: the best.
@@ -45,7 +44,9 @@ impl Sights {
     /// Looks at photograph `view`.
     pub(crate) fn add(&mut self, surface: &Surface, scene: &Scene<'_>, view: u32, photograph: &Photograph<'_>) {
         let visibility = Visibility::of(scene, photograph);
-        let sharpness = sharpness(&photograph.rgb, visibility.depths());
+        let depths = visibility.depths();
+        // A picture without contrast is worth what its pixels are.
+        let sharpness = sharpness(&photograph.rgb, |at| depths[at].is_finite()).unwrap_or(1.0);
         let colors = Colors::of(&photograph.rgb);
         let look = |face: usize| visibility.face(surface.corners(face), &surface.normals[face]);
         let seen: Vec<Option<Seen>> = (0..surface.faces.len()).into_par_iter().map(look).collect();
@@ -80,34 +81,6 @@ impl Sights {
         let (sum, weight) = self.sums[vertex];
         (weight > 0.0).then(|| sum.map(|c| c / weight))
     }
-}
-
-/// How sharp a picture is where it shows the surface, 0 to 1: what a small blur would take from its edges. The ratio of second
-/// to first differences grows with sharpness and not with contrast.
-fn sharpness(rgb: &RgbImage, depths: &[f32]) -> f64 {
-    let (width, height) = (rgb.width() as usize, rgb.height() as usize);
-    let grey: Vec<f32> = rgb.pixels().map(|p| luma(p.0)).collect();
-    let rows = 1..height.saturating_sub(1);
-    let sums: Vec<[f64; 2]> = rows
-        .into_par_iter()
-        .map(|y| {
-            let mut sum = [0.0; 2];
-            for x in 1..width.saturating_sub(1) {
-                let at = y * width + x;
-                if !depths[at].is_finite() {
-                    continue;
-                }
-                for (before, after) in [(at - 1, at + 1), (at - width, at + width)] {
-                    sum[0] += f64::from((grey[after] - grey[before]).abs()) / 2.0;
-                    sum[1] += f64::from((grey[after] + grey[before] - 2.0 * grey[at]).abs());
-                }
-            }
-            sum
-        })
-        .collect();
-    let [first, second] = sums.iter().fold([0.0; 2], |sum, row| [sum[0] + row[0], sum[1] + row[1]]);
-    // Independent noise in each pixel, the sharpest there is, has about 3.
-    if first > 0.0 { (second / first / 3.0).min(1.0) } else { 1.0 }
 }
 
 #[cfg(test)]

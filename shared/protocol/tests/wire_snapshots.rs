@@ -164,6 +164,7 @@ fn view_report() {
         contribution_png: vec![0x89, b'N'],
         domain: Domain::Inside.into(),
         pictures_dropped: false,
+        sharpness: Some(0.5),
     })));
 }
 

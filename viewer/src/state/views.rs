@@ -20,6 +20,8 @@ pub struct ViewEntry {
     pub pose: Option<Pose>,
     /// The camera.
     pub intrinsics: Option<Intrinsics>,
+    /// How sharp the picture is against others of the part, 0 to 1; absent if that is not known.
+    pub sharpness: Option<f32>,
     /// The picture, JPEG; empty if there is none.
     pub thumbnail_jpeg: Arc<[u8]>,
     /// Class colours over the picture, PNG; may be empty.
@@ -96,6 +98,7 @@ impl From<&ViewReport> for ViewEntry {
             reason: report.reason.chars().take(MOST_REASON).collect(),
             pose: report.table_from_camera,
             intrinsics: report.intrinsics,
+            sharpness: report.sharpness.filter(|s| s.is_finite() && *s >= 0.0),
             thumbnail_jpeg: report.thumbnail_jpeg.as_slice().into(),
             overlay_png: report.overlay_png.as_slice().into(),
             sigma_png: report.sigma_png.as_slice().into(),

@@ -68,6 +68,7 @@ struct Fused {
     segmentation: Option<Segmentation>,
     registration: Option<Registration>,
     misidentified: Vec<Misidentification>,
+    sharpness: Option<f64>,
 }
 
 impl<'a> Fusion<'a> {
@@ -112,6 +113,7 @@ impl<'a> Fusion<'a> {
             index,
             stamp: view.as_ref().and_then(|v| v.stamp),
             accepted: result.is_ok(),
+            sharpness: fused.sharpness,
             points_added: result.as_ref().map_or(0, |i| i.points_added),
             reason: result.err(),
             pose: registration.map(|r| pose_record(&r.table_from_camera)),
@@ -136,7 +138,8 @@ impl<'a> Fusion<'a> {
         fused: &mut Fused,
         timings: &mut Vec<StageTime>,
     ) -> Result<Result<Integration, String>, FuseError> {
-        let Surface { cloud, mut segmentation } = surface;
+        let Surface { cloud, mut segmentation, sharpness } = surface;
+        fused.sharpness = sharpness;
         // Where the view was taken, by the model so far.
         let registered = {
             let map = self.model.as_ref().map(SharedModel::read);

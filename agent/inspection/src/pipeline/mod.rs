@@ -20,7 +20,7 @@ use semascan_perception::fuse::{AssociationTest, FuseError, OutlierFilter, Uncer
 use semascan_perception::organized::OrganizedCloud;
 use semascan_perception::register::Registrar;
 use semascan_perception::segment::{Segmentation, Segmenter};
-use semascan_perception::view::View;
+use semascan_perception::view::{View, sharpness};
 use std::collections::BTreeMap;
 use std::fmt::Display;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -74,6 +74,8 @@ struct Segmented {
 struct Surface {
     cloud: OrganizedCloud,
     segmentation: Segmentation,
+    /// How sharp the picture is where it shows them; `None` where there is no contrast.
+    sharpness: Option<f64>,
 }
 
 /// What came of the views.
@@ -195,7 +197,8 @@ fn segment(
                     let segmentation = segmenter.segment(&view).map_err(|e| e.to_string())?;
                     let ignored = region.ignored(&view, &segmentation)?;
                     let cloud = OrganizedCloud::new(view.intrinsics, &view.depth, Some(&ignored));
-                    Ok(Surface { cloud, segmentation })
+                    let sharpness = sharpness(&view.rgb, |at| cloud.depth[at] > 0.0);
+                    Ok(Surface { cloud, segmentation, sharpness })
                 });
                 Segmented { index, timings, view: Some(view), result }
             }

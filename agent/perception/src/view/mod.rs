@@ -2,9 +2,11 @@
 
 mod chain;
 mod luma;
+mod sharpness;
 
 pub use chain::Chain;
 pub use luma::{LUMA_WEIGHTS, luma, luma_rounded};
+pub use sharpness::sharpness;
 
 use image::RgbImage;
 use nalgebra::{Isometry3, Matrix6, Point3, Vector6};

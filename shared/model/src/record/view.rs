@@ -30,6 +30,10 @@ pub struct ViewRecord {
     /// How the pose was estimated.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub registration: Option<RegistrationRecord>,
+    /// How sharp its picture is where it shows the part, 0 to 1: only to be compared with other views of the same part. Absent where
+    /// there is no contrast, and in records of before it was measured.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sharpness: Option<f64>,
     /// What the networks said of it, in numbers.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub networks: Option<ViewNetworksRecord>,

@@ -201,6 +201,9 @@ fn Photograph(ui: Ui, sight: Sight) -> impl IntoView {
             <div><dt>{t!("evidence.distance")}</dt><dd>{units::length(sight.distance.into())}</dd></div>
             <div><dt>{t!("evidence.pixels")}</dt><dd>{decimal(sight.pixels_per_millimetre, 2)}</dd></div>
         </dl>
+        {(sight.sharp < 1.0).then(|| view! {
+            <p class="evidence-note" data-testid="evidence-blurred">{t!("evidence.blurred")}</p>
+        })}
         <Show when=move || loaded.get() == Some(false)>
             <p class="evidence-note">{t!("evidence.small")}</p>
         </Show>

@@ -1,11 +1,11 @@
 //! Which photographs show a place on the surface, the best first: the one with the most pixels on a patch of it, by the rule
-//! that textures are made by, too (`semascan_geometry::sight`). What other surface hides is left out.
+//! that textures are made by, too (`semascan_geometry::sight`), less what blur takes. What other surface hides is left out.
 
 use crate::render::photograph_camera::PhotographCamera;
 use crate::state::views::ViewEntry;
 use glam::{DVec3, Vec2, Vec3};
 use semascan_geometry::occupancy::Occupancy;
-use semascan_geometry::sight::pixels_per_metre;
+use semascan_geometry::sight::{Blur, pixels_per_metre};
 use std::fmt::Write;
 
 /// How a photograph shows a place.
@@ -23,6 +23,8 @@ pub struct Sight {
     pub cosine: f32,
     /// Pixels that a millimetre of the surface covers, mean over its directions.
     pub pixels_per_millimetre: f32,
+    /// Share of these that blur leaves, against the photographs of the other views; 1 if it is not known.
+    pub sharp: f32,
 }
 
 /// The photographs that show a place of the table frame (metres) with this unit normal, the best first.
@@ -31,9 +33,10 @@ pub struct Sight {
 pub fn sights<'a>(
     place: Vec3,
     normal: Vec3,
-    views: impl Iterator<Item = &'a ViewEntry>,
+    views: impl Iterator<Item = &'a ViewEntry> + Clone,
     surface: Option<&Occupancy>,
 ) -> Vec<Sight> {
+    let blur = Blur::among(views.clone().filter(|view| view.accepted).map(|view| view.sharpness));
     let accepted = views.filter(|view| view.accepted);
     let seen = accepted.filter_map(|view| {
         let camera = PhotographCamera::from_wire(view.pose.as_ref()?, view.intrinsics.as_ref()?)?;
@@ -48,10 +51,12 @@ pub fn sights<'a>(
             return None;
         }
         let pixels_per_millimetre = (pixels_per_metre * 1e-3) as f32;
-        Some(Sight { view: view.index, camera, pixel, distance, cosine, pixels_per_millimetre })
+        let sharp = blur.leaves(view.sharpness);
+        Some(Sight { view: view.index, camera, pixel, distance, cosine, pixels_per_millimetre, sharp })
     });
     let mut list: Vec<Sight> = seen.collect();
-    list.sort_by(|a, b| b.pixels_per_millimetre.total_cmp(&a.pixels_per_millimetre));
+    let worth = |sight: &Sight| sight.pixels_per_millimetre * sight.sharp;
+    list.sort_by(|a, b| worth(b).total_cmp(&worth(a)));
     list
 }
 
@@ -102,6 +107,21 @@ pub(super) mod tests {
         let best = sights(Vec3::ZERO, Vec3::Z, views.iter(), None)[0];
         assert!((best.pixels_per_millimetre - 1.5).abs() < 1e-4, "600 / 400 mm: {}", best.pixels_per_millimetre);
         assert!((best.cosine - 1.0).abs() < 1e-6 && (best.pixel - Vec2::new(319.5, 239.5)).length() < 1e-3);
+    }
+
+    #[test]
+    fn a_blurred_photograph_comes_later() {
+        let mut views = [view(0, 0.0, 0.4), view(1, 0.0, 0.5), view(2, 0.1, 0.5)];
+        for (view, sharpness) in views.iter_mut().zip([0.05, 0.4, 0.5]) {
+            view.sharpness = Some(sharpness);
+        }
+        assert_eq!(seen_by(&views, Vec3::Z, None), [1, 2, 0]);
+        let last = sights(Vec3::ZERO, Vec3::Z, views.iter(), None)[2];
+        assert!(last.sharp < 0.5 && (last.pixels_per_millimetre - 1.5).abs() < 1e-4, "{last:?}");
+        views[0].accepted = false;
+        views[2].sharpness = None;
+        let rest = sights(Vec3::ZERO, Vec3::Z, views.iter(), None);
+        assert!(rest.len() == 2 && rest.iter().all(|sight| sight.sharp == 1.0), "{rest:?}");
     }
 
     #[test]

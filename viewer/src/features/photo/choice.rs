@@ -71,14 +71,8 @@ pub(super) fn choose(
     chosen
 }
 
-/// How good the pixels of a photograph are: those across it as a share of those that there is room for, and its sharpness against
-/// the median of others: less than half of that is taken for blur, as sides of a part differ in what there is to see. A blurred one is
-/// worth less, and never nothing.
-pub(super) fn quality(resolution: f32, sharpness: Option<f32>, others: &[f32]) -> f32 {
-    let mut sorted = others.to_vec();
-    sorted.sort_by(f32::total_cmp);
-    let median = sorted.get(sorted.len() / 2).copied().filter(|median| *median > 0.0);
-    let sharp = sharpness.zip(median).map_or(1.0, |(own, median)| (2.0 * own / median).clamp(0.2, 1.0));
+/// How good the pixels of a photograph are: those across it as a share of those that there is room for, and what blur leaves of them.
+pub(super) fn quality(resolution: f32, sharp: f32) -> f32 {
     resolution.clamp(0.05, 1.0) * sharp
 }
 
@@ -130,10 +124,6 @@ mod tests {
         let eye = Vec3::new(0.0, 0.0, 0.5);
         let all = [down(0, [0.0, 0.0, 0.5], 0.3), down(1, [0.03, 0.0, 0.5], 1.0)];
         assert_eq!(chosen(&all, &square(0.0), eye, 1), [1]);
-        let others = [1.0, 1.2, 0.1, 0.9];
-        assert_eq!([quality(1.0, Some(1.1), &others), quality(1.0, Some(0.6), &others)], [1.0, 1.0]);
-        let blurred = quality(1.0, Some(0.1), &others);
-        assert!(blurred < 0.4 && blurred > 0.0, "{blurred}");
-        assert_eq!((quality(0.25, None, &others), quality(1.0, Some(0.0), &[0.0])), (0.25, 1.0));
+        assert_eq!((quality(0.25, 1.0), quality(2.0, 0.5), quality(0.0, 1.0)), (0.25, 0.5, 0.05));
     }
 }

@@ -2,7 +2,7 @@
 //! then those in full size, one after the other.
 
 use super::choice::{Candidate, Sample, choose, quality};
-use super::pixels::{levels, sharpness};
+use super::pixels::levels;
 use super::slots::Slots;
 use super::surface::Surface;
 use super::{PhotoEvent, ShownPhotograph};
@@ -20,9 +20,10 @@ use crate::scene::photo_layers::{LayerSize, MOST_LAYERS, Upload};
 use crate::state::AppState;
 use crate::state::views::ViewEntry;
 use leptos::prelude::*;
+use semascan_geometry::sight::Blur;
 use semascan_protocol::Phase;
 use std::cell::{Cell, RefCell};
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::rc::{Rc, Weak};
 use wasm_bindgen::JsValue;
@@ -65,7 +66,6 @@ pub(super) struct PhotoController {
     wanted: RefCell<Vec<u32>>,
     /// Pictures that are not to be had: of which view, and whether in full size.
     failed: RefCell<BTreeSet<(u32, bool)>>,
-    sharpness: RefCell<BTreeMap<u32, f32>>,
     is_loading: Cell<bool>,
     /// A mesh was asked for, of the model as it is.
     asked_for_mesh: Cell<bool>,
@@ -81,7 +81,6 @@ impl PhotoController {
             chosen_for: Cell::default(),
             wanted: RefCell::default(),
             failed: RefCell::default(),
-            sharpness: RefCell::default(),
             is_loading: Cell::default(),
             asked_for_mesh: Cell::default(),
             this: this.clone(),
@@ -124,15 +123,15 @@ impl PhotoController {
     /// The photographs from directions near the camera's, and the size of the largest.
     fn candidates(&self, camera: &OrbitCamera) -> (Vec<Candidate>, Option<(u32, u32)>) {
         let toward = (camera.eye() - camera.target()).normalize_or_zero();
-        let (known, others) = self.known_sharpness();
         let mut all: Vec<(f32, Candidate)> = self.host.ui.read(|s| {
             let views = s.views.iter().filter(|view| view.accepted);
+            let blur = blur(s);
             views
                 .filter(|view| [false, true].iter().any(|is_full| self.may_get(s, view.index, *is_full)))
                 .filter_map(|view| {
                     let camera_of = PhotographCamera::from_wire(view.pose.as_ref()?, view.intrinsics.as_ref()?)?;
                     let closeness = (camera_of.eye() - camera.target()).normalize_or_zero().dot(toward);
-                    let quality = quality(1.0, known.get(&view.index).copied(), &others);
+                    let quality = quality(1.0, blur.leaves(view.sharpness));
                     Some((closeness, Candidate { view: view.index, camera: camera_of, quality }))
                 })
                 .collect()
@@ -142,13 +141,6 @@ impl PhotoController {
         all.truncate(MOST_CANDIDATES);
         let candidates = all.into_iter().map(|(_, candidate)| candidate).collect();
         (candidates, largest.map(|size| (size.x as u32, size.y as u32)))
-    }
-
-    /// Sharpness of the photographs that were loaded, by view and as a list.
-    fn known_sharpness(&self) -> (BTreeMap<u32, f32>, Vec<f32>) {
-        let known = self.sharpness.borrow().clone();
-        let list = known.values().copied().collect();
-        (known, list)
     }
 
     /// Has room of this size; where all pixels are gone, notes that.
@@ -167,13 +159,13 @@ impl PhotoController {
     /// Says which photographs colour the mesh: those that shall, as far as they are there, and those of before until all are.
     fn show(&self) {
         let (wanted, slots) = (self.wanted.borrow(), self.slots.borrow());
-        let (known, others) = self.known_sharpness();
         let (photographs, missing) = self.host.ui.read(|s| {
+            let blur = blur(s);
             let shown = |view: u32| {
                 let (slot, held) = slots.of(view)?;
                 let entry = s.views.get(view)?;
                 let camera = PhotographCamera::from_wire(entry.pose.as_ref()?, entry.intrinsics.as_ref()?)?;
-                let quality = quality(held.resolution, known.get(&view).copied(), &others);
+                let quality = quality(held.resolution, blur.leaves(entry.sharpness));
                 Some(ShownPhotograph { view, layer: PhotoLayer { slot, camera, quality } })
             };
             let mut list: Vec<ShownPhotograph> = wanted.iter().filter_map(|view| shown(*view)).collect();
@@ -243,6 +235,11 @@ impl PhotoController {
                         this.choose(now);
                     }
                 }
+                // A frame with photographs costs much where there is no graphics processor: the small ones are shown together, and then
+                // those in full size.
+                if this.next().is_some_and(|next| next.is_full == order.is_full) {
+                    continue;
+                }
                 this.show();
                 // New pixels of the same photographs change nothing in the state.
                 (this.host.redraw)();
@@ -266,7 +263,6 @@ impl PhotoController {
         }
         let pixels = pixels_of(&image, size.width, size.height)?;
         let levels = levels(pixels, size).ok_or("it has no pixels")?;
-        self.sharpness.borrow_mut().insert(view, sharpness(&levels, size));
         let resolution = (image.natural_width() as f32 / size.width as f32).min(1.0);
         if let Some(slot) = self.slots.borrow_mut().place(view, resolution, is_full) {
             self.host.layers.borrow_mut().put(Upload { slot, levels });
@@ -282,7 +278,6 @@ impl PhotoController {
         self.chosen_for.set(None);
         self.wanted.borrow_mut().clear();
         self.failed.borrow_mut().clear();
-        self.sharpness.borrow_mut().clear();
     }
 }
 
@@ -344,6 +339,11 @@ fn lacks_mesh(state: &AppState) -> bool {
     // What was there before the page is not all here until it is said to be over.
     let is_due = is_over || phase == Phase::Running && mesh.triangles == 0;
     is_shown && is_due && state.has_model() && state.has_photographs() && mesh.is_wanted()
+}
+
+/// How blurred the photographs are against each other.
+fn blur(state: &AppState) -> Blur {
+    Blur::among(state.views.iter().filter(|view| view.accepted).map(|view| view.sharpness))
 }
 
 /// Another number when there are other views, or other poses of them.

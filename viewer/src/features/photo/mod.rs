@@ -7,7 +7,7 @@
 //! | `state` | which photographs colour the mesh, and what keeps them from it | anywhere |
 //! | `choice` | which photographs are best for a camera | anywhere |
 //! | `slots` | which photographs the graphics device has; those unused for longest make room | anywhere |
-//! | `pixels` | smaller pictures of a photograph, and how sharp it is | anywhere |
+//! | `pixels` | smaller pictures of a photograph | anywhere |
 //! | `surface` | the surface as the choice looks at it | anywhere |
 //! | `controller` | chooses when the camera rests or has turned, and loads | in a browser |
 //! | `overlay` | says what is seen | in a browser |
