@@ -4,13 +4,12 @@
 //! each about [`HAND`] off. A point is set where the label is wrong and most of the surface under the pen has one class, so what is
 //! thinner than the pen stays undrawn.
 
+use super::part_truth::PartTruth;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 use rayon::prelude::*;
 use semascan_geometry::measure::{NearestPoints, SurfaceIndex};
-use semascan_inspection::source::TrueMesh;
 use semascan_model::SemanticMesh;
-use semascan_simulation::VirtualCell;
 use std::collections::BTreeMap;
 
 /// Half the widths of the pens, metres.
@@ -80,7 +79,8 @@ fn normal(rng: &mut Pcg64) -> f64 {
 
 impl Sampled {
     /// All of the surface within two brushes of a defect.
-    pub(super) fn around_defects(truth: &TrueMesh, cell: &VirtualCell) -> Self {
+    pub(super) fn around_defects(part: &PartTruth<'_>) -> Self {
+        let truth = &part.mesh;
         let component = |t: &[u32; 3]| truth.labels.get(t[0] as usize).copied().unwrap_or(0);
         let places = |t: &[u32; 3], parts: u32| -> Vec<[f32; 3]> {
             let corners = t.map(|v| truth.vertices[v as usize]);
@@ -96,13 +96,13 @@ impl Sampled {
         let triangles: Vec<&[u32; 3]> = truth.triangles.iter().filter(is_whole).collect();
         let coarse: Vec<[f32; 3]> = triangles
             .par_iter()
-            .flat_map_iter(|t| places(t, 2).into_iter().filter(|p| cell.defect_at(*p, component(t)) != 0))
+            .flat_map_iter(|t| places(t, 2).into_iter().filter(|p| part.defect_at(*p, component(t)) != 0))
             .collect();
         let near = NearestPoints::new(&coarse);
         let found: Vec<([f32; 3], u16)> = triangles
             .par_iter()
             .filter(|t| near.nearest_within(truth.vertices[t[0] as usize], 2.0 * BRUSH).is_some())
-            .flat_map_iter(|t| places(t, PARTS).into_iter().map(|p| (p, cell.defect_at(p, component(t)))))
+            .flat_map_iter(|t| places(t, PARTS).into_iter().map(|p| (p, part.defect_at(p, component(t)))))
             .collect();
         let (positions, defects): (Vec<_>, Vec<_>) = found.into_iter().unzip();
         let nearest = NearestPoints::new(&positions);
@@ -124,16 +124,19 @@ impl Sampled {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use nalgebra::Isometry3;
+    use semascan_inspection::record::TruePoses;
     use semascan_inspection::source::Source;
     use semascan_model::SemanticPoint;
-    use semascan_simulation::VirtualCellSpec;
+    use semascan_simulation::{VirtualCell, VirtualCellSpec};
 
     #[test]
     fn lines_mend_what_a_brush_left() {
         let spec = VirtualCellSpec::parse("virtual:starter-motor?seed=1001&views=1&size=64x48").expect("valid");
         let cell = VirtualCell::open(&spec).expect("opens");
         let truth = cell.truth().expect("simulated");
-        let sampled = Sampled::around_defects(truth, &cell);
+        let there = TruePoses { view: 0, estimate: Isometry3::identity(), prior: None, truth: Isometry3::identity() };
+        let sampled = Sampled::around_defects(&PartTruth::at_model(truth, &cell, &[there]).expect("a pose"));
         let crack = cell.info().taxonomy.defects.iter().find(|c| c.name == "crack").expect("known").id;
         // The true surface is the model, and its labels lack the cracks.
         let mut mesh = SemanticMesh { triangles: truth.triangles.clone(), ..SemanticMesh::default() };

@@ -2,16 +2,18 @@
 //! edges of masks as the model has them, left open, and refined by the picture.
 
 mod lines;
+mod part_truth;
 mod person;
 
 use super::{InspectError, inspect};
 use crate::{Confusion, PixelScores, TestDomain};
 use lines::Sampled;
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
+use part_truth::PartTruth;
 use person::{Corrections, VertexTruth, correct};
 use semascan_geometry::measure::SurfaceIndex;
 use semascan_inspection::Inspected;
-use semascan_inspection::source::{Source, SourceError, TrueMesh};
+use semascan_inspection::source::{Source, SourceError};
 use semascan_inspection::spec::{InspectionSpec, LabelSource};
 use semascan_labelling::{
     CapturedView, EmptySpace, IGNORE, LabelledModel, MeasuringVolume, RimTreatment, Selection, ViewMasks,
@@ -240,8 +242,10 @@ fn motor(config: &Config, seed: u64, on_masks: TakeMasks<'_>) -> Result<(Motor, 
     let mut views = VirtualCell::open(&cell)?;
     let truth = views.truth().ok_or(unknown("its true mesh is not known"))?;
     let voxel = inspected.record.voxel.ok_or(unknown("its voxels are not known"))?;
-    let sampled = Sampled::around_defects(truth, &views);
-    let truth = vertex_truth(&inspected.mesh, truth, &views, voxel);
+    let truth = PartTruth::at_model(truth, &views, &inspected.recorded.true_poses)
+        .ok_or(unknown("its true poses are not known"))?;
+    let sampled = Sampled::around_defects(&truth);
+    let truth = vertex_truth(&inspected.mesh, &truth, voxel);
     let taxonomy = inspected.source.info().taxonomy.clone();
     if taxonomy != views.info().taxonomy {
         return Err(unknown("its networks know other classes than the truth"));
@@ -287,14 +291,14 @@ fn motor(config: &Config, seed: u64, on_masks: TakeMasks<'_>) -> Result<(Motor, 
 }
 
 /// The classes of the true surface at each vertex; none where the true surface is farther than [`FARTHEST`] voxels.
-fn vertex_truth(mesh: &SemanticMesh, truth: &TrueMesh, cell: &VirtualCell, voxel: f64) -> VertexTruth {
-    let surface = SurfaceIndex::new(&truth.vertices, &truth.triangles);
+fn vertex_truth(mesh: &SemanticMesh, truth: &PartTruth<'_>, voxel: f64) -> VertexTruth {
+    let surface = SurfaceIndex::new(&truth.mesh.vertices, &truth.mesh.triangles);
     let (mut components, mut defects) = (Vec::new(), Vec::new());
     for nearest in surface.closest_of_all(&mesh.vertices.positions) {
         let there = nearest.filter(|nearest| f64::from(nearest.distance) <= FARTHEST * voxel);
-        let component = there.and_then(|n| truth.labels.get(n.vertex as usize)).copied().unwrap_or(0);
+        let component = there.and_then(|n| truth.mesh.labels.get(n.vertex as usize)).copied().unwrap_or(0);
         components.push(component);
-        defects.push(there.map_or(0, |n| cell.defect_at(n.point, component)));
+        defects.push(there.map_or(0, |n| truth.defect_at(n.point, component)));
     }
     VertexTruth { components, defects }
 }
