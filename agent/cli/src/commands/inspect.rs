@@ -11,8 +11,10 @@ use indicatif::{ProgressBar, ProgressStyle};
 use run::{Running, Target};
 use semascan_inspection::Inspection;
 use semascan_inspection::event::{EventKind, StageStatus};
+use semascan_inspection::source::CaptureTrigger;
 use semascan_inspection::spec::InspectionSpec;
 use semascan_store::data::DataFolder;
+use std::io::{BufRead, IsTerminal};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -76,6 +78,10 @@ impl InspectArgs {
         let out = target.path().to_owned();
         let bar = if quiet { ProgressBar::hidden() } else { progress_bar(inspection.info().view_count) };
         let mut running = run::start(inspection, Some(target), signals)?;
+        if let Some(trigger) = running.trigger.take().filter(|_| std::io::stdin().is_terminal()) {
+            bar.suspend(|| tracing::info!("Enter takes a view of what the camera sees"));
+            std::thread::spawn(move || asked_by_lines(std::io::stdin().lock(), &trigger));
+        }
         let _in_span = running.span().entered();
         follow(&mut running, &bar);
         let inspected = run::finish_and_end(running, signals);
@@ -125,6 +131,15 @@ fn progress_bar(views: Option<u32>) -> ProgressBar {
     bar
 }
 
+/// Asks for a view with each line that a person types, until they end.
+fn asked_by_lines(lines: impl BufRead, trigger: &CaptureTrigger) {
+    for _ in lines.lines().map_while(Result::ok) {
+        if !trigger.ask() {
+            tracing::warn!("so many views were asked for that this request is not taken in");
+        }
+    }
+}
+
 /// Moves the bar with the inspection until its end.
 fn follow(running: &mut Running, bar: &ProgressBar) {
     for event in &mut running.events {
@@ -147,5 +162,17 @@ fn follow(running: &mut Running, bar: &ProgressBar) {
             EventKind::Judged { .. } => bar.suspend(|| tracing::debug!("the poses are compared with the pictures")),
             _ => {}
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_line_asks_for_a_view() {
+        let trigger = CaptureTrigger::default();
+        asked_by_lines("\n\nnow\n".as_bytes(), &trigger);
+        assert_eq!(trigger.waiting(), 3);
     }
 }

@@ -384,8 +384,10 @@ fn idle(signals: &Signals) -> Result<(), Failure> {
 /// but is the command's when that ends. A save that fails is tried again as long as the server runs.
 fn follow(running: Running, live: &LiveModel, signals: &Signals) -> Result<(), Failure> {
     let _in_span = running.span().entered();
-    let Running { events, handle, output, criteria } = running;
+    let Running { events, handle, output, criteria, trigger } = running;
+    live.take_captures(&handle.id().to_string(), trigger);
     LiveStream::new(live).follow(events);
+    live.end_captures();
     let was_hindered = Cell::new(false);
     let not_saved = |reason: &str| {
         was_hindered.set(true);
