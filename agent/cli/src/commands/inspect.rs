@@ -26,7 +26,7 @@ pub(crate) struct InspectArgs {
     /// all)
     source: String,
     /// Folder to write the inspection into
-    #[arg(long, value_name = "DIR", required_unless_present = "data")]
+    #[arg(long, value_name = "DIR", required_unless_present_any = ["data", "config"])]
     out: Option<PathBuf>,
     /// Data folder to keep the inspection in while it runs: its views as a capture, its history and its model. One with
     /// the same settings that was cut off there is continued
@@ -59,11 +59,11 @@ impl InspectArgs {
     pub(crate) fn run(self, quiet: bool, signals: &Signals) -> Result<(), Failure> {
         serve::use_threads(self.threads)?;
         let config = config::read(self.config.as_deref()).map_err(Failure::Call)?;
-        let mut spec = self.inspection.apply(config.inspection);
-        spec.source.uri = Some(self.source.clone());
+        let spec = config.complete(self.inspection.apply(config.inspection.clone()), Some(self.source.clone()));
         let criteria = self.criteria.as_deref().map(CriteriaFile::open).transpose()?;
         // Whether the result can be written is known before anything is opened.
-        let (inspection, target) = match (&self.out, &self.data) {
+        let data = self.data.as_ref().or(config.cell.data.as_ref().filter(|_| self.out.is_none()));
+        let (inspection, target) = match (&self.out, data) {
             (_, Some(data)) => keep(spec, data, criteria.as_ref())?,
             (Some(out), None) => {
                 let target = Target::open(out, self.overwrite, self.view_clouds)?;
@@ -73,7 +73,7 @@ impl InspectArgs {
                 let criteria = criteria.map(|criteria| criteria.for_classes(&spec, taxonomy)).transpose()?;
                 (inspection, target.judged_by(criteria))
             }
-            (None, None) => return Err(Failure::Call(anyhow!("neither --out nor --data names a folder"))),
+            (None, None) => return Err(Failure::Call(anyhow!("neither --out nor --data names a folder, nor cell.data in the configuration"))),
         };
         let out = target.path().to_owned();
         let bar = if quiet { ProgressBar::hidden() } else { progress_bar(inspection.info().view_count) };

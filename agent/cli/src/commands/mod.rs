@@ -5,6 +5,8 @@ mod audit;
 mod calibrate;
 mod calibrate_cell;
 mod completions;
+mod cell_schema;
+mod cell_section;
 mod config;
 mod config_command;
 mod convert;

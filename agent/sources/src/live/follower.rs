@@ -466,7 +466,7 @@ fn another_content(index: &Index, topics: Topics, stream: usize) -> Option<Strin
 }
 
 /// The frame that poses are given in: the one that was asked for, or the root of the camera's tree if the camera moves in it.
-fn fixed_frame(index: &Index, camera: &str, wanted: Option<&str>) -> Option<String> {
+pub(super) fn fixed_frame(index: &Index, camera: &str, wanted: Option<&str>) -> Option<String> {
     if let Some(wanted) = wanted {
         return Some(crate::messages::frame_name(wanted));
     }

@@ -14,6 +14,7 @@
 //! | `trigger.rs` | when a view is taken |
 //! | `outlet.rs` | views that wait to be inspected |
 //! | `recorder.rs` | what comes, in an MCAP file |
+//! | `probe.rs` | what a stream is like, for `semascan doctor` |
 //! | `faults.rs`, `rate.rs` | what goes wrong, and whether pictures still come |
 
 mod address;
@@ -24,6 +25,7 @@ mod follower;
 mod link;
 mod outlet;
 mod pairs;
+mod probe;
 mod rate;
 mod recorder;
 #[cfg(test)]
@@ -34,6 +36,7 @@ mod trigger;
 
 pub use address::{LIVE_KEYS, LiveAddress};
 pub use faults::{Fault, FaultKind, Faults};
+pub use probe::{Probe, Topic, probe};
 pub use recorder::{Recorded, record};
 pub use trigger::Trigger;
 

@@ -57,6 +57,11 @@ pub(crate) struct CalibrationStream {
 }
 
 impl CalibrationStream {
+    /// A stream whose first calibration this is.
+    pub(crate) fn new(topic: &str, stamp: Stamp, calibration: Calibration) -> Self {
+        Self { topic: topic.to_owned(), changes: vec![(stamp, calibration)], latest: stamp, is_regular: false }
+    }
+
     /// The one that is valid at `stamp`; the first, before it was published. A stream has at least one.
     pub(crate) fn at(&self, stamp: Stamp) -> Option<&Calibration> {
         let after = self.changes.partition_point(|(from, _)| *from <= stamp);
@@ -301,9 +306,7 @@ impl Scan {
         let is_full = self.index.calibrations.len() == MOST_TOPICS;
         let Some(stream) = self.index.calibrations.iter_mut().find(|stream| stream.topic == channel.topic) else {
             if !is_full {
-                let (topic, changes) = (channel.topic.clone(), vec![(stamp, calibration)]);
-                let stream = CalibrationStream { topic, changes, latest: stamp, is_regular: false };
-                self.index.calibrations.push(stream);
+                self.index.calibrations.push(CalibrationStream::new(&channel.topic, stamp, calibration));
             }
             return;
         };
