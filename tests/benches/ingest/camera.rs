@@ -8,8 +8,8 @@ use prost::Message as _;
 use prost_types::Timestamp;
 use semascan_foxglove::protocol::message_frame;
 use semascan_foxglove::schema::{
-    CAMERA_CALIBRATION, COMPRESSED_IMAGE, CameraCalibration, CompressedImage, FRAME_TRANSFORM, FrameTransform, Quaternion, RAW_IMAGE,
-    RawImage, Vector3,
+    CAMERA_CALIBRATION, COMPRESSED_IMAGE, CameraCalibration, CompressedImage, FRAME_TRANSFORM, FrameTransform,
+    Quaternion, RAW_IMAGE, RawImage, Vector3,
 };
 use semascan_perception::view::View;
 use semascan_tests::sources::open;

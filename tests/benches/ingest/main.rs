@@ -72,7 +72,9 @@ fn measure(seconds: u64, registration: RegistrationMethod) -> Result<Value> {
             EventKind::ViewFinished { record, .. } => Some(record.reason.is_none()),
             _ => None,
         });
-        finished.fold((0_u64, 0_u64), |(used, left_out), is_used| (used + u64::from(is_used), left_out + u64::from(!is_used)))
+        finished.fold((0_u64, 0_u64), |(used, left_out), is_used| {
+            (used + u64::from(is_used), left_out + u64::from(!is_used))
+        })
     });
 
     // Memory second by second while the stream runs.
@@ -98,7 +100,8 @@ fn measure(seconds: u64, registration: RegistrationMethod) -> Result<Value> {
 
     let recorded = recorded(&file)?;
     let sent_by_topic: BTreeMap<String, u64> = serde_json::from_value(sent["messages"].clone())?;
-    let lost: u64 = sent_by_topic.iter().map(|(topic, n)| n.saturating_sub(recorded.get(topic).copied().unwrap_or(0))).sum();
+    let lost: u64 =
+        sent_by_topic.iter().map(|(topic, n)| n.saturating_sub(recorded.get(topic).copied().unwrap_or(0))).sum();
     let ended = ended.context("no figures of this process")?;
     let cpu = (ended.processor_seconds - begun.processor_seconds) / seconds as f64;
     // The first seconds build up buffers and the model.
@@ -129,6 +132,7 @@ fn recorded(path: &Path) -> Result<BTreeMap<String, u64>> {
     let content = std::fs::read(path)?;
     let summary = mcap::Summary::read(&content)?.context("the file has no index")?;
     let counts = summary.stats.context("the file counts nothing")?.channel_message_counts;
-    let named = summary.channels.iter().map(|(id, channel)| (channel.topic.clone(), counts.get(id).copied().unwrap_or(0)));
+    let named =
+        summary.channels.iter().map(|(id, channel)| (channel.topic.clone(), counts.get(id).copied().unwrap_or(0)));
     Ok(named.collect())
 }

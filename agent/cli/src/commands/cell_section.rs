@@ -71,7 +71,9 @@ impl CellSection {
         if let Some([least, most]) = self.working_distance
             && !(least > 0.0 && least < most && most.is_finite())
         {
-            return Err(format!("working_distance: [{least}, {most}] are not two distances in metres, the smaller first"));
+            return Err(format!(
+                "working_distance: [{least}, {most}] are not two distances in metres, the smaller first"
+            ));
         }
         if let Some(rate) = self.camera.rate_hz
             && !(rate > 0.0 && rate.is_finite())

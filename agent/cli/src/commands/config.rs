@@ -12,8 +12,8 @@ use serde::Deserialize;
 use serde_aux::serde_introspection::serde_introspect;
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
-use toml::de::{DeTable, Deserializer, ValueDeserializer};
 use toml::Spanned;
+use toml::de::{DeTable, Deserializer, ValueDeserializer};
 
 /// A `cell.toml` with every key, commented.
 pub(crate) const SAMPLE: &str = include_str!("cell.sample.toml");
@@ -92,11 +92,7 @@ const CELL: &str = "cell";
 const SERVE: &str = "serve";
 
 /// Takes a section out of the document.
-fn section<'a, T: Default + Deserialize<'a>>(
-    table: &mut Spanned<DeTable<'a>>,
-    name: &str,
-    text: &str,
-) -> Result<T> {
+fn section<'a, T: Default + Deserialize<'a>>(table: &mut Spanned<DeTable<'a>>, name: &str, text: &str) -> Result<T> {
     let Some(section) = table.get_mut().remove(name) else { return Ok(T::default()) };
     T::deserialize(ValueDeserializer::from(section)).map_err(|error| placed(error, text).context(format!("[{name}]")))
 }

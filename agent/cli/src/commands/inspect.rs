@@ -73,7 +73,11 @@ impl InspectArgs {
                 let criteria = criteria.map(|criteria| criteria.for_classes(&spec, taxonomy)).transpose()?;
                 (inspection, target.judged_by(criteria))
             }
-            (None, None) => return Err(Failure::Call(anyhow!("neither --out nor --data names a folder, nor cell.data in the configuration"))),
+            (None, None) => {
+                return Err(Failure::Call(anyhow!(
+                    "neither --out nor --data names a folder, nor cell.data in the configuration"
+                )));
+            }
         };
         let out = target.path().to_owned();
         let bar = if quiet { ProgressBar::hidden() } else { progress_bar(inspection.info().view_count) };

@@ -7,8 +7,8 @@ use prost::Message as _;
 use prost_types::Timestamp;
 use semascan_foxglove::protocol::message_frame;
 use semascan_foxglove::schema::{
-    CAMERA_CALIBRATION, COMPRESSED_IMAGE, CameraCalibration, CompressedImage, FRAME_TRANSFORM, FrameTransform, Quaternion, RAW_IMAGE,
-    RawImage, Vector3,
+    CAMERA_CALIBRATION, COMPRESSED_IMAGE, CameraCalibration, CompressedImage, FRAME_TRANSFORM, FrameTransform,
+    Quaternion, RAW_IMAGE, RawImage, Vector3,
 };
 use serde_json::{Value, json};
 use std::io::Cursor;
@@ -127,7 +127,8 @@ fn messages(wrong: Wrong, frame: u32, picture: &[u8]) -> Vec<(u32, Vec<u8>)> {
         let (encoding, frame_id) = ("32FC1".to_owned(), frame_id.clone());
         RawImage { timestamp, frame_id, width, height, encoding, step: 4 * width, data }.encode_to_vec()
     } else {
-        let data = file(&DynamicImage::ImageLuma16(ImageBuffer::from_pixel(width, height, Luma([500]))), ImageFormat::Png);
+        let data =
+            file(&DynamicImage::ImageLuma16(ImageBuffer::from_pixel(width, height, Luma([500]))), ImageFormat::Png);
         CompressedImage { timestamp, frame_id: frame_id.clone(), data, format: "png".into() }.encode_to_vec()
     };
     let color = CompressedImage { timestamp, frame_id, data: picture.to_vec(), format: "jpeg".into() };
@@ -138,7 +139,8 @@ fn messages(wrong: Wrong, frame: u32, picture: &[u8]) -> Vec<(u32, Vec<u8>)> {
         translation: Some(Vector3 { x: 0.001 * f64::from(frame), y: 0.0, z: 0.5 }),
         rotation: Some(Quaternion { x: 0.0, y: 0.0, z: 0.0, w: 1.0 }),
     };
-    let mut sent = vec![(0, color.encode_to_vec()), (1, depth), (2, info.encode_to_vec()), (3, transform.encode_to_vec())];
+    let mut sent =
+        vec![(0, color.encode_to_vec()), (1, depth), (2, info.encode_to_vec()), (3, transform.encode_to_vec())];
     sent.retain(|(channel, _)| {
         !(wrong == Wrong::NoDepth && *channel == 1
             || wrong == Wrong::NoCalibration && *channel == 2
@@ -156,8 +158,7 @@ fn examined(port: u16, more: &str) -> (Option<i32>, Value, String) {
          [cell.camera]\nrate_hz = 10.0\n[cell.frames]\nbase = \"base\"\n"
     );
     std::fs::write(&config, text).expect("written");
-    let output =
-        semascan(&["doctor", "--json", "--seconds", "1.5", "--config", config.to_str().expect("UTF-8")]);
+    let output = semascan(&["doctor", "--json", "--seconds", "1.5", "--config", config.to_str().expect("UTF-8")]);
     let report = serde_json::from_slice(&output.stdout).expect("one JSON object");
     (output.status.code(), report, stderr(&output))
 }
@@ -183,8 +184,13 @@ fn a_healthy_cell_is_well_and_each_fault_is_named_with_how_to_mend_it() {
         (Wrong::BurntOut, "exposure", "shorten the exposure"),
         (Wrong::NoCalibration, "topics", "calibration"),
     ];
-    let examined_faults: Vec<_> =
-        faults.iter().map(|(wrong, ..)| { let wrong = *wrong; thread::spawn(move || examined(camera(wrong), "")) }).collect();
+    let examined_faults: Vec<_> = faults
+        .iter()
+        .map(|(wrong, ..)| {
+            let wrong = *wrong;
+            thread::spawn(move || examined(camera(wrong), ""))
+        })
+        .collect();
     let (_, report, said) = healthy.join().expect("examined");
     for what in ["network", "topics", "clocks", "transforms", "depth", "focus", "exposure", "disk"] {
         assert_eq!(finding(&report, what).0, "ok", "{what}: {said}");

@@ -15,10 +15,15 @@ pub struct CaptureTrigger(Arc<Mutex<VecDeque<Instant>>>);
 impl CaptureTrigger {
     /// Asks for a view; `false` where so many were asked for and not taken that this one is not taken note of.
     pub fn ask(&self) -> bool {
+        self.ask_from(Instant::now())
+    }
+
+    /// As [`ask`](Self::ask), of one that was asked for at `asked`: a message that came then and is only read now.
+    pub fn ask_from(&self, asked: Instant) -> bool {
         let mut waiting = self.lock();
         let has_room = waiting.len() < MOST_WAITING;
         if has_room {
-            waiting.push_back(Instant::now());
+            waiting.push_back(asked);
         }
         has_room
     }

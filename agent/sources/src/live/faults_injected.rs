@@ -165,7 +165,12 @@ impl Script {
     }
 
     /// What belongs to a frame at this time, with these pictures.
-    fn pictures(&mut self, place: usize, (color, color_format): (Vec<u8>, &str), (depth, depth_format): (Vec<u8>, &str)) {
+    fn pictures(
+        &mut self,
+        place: usize,
+        (color, color_format): (Vec<u8>, &str),
+        (depth, depth_format): (Vec<u8>, &str),
+    ) {
         let ms = self.clock;
         self.steps.push(transform(ms, x(place)));
         self.steps.push(Step::Send(0, ms, message(ms, color_format, color)));
@@ -355,8 +360,7 @@ fn drawn(number: usize) -> Vec<Injected> {
 fn every_fault_is_reported_and_recovered_and_the_views_are_right() {
     let number = std::env::var("SEMASCAN_TEST_FAULTS").ok().map_or(FEW, |number| number.parse().expect("a number"));
     let faults = drawn(number);
-    let mut script =
-        Script { steps: Vec::new(), clock: 0, depth_channel: 1, fx: 10.0, focal_lengths: Vec::new() };
+    let mut script = Script { steps: Vec::new(), clock: 0, depth_channel: 1, fx: 10.0, focal_lengths: Vec::new() };
     // The calibration is late at the beginning, too: pictures come for 2 s without it.
     for _ in 0..60 {
         script.pictures(0, (jpeg(0), "jpeg"), (depth_png(0, (8, 6)), "png"));
@@ -369,7 +373,8 @@ fn every_fault_is_reported_and_recovered_and_the_views_are_right() {
     }
     let focal_lengths = script.focal_lengths;
     let uri = format!("{}?trigger=still&still_ms=200&silence_s=6", serve(compressed_channels(), script.steps));
-    let mut source = LiveSource::open(LiveAddress::read(&uri).expect("an address"), OpenOptions::default()).expect("a server");
+    let mut source =
+        LiveSource::open(LiveAddress::read(&uri).expect("an address"), OpenOptions::default()).expect("a server");
     let told = source.faults();
     let mut places: BTreeMap<i64, Vec<View>> = BTreeMap::new();
     while let Some(view) = source.next_view() {
@@ -403,7 +408,11 @@ fn every_fault_is_reported_and_recovered_and_the_views_are_right() {
     }
     let late = |told: &Fault| told.kind == FaultKind::Calibration && told.reason.contains("yet");
     assert!(recent.iter().any(late), "the late calibration of the beginning: {summary}");
-    eprintln!("{number} faults of seed {SEED}: each reported, {} views of {} places; {summary}", number + 1, number + 1);
+    eprintln!(
+        "{number} faults of seed {SEED}: each reported, {} views of {} places; {summary}",
+        number + 1,
+        number + 1
+    );
 }
 
 #[test]
@@ -413,8 +422,12 @@ fn pictures_in_memory_that_are_shorter_than_their_size_name_the_field() {
     short.truncate(short.len() - 16);
     let steps = vec![Step::Send(1, 100, short), Step::Pause(100)];
     let uri = format!("{}?silence_s=1", super::test_server::server(steps));
-    let mut source = LiveSource::open(LiveAddress::read(&uri).expect("an address"), OpenOptions::default()).expect("a server");
+    let mut source =
+        LiveSource::open(LiveAddress::read(&uri).expect("an address"), OpenOptions::default()).expect("a server");
     while source.next_view().is_some() {}
     let recent = source.faults().recent();
-    assert!(recent.iter().any(|fault| fault.topic == "/camera/depth/image" && fault.kind == FaultKind::Message), "{recent:?}");
+    assert!(
+        recent.iter().any(|fault| fault.topic == "/camera/depth/image" && fault.kind == FaultKind::Message),
+        "{recent:?}"
+    );
 }

@@ -171,7 +171,11 @@ impl Follower {
                 self.faults.report("", FaultKind::Connection, format!("the server says: {text}"));
             }
             Happening::Stray { number } => {
-                self.faults.report("", FaultKind::Channel, format!("a message of channel {number}, which was not offered"));
+                self.faults.report(
+                    "",
+                    FaultKind::Channel,
+                    format!("a message of channel {number}, which was not offered"),
+                );
             }
             Happening::Message(arrival) => self.message(arrival),
         }
@@ -180,7 +184,7 @@ impl Follower {
     fn message(&mut self, arrival: Arrival) {
         if let Trigger::Topic(topic) = &self.address.trigger
             && arrival.channel.offered.topic == *topic
-            && !self.asked.ask()
+            && !self.asked.ask_from(arrival.at)
         {
             self.faults.report(topic, FaultKind::Overflow, "it asks for views faster than the camera sees");
         }
@@ -218,7 +222,11 @@ impl Follower {
             } else if ahead.saturating_sub(passed) > CLOCK_FORTH {
                 self.set_clock(topic, &format!("its stamps went forth by {seconds:.3} s at once"));
             } else if ahead == 0 {
-                self.faults.report(topic, FaultKind::Order, format!("the picture of {:.3} s came twice", stamp.seconds()));
+                self.faults.report(
+                    topic,
+                    FaultKind::Order,
+                    format!("the picture of {:.3} s came twice", stamp.seconds()),
+                );
                 return false;
             } else if ahead < 0 {
                 let said = format!("the picture of {:.3} s came after a later one", stamp.seconds());

@@ -345,7 +345,9 @@ impl Wanted {
             let decoded = Decoded::new(&offered.topic, &offered.schema_name, &offered.encoding);
             (offered.id, Arc::new(Streamed { offered, decoded }))
         });
-        channels.filter(|(_, channel)| self.follows_all || self.recorder.is_some() || self.is_followed(channel)).collect()
+        channels
+            .filter(|(_, channel)| self.follows_all || self.recorder.is_some() || self.is_followed(channel))
+            .collect()
     }
 
     /// Hands a message to whoever takes it.

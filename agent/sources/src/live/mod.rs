@@ -101,22 +101,12 @@ impl LiveSource {
             settings: Vec::new(),
         };
         let (views, outlet, asked) = (address.views, Arc::<Outlet>::default(), CaptureTrigger::default());
-        let follower =
-            Follower::new(address, options, link, Arc::clone(&outlet), faults.clone(), asked.clone());
+        let follower = Follower::new(address, options, link, Arc::clone(&outlet), faults.clone(), asked.clone());
         let follower = thread::Builder::new()
             .name("stream".into())
             .spawn(move || follower.run())
             .map_err(|error| refuse(error.to_string()))?;
-        Ok(Self {
-            info,
-            views,
-            outlet,
-            follower: Some(follower),
-            asked,
-            faults,
-            stop: StopSwitch::default(),
-            given: 0,
-        })
+        Ok(Self { info, views, outlet, follower: Some(follower), asked, faults, stop: StopSwitch::default(), given: 0 })
     }
 
     /// What goes wrong, as it happens.

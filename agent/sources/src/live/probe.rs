@@ -190,12 +190,7 @@ fn pose(
 }
 
 /// The latest pair as a view.
-fn view(
-    index: &Index,
-    chosen: &Chosen<'_>,
-    options: &OpenOptions,
-    kept: &[VecDeque<Held>],
-) -> Result<View, String> {
+fn view(index: &Index, chosen: &Chosen<'_>, options: &OpenOptions, kept: &[VecDeque<Held>]) -> Result<View, String> {
     let of = |stream| place_of(index, stream).and_then(|place| kept.get(place));
     let depths = of(chosen.depth).ok_or("no depth picture came")?;
     let pairs = depths.iter().flat_map(|depth| match chosen.color.and_then(of) {

@@ -5,8 +5,8 @@ use prost::Message as _;
 use prost_types::Timestamp;
 use semascan_foxglove::protocol::message_frame;
 use semascan_foxglove::schema::{
-    CAMERA_CALIBRATION, COMPRESSED_IMAGE, CameraCalibration, FRAME_TRANSFORM, FrameTransform, Quaternion, RAW_IMAGE, RawImage,
-    Schema, Vector3,
+    CAMERA_CALIBRATION, COMPRESSED_IMAGE, CameraCalibration, FRAME_TRANSFORM, FrameTransform, Quaternion, RAW_IMAGE,
+    RawImage, Schema, Vector3,
 };
 use serde_json::json;
 use std::net::TcpListener;

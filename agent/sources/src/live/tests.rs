@@ -43,7 +43,10 @@ fn pairs_become_views_with_the_poses_of_their_times_though_connections_are_cut()
     let expected: Vec<_> = (0..8).map(|n| (n, 500 + u32::from(n), Some(10 * i32::from(n)))).collect();
     assert_eq!(found, expected);
     let stream = settings.iter().find(|(name, _)| name == "stream").map(|(_, text)| text.clone()).expect("said");
-    assert!(stream.starts_with("8 pairs came, 0 were passed over, 0 had no pose; 0 messages were dropped"), "{stream}");
+    assert!(
+        stream.starts_with("8 pairs came, 0 were passed over, 0 had no pose, 0 were broken; 0 messages were dropped"),
+        "{stream}"
+    );
     assert!(stream.contains("2 connections"), "{stream}");
 }
 
@@ -120,4 +123,62 @@ fn what_is_recorded_is_inspected_like_the_stream() {
     assert!(record(&address, &path, None, || false).is_err(), "no file is replaced");
     let (found, _) = views(&path.display().to_string());
     assert_eq!(found, (0..5).map(|n| (n, 500 + u32::from(n), Some(10 * i32::from(n)))).collect::<Vec<_>>());
+}
+
+#[test]
+fn a_view_is_taken_after_each_message_of_a_topic_and_when_it_is_asked_for() {
+    let mut steps = vec![calibration()];
+    for number in 0..100_u8 {
+        let ms = i64::from(number) * 33;
+        steps.push(transform(ms - 1, 0.001 * f64::from(number)));
+        steps.push(transform(ms + 5, 0.001 * f64::from(number)));
+        steps.extend(pair(ms, number));
+        if number == 70 || number == 90 {
+            let Step::Send(_, _, message) = transform(ms, 0.0) else { continue };
+            steps.push(Step::Send(4, ms, message));
+        }
+        steps.push(Step::Pause(33));
+    }
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("all.mcap");
+    let uri = format!("{}?trigger=topic:/cell/capture&silence_s=2&record={}", server(steps), file.display());
+    let mut source = crate::open(&uri, OpenOptions::default()).expect("a server");
+    let trigger = source.capture_trigger().expect("it can be asked");
+    let asked = std::thread::spawn(move || {
+        std::thread::sleep(Duration::from_millis(2600));
+        trigger.ask()
+    });
+    let views: Vec<u8> =
+        std::iter::from_fn(|| source.next_view()).map(|view| view.expect("a view").rgb.get_pixel(0, 0).0[0]).collect();
+    assert!(asked.join().expect("asked"));
+    assert_eq!(views.len(), 3, "{views:?}");
+    let after = |at: u8| views.iter().any(|view| (at + 1..at + 4).contains(view));
+    assert!(after(70) && after(90), "the next pair after a message: {views:?}");
+    let stream = source.info().settings.iter().find(|(name, _)| name == "stream").map(|(_, said)| said.clone());
+    // 100 pairs, 200 transforms, one calibration, two messages of the trigger's topic.
+    assert!(stream.as_ref().is_some_and(|said| said.ends_with("403 messages were recorded and 0 lost")), "{stream:?}");
+    drop(source);
+    let (recorded, _) = self::views(&file.display().to_string());
+    assert_eq!(recorded.len(), 100, "everything is in the file, whatever was taken");
+}
+
+#[test]
+fn a_server_is_listened_to_for_what_it_is_like() {
+    let mut steps = vec![calibration()];
+    for number in 0..60_u8 {
+        let ms = i64::from(number) * 33;
+        steps.push(transform(ms - 1, 0.001 * f64::from(number)));
+        steps.extend(pair(ms, number));
+        steps.push(Step::Pause(33));
+    }
+    let address = LiveAddress::read(&server(steps)).expect("an address");
+    let probed = probe(&address, &OpenOptions::default(), Duration::from_millis(1200)).expect("a server");
+    let depth = &probed.topics["/camera/depth/image"];
+    assert!(depth.rate.is_some_and(|rate| (15.0..40.0).contains(&rate)), "{depth:?}");
+    assert!(depth.behind.is_some_and(|behind| behind > 1e8), "the stamps are of 1970: {depth:?}");
+    assert_eq!(probed.chosen, Ok((Some("/camera/color/image".to_owned()), "/camera/depth/image".to_owned())));
+    assert_eq!(probed.pose, Ok(("table".to_owned(), "camera".to_owned())));
+    let view = probed.view.expect("a view");
+    assert!((view.depth.metres[0] - 0.5).abs() < 0.1, "{}", view.depth.metres[0]);
+    assert!(probed.faults.is_empty(), "{:?}", probed.faults);
 }

@@ -41,9 +41,7 @@ impl Trigger {
             ("still", "") => Ok(Self::Still),
             ("asked", "") => Ok(Self::Asked),
             ("period", seconds) => match seconds.parse::<f64>() {
-                Ok(seconds) if (1e-3..=3600.0).contains(&seconds) => {
-                    Ok(Self::Period(Duration::from_secs_f64(seconds)))
-                }
+                Ok(seconds) if (1e-3..=3600.0).contains(&seconds) => Ok(Self::Period(Duration::from_secs_f64(seconds))),
                 _ => refuse("the period is a number of seconds, from 0.001 to 3600"),
             },
             ("topic", topic) if topic.len() > 1 && topic.starts_with('/') => Ok(Self::Topic(topic.to_owned())),
@@ -91,11 +89,7 @@ impl Selection {
     }
 
     /// Whether a pair becomes a view; `earlier` tells where the camera was as long before as it has to rest.
-    pub(super) fn takes(
-        &mut self,
-        candidate: Candidate<'_>,
-        earlier: impl FnOnce() -> Option<Isometry3<f64>>,
-    ) -> bool {
+    pub(super) fn takes(&mut self, candidate: Candidate<'_>, earlier: impl FnOnce() -> Option<Isometry3<f64>>) -> bool {
         let was_asked = self.asked.is_answered_at(candidate.arrived);
         let is_taken = was_asked || self.is_step(candidate) && self.follows_rule(candidate, earlier);
         if is_taken {

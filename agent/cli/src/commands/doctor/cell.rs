@@ -19,11 +19,7 @@ const CLOCK: f64 = 1.0;
 const MOST_FAULTS: usize = 5;
 
 /// Looks at the source; how many bytes a second it sends, where it streams.
-pub(super) fn findings(
-    cell: &CellSection,
-    spec: &InspectionSpec,
-    listened: Duration,
-) -> (Vec<Finding>, Option<f64>) {
+pub(super) fn findings(cell: &CellSection, spec: &InspectionSpec, listened: Duration) -> (Vec<Finding>, Option<f64>) {
     let Some(uri) = &spec.source.uri else {
         let mend = "name what is inspected: source.uri in cell.toml, ws://HOST:8765 for a robot under ROS";
         return (vec![Finding::wrong("source", Health::Warning, "the configuration names none", mend)], None);
@@ -85,7 +81,8 @@ fn judged(cell: &CellSection, address: &LiveAddress, probed: &Probe) -> Vec<Find
     match &probed.view {
         Ok(view) => found.extend(picture::findings(view, cell.working_distance)),
         Err(reason) => {
-            let mend = "what is named in the reason: a calibration of the camera, pictures of one clock, another encoding";
+            let mend =
+                "what is named in the reason: a calibration of the camera, pictures of one clock, another encoding";
             found.push(Finding::wrong("picture", Health::Failed, reason.as_str(), mend));
         }
     }
@@ -119,7 +116,8 @@ fn topics(cell: &CellSection, probed: &Probe) -> Finding {
     let details = json!(details.collect::<Vec<_>>());
     let found = match &probed.chosen {
         Err(reason) => {
-            let mend = "start the camera's driver; name the topics with cell.camera.color, depth, color_info and depth_info";
+            let mend =
+                "start the camera's driver; name the topics with cell.camera.color, depth, color_info and depth_info";
             Finding::wrong(what, Health::Failed, reason.as_str(), mend)
         }
         Ok((color, depth)) => {
@@ -129,7 +127,8 @@ fn topics(cell: &CellSection, probed: &Probe) -> Finding {
                 format!("{name} {rate}")
             };
             let text = color.iter().chain([depth]).map(said).collect::<Vec<_>>().join(", ");
-            let slowest = color.iter().chain([depth]).map(|name| rate(name).unwrap_or(0.0)).fold(f64::INFINITY, f64::min);
+            let slowest =
+                color.iter().chain([depth]).map(|name| rate(name).unwrap_or(0.0)).fold(f64::INFINITY, f64::min);
             match cell.camera.rate_hz {
                 Some(expected) if slowest < LEAST_RATE * expected => {
                     let mend = "lower the resolution, send compressed pictures, use USB 3 or a faster network; or say with \
@@ -170,7 +169,8 @@ fn transforms(cell: &CellSection, address: &LiveAddress, probed: &Probe) -> Find
         Err(reason) => {
             // A camera that somebody holds has none; who names frames means to have them.
             let frames = &cell.frames;
-            let are_meant = [&frames.base, &frames.ee, &frames.camera, &frames.table].iter().any(|frame| frame.is_some());
+            let are_meant =
+                [&frames.base, &frames.ee, &frames.camera, &frames.table].iter().any(|frame| frame.is_some());
             let (health, instead) = match are_meant || address.trigger == Trigger::Still {
                 true => (Health::Failed, ""),
                 false => (Health::Warning, "; poses are found by the pictures alone"),

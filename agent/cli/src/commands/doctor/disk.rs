@@ -25,7 +25,8 @@ pub(super) fn finding(cell: &CellSection, stream: Option<f64>) -> Finding {
         Ok(speed) => speed,
         Err(error) => {
             let text = format!("{}: cannot be written: {error}", folder.display());
-            let mend = "give the user that semascan runs as the right to write there, or name another folder with cell.data";
+            let mend =
+                "give the user that semascan runs as the right to write there, or name another folder with cell.data";
             return Finding::wrong(what, Health::Failed, text, mend);
         }
     };
@@ -37,10 +38,20 @@ pub(super) fn finding(cell: &CellSection, stream: Option<f64>) -> Finding {
     let hours = recorded.zip(room).map(|(stream, room)| room as f64 / stream / 3600.0);
     let details = json!({ "folder": folder, "free_bytes": room, "bytes_per_s": speed, "stream_bytes_per_s": stream });
     let found = if room.is_some_and(|room| room < LEAST_ROOM) {
-        Finding::wrong(what, Health::Failed, text, "make room: `semascan gc` removes old inspections; or name another disk with cell.data")
+        Finding::wrong(
+            what,
+            Health::Failed,
+            text,
+            "make room: `semascan gc` removes old inspections; or name another disk with cell.data",
+        )
     } else if recorded.is_some_and(|stream| speed < RESERVE * stream) {
         let text = format!("{text}, and {:.0} MB/s come to be recorded", recorded.unwrap_or_default() * 1e-6);
-        Finding::wrong(what, Health::Failed, text, "record to a faster disk, or let the camera send compressed pictures")
+        Finding::wrong(
+            what,
+            Health::Failed,
+            text,
+            "record to a faster disk, or let the camera send compressed pictures",
+        )
     } else if let Some(hours) = hours.filter(|hours| *hours < HOURS) {
         let text = format!("{text}: a recording fits for {:.0} minutes", hours * 60.0);
         Finding::wrong(what, Health::Warning, text, "make room, or record to another disk")

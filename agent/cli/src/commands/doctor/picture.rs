@@ -38,7 +38,8 @@ fn depth(depth: &DepthImage, distance: Option<[f64; 2]>) -> Finding {
     let (width, height) = (depth.width as usize, depth.height as usize);
     let rows = height / 4..height - height / 4;
     let middle = rows.flat_map(|row| (width / 4..width - width / 4).map(move |column| row * width + column));
-    let mut measured: Vec<f32> = middle.filter_map(|place| depth.metres.get(place).copied()).filter(|z| *z > 0.0).collect();
+    let mut measured: Vec<f32> =
+        middle.filter_map(|place| depth.metres.get(place).copied()).filter(|z| *z > 0.0).collect();
     measured.sort_by(f32::total_cmp);
     let share = depth.metres.iter().filter(|z| **z > 0.0).count() as f64 / depth.metres.len().max(1) as f64;
     let Some(median) = measured.get(measured.len() / 2).map(|z| f64::from(*z)) else {
@@ -54,14 +55,19 @@ fn depth(depth: &DepthImage, distance: Option<[f64; 2]>) -> Finding {
         if share >= LEAST_MEASURED {
             Finding::ok(what, text)
         } else {
-            let mend = "glossy or dark surfaces, sunlight or too short a distance keep the camera from measuring: try each";
+            let mend =
+                "glossy or dark surfaces, sunlight or too short a distance keep the camera from measuring: try each";
             Finding::wrong(what, Health::Warning, text, mend)
         }
     } else {
         let expected = format!("{text}, and {least} m to {most} m are expected");
         match FACTORS.into_iter().find(|(factor, _)| within(median * factor)) {
             Some((factor, why)) => {
-                let times = if factor < 1.0 { format!("{} times too large", 1.0 / factor) } else { format!("{factor} times too small") };
+                let times = if factor < 1.0 {
+                    format!("{} times too large", 1.0 / factor)
+                } else {
+                    format!("{factor} times too small")
+                };
                 let mend = format!("if {why}, set the unit: source.unit or source.depth_scale_mm in cell.toml");
                 Finding::wrong(what, Health::Failed, format!("{expected}: it looks {times}"), mend)
             }
@@ -92,7 +98,12 @@ fn focus(picture: &RgbImage) -> Finding {
     let detail = fine / coarse;
     let text = format!("detail {detail:.2} (0.25 is blurred, 0.5 and more sharp)");
     let found = if detail < LEAST_DETAIL {
-        Finding::wrong(what, Health::Failed, text, "focus the lens, clean it, or shorten the exposure if the camera moves")
+        Finding::wrong(
+            what,
+            Health::Failed,
+            text,
+            "focus the lens, clean it, or shorten the exposure if the camera moves",
+        )
     } else {
         Finding::ok(what, text)
     };

@@ -67,7 +67,12 @@ fn networks(missing: Health) -> Finding {
         Finding::wrong(what, Health::Failed, broken.join("; "), "mend or remove the folders that are named")
     } else if models.is_empty() {
         let text = "none are installed, --labels network has nothing to use";
-        Finding::wrong(what, missing, text, "name a folder of models with SEMASCAN_MODELS, or put one where they are looked for")
+        Finding::wrong(
+            what,
+            missing,
+            text,
+            "name a folder of models with SEMASCAN_MODELS, or put one where they are looked for",
+        )
     } else {
         Finding::ok(what, names.join(", "))
     };
