@@ -27,11 +27,12 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 /// The packages that have benchmarks.
-const PACKAGES: [&str; 6] = [
+const PACKAGES: [&str; 7] = [
     "semascan-protocol",
     "semascan-geometry",
     "semascan-perception",
     "semascan-simulation",
+    "semascan-sources",
     "semascan-cli",
     "semascan-tests",
 ];

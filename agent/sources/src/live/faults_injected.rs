@@ -103,7 +103,7 @@ impl Injected {
             Self::WrongSize => (DEPTH, FaultKind::Picture, "/camera/depth/image"),
             Self::WrongEncoding => (DEPTH, FaultKind::Message, "field format"),
             Self::OtherContent => (DEPTH, FaultKind::Picture, "field encoding"),
-            Self::NoPicture => (COLOR, FaultKind::Message, "protobuf"),
+            Self::NoPicture => (COLOR, FaultKind::Message, "Protocol Buffers"),
             Self::UnknownChannel => ("", FaultKind::Channel, "99"),
             Self::OtherNumber => ("", FaultKind::Channel, "not offered"),
             Self::NoNumberInPose => ("/tf", FaultKind::Message, "field translation"),

@@ -11,8 +11,9 @@ use semascan_foxglove::schema::{
     CAMERA_CALIBRATION, COMPRESSED_IMAGE, CameraCalibration, CompressedImage, FRAME_TRANSFORM, FrameTransform,
     Quaternion, RAW_IMAGE, RawImage, Vector3,
 };
+use semascan_inspection::source::Source;
 use semascan_perception::view::View;
-use semascan_tests::sources::open;
+use semascan_simulation::{VirtualCell, VirtualCellSpec};
 use serde_json::json;
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
@@ -56,7 +57,7 @@ struct Seen {
 
 /// Streams for so many seconds to the one client that comes; says the port, and in the end what was sent.
 pub(crate) fn stream(seconds: u64) -> Result<()> {
-    let mut source = open(SOURCE)?;
+    let mut source = VirtualCell::open(&VirtualCellSpec::parse(SOURCE)?)?;
     let mut seen = Vec::new();
     while let Some(view) = source.next_view() {
         let view = view?;
