@@ -27,10 +27,10 @@ pub enum Trigger {
 }
 
 /// How rules are written.
-pub(super) const TRIGGERS: &str = "every, still, period:SECONDS, topic:/NAME, asked";
+const TRIGGERS: &str = "every, still, period:SECONDS, topic:/NAME, asked";
 
 impl Trigger {
-    /// Reads a rule as [`TRIGGERS`] has it.
+    /// Reads a rule: `every`, `still`, `period:SECONDS`, `topic:/NAME` or `asked`.
     ///
     /// # Errors
     /// What is wrong with it.

@@ -91,7 +91,7 @@ fn focus(picture: &RgbImage) -> Finding {
         .map(|at| [at, at + 1, at + width, at + width + 1].iter().filter_map(|at| grey.get(*at)).sum::<f32>() / 4.0)
         .collect();
     let (fine, coarse) = (contrast(&grey, width), contrast(&half, width / 2));
-    if !(coarse >= LEAST_CONTRAST) {
+    if coarse < LEAST_CONTRAST {
         let text = "the picture has no edges by which it could be judged";
         return Finding::wrong(what, Health::Warning, text, "put the part before the camera, and light on it");
     }
