@@ -96,7 +96,7 @@ fn measure(seconds: u64, registration: RegistrationMethod) -> Result<Value> {
     let (used, left_out) = followed.join().map_err(|_| anyhow::anyhow!("the thread of the events"))?;
     ensure!(server.wait()?.success(), "the camera's process failed");
     let inspected = inspected?;
-    let stream = inspected.record.settings.iter().find(|setting| setting.key == "stream").map(|s| s.value.clone());
+    let stream = inspected.record.settings.iter().find(|setting| setting.name == "stream").map(|s| s.value.clone());
 
     let recorded = recorded(&file)?;
     let sent_by_topic: BTreeMap<String, u64> = serde_json::from_value(sent["messages"].clone())?;
