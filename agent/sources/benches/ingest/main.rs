@@ -68,7 +68,7 @@ fn measure(seconds: u64, registration: RegistrationMethod) -> Result<Value> {
     let events = inspection.subscribe();
     let handle = inspection.start();
     let followed = thread::spawn(move || {
-        let finished = events.filter_map(|event| match event.kind {
+        let finished = events.filter_map(|event| match &event.kind {
             EventKind::ViewFinished { record, .. } => Some(record.reason.is_none()),
             _ => None,
         });
