@@ -27,11 +27,12 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 /// The packages that have benchmarks.
-const PACKAGES: [&str; 6] = [
+const PACKAGES: [&str; 7] = [
     "semascan-protocol",
     "semascan-geometry",
     "semascan-perception",
     "semascan-simulation",
+    "semascan-sources",
     "semascan-cli",
     "semascan-tests",
 ];
@@ -41,6 +42,10 @@ const STREAM: &str = "stream";
 
 /// The comparison of poses on real captures.
 const POSES: &str = "poses";
+
+/// The benchmark of a camera at 30 Hz, and the variable that tells it how long.
+const INGEST: &str = "ingest";
+const SECONDS: &str = "SEMASCAN_BENCH_SECONDS";
 
 /// Benchmarks that run networks, in ONNX Runtime.
 const USE_NETWORKS: [&str; 2] = ["network", "inspection"];
@@ -67,6 +72,9 @@ pub(crate) struct Options {
     /// Measure the stream on its synthetic part only: do not fuse models first
     #[arg(long)]
     synthetic: bool,
+    /// How long the benchmark `ingest` streams [default: 600]
+    #[arg(long, value_name = "SECONDS")]
+    seconds: Option<u32>,
 }
 
 /// Measures, then prints the table.
@@ -80,6 +88,10 @@ pub(crate) fn run(options: &Options) -> Result<()> {
             continue;
         }
         heading(&format!("{package}: {bench}"));
+        if bench == INGEST {
+            rows.extend(ingest(&workspace, &folder, &package, options.seconds)?);
+            continue;
+        }
         if bench != STREAM || options.synthetic {
             rows.extend(beside_rivals(&workspace, &folder, &package, &bench, &source)?);
             continue;
@@ -179,6 +191,16 @@ fn measure(
         command.env(onnx_runtime::VARIABLE, onnx_runtime::prepare(workspace)?);
     }
     keep(command.args(arguments), folder, name)
+}
+
+/// Streams a camera at 30 Hz for so many seconds.
+fn ingest(workspace: &Workspace, folder: &Path, package: &str, seconds: Option<u32>) -> Result<Vec<Row>> {
+    let mut command = cargo();
+    command.current_dir(&workspace.root).args(["bench", "--package", package, "--bench", INGEST]);
+    if let Some(seconds) = seconds {
+        command.env(SECONDS, seconds.to_string());
+    }
+    keep(&mut command, folder, INGEST)
 }
 
 /// Runs a program that may print a JSON object, and keeps that as `target/bench/NAME.json`.

@@ -7,7 +7,7 @@ use crate::findings;
 use crate::journal::{Journal, Trouble};
 use crate::pipeline::{self, Modelled, PipelineConfig, Region, Stages};
 use crate::record::{Recorded, Recorder, pose_record};
-use crate::source::{Source, SourceInfo};
+use crate::source::{CaptureTrigger, Source, SourceInfo};
 use crate::spec::InspectionSpec;
 use crate::stop::StopSwitch;
 use crate::summary::{Measured, measure, summarize};
@@ -174,6 +174,11 @@ impl Inspection {
         self.parts.source.info()
     }
 
+    /// What a view of it can be asked for with; `None` where its source's views come when they come.
+    pub fn capture_trigger(&self) -> Option<CaptureTrigger> {
+        self.parts.source.capture_trigger()
+    }
+
     /// The record as it is before anything happened: kept from the beginning on, it says so if the inspection is killed.
     pub fn record(&self) -> InspectionRecord {
         let Composition { source, networks, .. } = &self.parts;
@@ -259,6 +264,7 @@ impl Inspection {
             turntable: info.turntable,
         });
         let stages = Stages { segmenter: segmenter.as_mut(), region: &mut region, registrar: registrar.as_mut() };
+        source.end_with(stop);
         let modelled = pipeline::run(source.as_mut(), stages, &config, &events, stop.flag());
         let (model, views, used, thinned, covariances) = match modelled {
             Ok(Modelled { model, views, used, thinned, covariances }) => {

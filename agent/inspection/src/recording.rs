@@ -1,7 +1,8 @@
 //! A source whose views are kept as they come, and one that goes on where an earlier run was cut off.
 
 use crate::journal::SharedCaptures;
-use crate::source::{Source, SourceError, SourceInfo, TrueMesh};
+use crate::source::{CaptureTrigger, Source, SourceError, SourceInfo, TrueMesh};
+use crate::stop::StopSwitch;
 use semascan_perception::view::View;
 use std::sync::PoisonError;
 
@@ -58,6 +59,14 @@ impl Source for Recording {
             self.next = 0;
         }
         rewound
+    }
+
+    fn end_with(&mut self, stop: &StopSwitch) {
+        self.source.end_with(stop);
+    }
+
+    fn capture_trigger(&self) -> Option<CaptureTrigger> {
+        self.source.capture_trigger()
     }
 
     fn truth(&self) -> Option<&TrueMesh> {
@@ -147,6 +156,14 @@ impl Source for Continued {
         }
         (self.next, self.is_behind) = (0, false);
         true
+    }
+
+    fn end_with(&mut self, stop: &StopSwitch) {
+        self.source.end_with(stop);
+    }
+
+    fn capture_trigger(&self) -> Option<CaptureTrigger> {
+        self.source.capture_trigger()
     }
 
     fn truth(&self) -> Option<&TrueMesh> {

@@ -1,16 +1,19 @@
-//! `cell.toml`: what a cell's agent is started with: the section `[serve]`, and an [`InspectionSpec`]. Arguments on the
-//! command line win over it.
+//! `cell.toml`: what a cell's agent is started with: the sections `[cell]` and `[serve]`, and an [`InspectionSpec`]. Arguments on
+//! the command line win over it. Relative paths in it are relative to its folder.
 
+use super::cell_section::CellSection;
 use super::oidc::OidcSection;
 use anyhow::{Context, Result, anyhow, bail};
 use semascan_inspection::explain_toml;
-use semascan_inspection::spec::InspectionSpec;
+use semascan_inspection::spec::{CameraMask, InspectionSpec};
 use semascan_model::choice::possible_instead;
 use semascan_server::Limits;
 use serde::Deserialize;
 use serde_aux::serde_introspection::serde_introspect;
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
+use toml::Spanned;
+use toml::de::{DeTable, Deserializer, ValueDeserializer};
 
 /// A `cell.toml` with every key, commented.
 pub(crate) const SAMPLE: &str = include_str!("cell.sample.toml");
@@ -20,6 +23,8 @@ pub(crate) const SAMPLE: &str = include_str!("cell.sample.toml");
 pub(crate) struct CellConfig {
     /// How the agent is reached.
     pub(crate) serve: ServeSection,
+    /// What the cell is.
+    pub(crate) cell: CellSection,
     /// What is inspected, and how: all other sections.
     pub(crate) inspection: InspectionSpec,
 }
@@ -63,32 +68,98 @@ pub(crate) struct ServeSection {
 pub(crate) fn read(path: Option<&Path>) -> Result<CellConfig> {
     let Some(path) = path else { return Ok(CellConfig::default()) };
     let text = semascan_formats::regular_file::read_to_string(path).with_context(|| path.display().to_string())?;
-    parse(&text).with_context(|| path.display().to_string())
+    let config = parse(&text).with_context(|| path.display().to_string())?;
+    Ok(config.anchored(path.parent().unwrap_or(Path::new(""))))
 }
 
 fn parse(text: &str) -> Result<CellConfig> {
-    let mut table: toml::Table = toml::from_str(text)?;
-    let top = serde_introspect::<InspectionSpec>().iter().copied().chain([SERVE]).collect::<Vec<_>>();
-    if let Some(unknown) = table.keys().find(|key| !top.contains(&key.as_str())) {
-        bail!("unknown key {unknown:?}: {}", possible_instead(unknown, &top));
+    let mut table = DeTable::parse(text).map_err(|error| explained(&error))?;
+    let top = serde_introspect::<InspectionSpec>().iter().copied().chain([CELL, SERVE]).collect::<Vec<_>>();
+    if let Some(unknown) = table.get_ref().keys().find(|key| !top.contains(&key.get_ref().as_ref())) {
+        let line = text.get(..unknown.span().start).map_or(1, |before| before.matches('\n').count() + 1);
+        let name = unknown.get_ref();
+        bail!("line {line}: unknown key {name:?}: {}", possible_instead(name, &top));
     }
-    let serve = match table.remove(SERVE) {
-        Some(section) => section.try_into().map_err(|e| explained(&e).context(format!("[{SERVE}]")))?,
-        None => ServeSection::default(),
-    };
-    Ok(CellConfig { serve, inspection: table.try_into().map_err(|e| explained(&e))? })
+    let serve = section(&mut table, SERVE, text)?;
+    let cell: CellSection = section(&mut table, CELL, text)?;
+    cell.check().map_err(|reason| anyhow!("[{CELL}] {reason}"))?;
+    let inspection = InspectionSpec::deserialize(Deserializer::from(table)).map_err(|error| placed(error, text))?;
+    Ok(CellConfig { serve, cell, inspection })
 }
 
-/// The section that is no part of an inspection.
+/// The sections that are no part of an inspection.
+const CELL: &str = "cell";
 const SERVE: &str = "serve";
+
+/// Takes a section out of the document.
+fn section<'a, T: Default + Deserialize<'a>>(table: &mut Spanned<DeTable<'a>>, name: &str, text: &str) -> Result<T> {
+    let Some(section) = table.get_mut().remove(name) else { return Ok(T::default()) };
+    T::deserialize(ValueDeserializer::from(section)).map_err(|error| placed(error, text).context(format!("[{name}]")))
+}
+
+/// The error of a reader, with its line in the text.
+fn placed(mut error: toml::de::Error, text: &str) -> anyhow::Error {
+    error.set_input(Some(text));
+    explained(&error)
+}
 
 /// The error of a reader.
 fn explained(error: &toml::de::Error) -> anyhow::Error {
     anyhow!("{}", explain_toml(error))
 }
 
+/// Whether a line of the sample is a key, which is commented out.
+pub(crate) fn is_sample_key(line: &str) -> bool {
+    line.strip_prefix('#').is_some_and(|rest| rest.starts_with(|c: char| c.is_lowercase()))
+}
+
+impl CellConfig {
+    /// Its relative paths taken from `folder`, where the file lies.
+    fn anchored(mut self, folder: &Path) -> Self {
+        let anchor = |path: &mut Option<PathBuf>| {
+            if let Some(path) = path {
+                *path = folder.join(&*path);
+            }
+        };
+        let Self { serve, cell, inspection } = &mut self;
+        for path in [&mut cell.calibration, &mut cell.data, &mut cell.camera.record] {
+            anchor(path);
+        }
+        let ServeSection { web_dir, tls_cert, tls_key, users, criteria, oidc, .. } = serve;
+        for path in [web_dir, tls_cert, tls_key, users, criteria] {
+            anchor(path);
+        }
+        anchor(&mut oidc.client_secret_file);
+        anchor(&mut oidc.authorities);
+        anchor(&mut inspection.network.onnxruntime);
+        if let CameraMask::File(mask) = &mut inspection.source.camera_mask {
+            *mask = folder.join(&*mask);
+        }
+        // Names of models and addresses of sources may be paths: they are where something lies there.
+        let names = inspection.network.models.iter_mut().chain(&mut inspection.source.uri);
+        for name in names {
+            let path = folder.join(name.split_once('?').map_or(name.as_str(), |(path, _)| path));
+            let at = folder.join(&*name);
+            if path.exists()
+                && let Some(at) = at.to_str()
+            {
+                at.clone_into(name);
+            }
+        }
+        self
+    }
+
+    /// What is inspected, and how: the source that the file names, or `source`, completed by what the cell is.
+    pub(crate) fn complete(&self, mut spec: InspectionSpec, source: Option<String>) -> InspectionSpec {
+        spec.source.uri = source.or(spec.source.uri);
+        self.cell.complete(&mut spec);
+        spec
+    }
+}
+
 #[cfg(test)]
 mod tests {
+    use super::super::cell_section::{CameraSection, FramesSection};
     use super::*;
     use proptest::prelude::*;
     use semascan_inspection::spec::{NetworkSpec, PreparationSpec, RegionSpec, SourceSpec};
@@ -105,6 +176,12 @@ mod tests {
             ("[network]\nprovider = \"gpu\"", "gpu"),
             ("[network]\nregions = 1", "regions"),
             ("[network]\nuncertain = \"keep\"", "keep"),
+            ("[cell]\ncalibraton = \"c.json\"", "calibraton"),
+            ("[cell.camera]\nrate_hz = \"30\"", "rate_hz"),
+            ("\n\n[cell]\nworking_distance = 3", "line 4"),
+            ("[source]\nvoxel_mm = \"1 mm\"", "line 2"),
+            ("\n[sorce]", "line 2"),
+            ("[serve]\n\nlisten_on = 1", "line 3"),
         ] {
             let error = format!("{:#}", parse(wrong).expect_err(word));
             assert!(error.contains(word), "{error}");
@@ -130,9 +207,7 @@ mod tests {
 
     /// The sample with every key set.
     fn sample_with_every_key() -> String {
-        let is_key =
-            |line: &str| line.strip_prefix('#').is_some_and(|rest| rest.starts_with(|c: char| c.is_lowercase()));
-        SAMPLE.lines().map(|line| if is_key(line) { &line[1..] } else { line }).collect::<Vec<_>>().join("\n")
+        SAMPLE.lines().map(|line| if is_sample_key(line) { &line[1..] } else { line }).collect::<Vec<_>>().join("\n")
     }
 
     #[test]
@@ -165,7 +240,10 @@ mod tests {
                 .fold(&table, |table, name| table[name].as_table().expect("a section"));
             section.keys().cloned().collect()
         };
-        let every: [(&str, &[&str]); 9] = [
+        let every: [(&str, &[&str]); 12] = [
+            ("cell", serde_introspect::<CellSection>()),
+            ("cell.camera", serde_introspect::<CameraSection>()),
+            ("cell.frames", serde_introspect::<FramesSection>()),
             ("", serde_introspect::<InspectionSpec>()),
             ("source", serde_introspect::<SourceSpec>()),
             ("region", serde_introspect::<RegionSpec>()),
@@ -198,6 +276,22 @@ mod tests {
         assert_eq!(config.serve.allow_hosts, ["cell"]);
         assert_eq!(config.serve.limits, Limits { connections: 9, slow_s: 2.5, ..Limits::default() });
         assert_eq!(config.inspection.network.threads, Some(2));
+    }
+
+    #[test]
+    fn relative_paths_are_from_the_folder_of_the_file() {
+        let folder = tempfile::tempdir().expect("a folder");
+        std::fs::create_dir(folder.path().join("scene")).expect("a folder");
+        let path = folder.path().join("cell.toml");
+        let text = "[cell]\ncalibration = \"calibration.json\"\n[source]\nuri = \"scene\"\ncamera_mask = \"mask.png\"\n\
+                    [serve]\ncriteria = \"/etc/criteria.toml\"\n[network]\nmodels = [\"ud-net-edge\"]";
+        std::fs::write(&path, text).expect("written");
+        let config = read(Some(&path)).expect("can be read");
+        assert_eq!(config.cell.calibration, Some(folder.path().join("calibration.json")));
+        assert_eq!(config.inspection.source.uri.as_deref(), folder.path().join("scene").to_str());
+        assert_eq!(config.inspection.source.camera_mask, CameraMask::File(folder.path().join("mask.png")));
+        assert_eq!(config.serve.criteria, Some("/etc/criteria.toml".into()));
+        assert_eq!(config.inspection.network.models, ["ud-net-edge"]);
     }
 
     proptest! {

@@ -11,8 +11,10 @@ use indicatif::{ProgressBar, ProgressStyle};
 use run::{Running, Target};
 use semascan_inspection::Inspection;
 use semascan_inspection::event::{EventKind, StageStatus};
+use semascan_inspection::source::CaptureTrigger;
 use semascan_inspection::spec::InspectionSpec;
 use semascan_store::data::DataFolder;
+use std::io::{BufRead, IsTerminal};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -24,7 +26,7 @@ pub(crate) struct InspectArgs {
     /// all)
     source: String,
     /// Folder to write the inspection into
-    #[arg(long, value_name = "DIR", required_unless_present = "data")]
+    #[arg(long, value_name = "DIR", required_unless_present_any = ["data", "config"])]
     out: Option<PathBuf>,
     /// Data folder to keep the inspection in while it runs: its views as a capture, its history and its model. One with
     /// the same settings that was cut off there is continued
@@ -57,11 +59,11 @@ impl InspectArgs {
     pub(crate) fn run(self, quiet: bool, signals: &Signals) -> Result<(), Failure> {
         serve::use_threads(self.threads)?;
         let config = config::read(self.config.as_deref()).map_err(Failure::Call)?;
-        let mut spec = self.inspection.apply(config.inspection);
-        spec.source.uri = Some(self.source.clone());
+        let spec = config.complete(self.inspection.apply(config.inspection.clone()), Some(self.source.clone()));
         let criteria = self.criteria.as_deref().map(CriteriaFile::open).transpose()?;
         // Whether the result can be written is known before anything is opened.
-        let (inspection, target) = match (&self.out, &self.data) {
+        let data = self.data.as_ref().or(config.cell.data.as_ref().filter(|_| self.out.is_none()));
+        let (inspection, target) = match (&self.out, data) {
             (_, Some(data)) => keep(spec, data, criteria.as_ref())?,
             (Some(out), None) => {
                 let target = Target::open(out, self.overwrite, self.view_clouds)?;
@@ -71,11 +73,19 @@ impl InspectArgs {
                 let criteria = criteria.map(|criteria| criteria.for_classes(&spec, taxonomy)).transpose()?;
                 (inspection, target.judged_by(criteria))
             }
-            (None, None) => return Err(Failure::Call(anyhow!("neither --out nor --data names a folder"))),
+            (None, None) => {
+                return Err(Failure::Call(anyhow!(
+                    "neither --out nor --data names a folder, nor cell.data in the configuration"
+                )));
+            }
         };
         let out = target.path().to_owned();
         let bar = if quiet { ProgressBar::hidden() } else { progress_bar(inspection.info().view_count) };
         let mut running = run::start(inspection, Some(target), signals)?;
+        if let Some(trigger) = running.trigger.take().filter(|_| std::io::stdin().is_terminal()) {
+            bar.suspend(|| tracing::info!("Enter takes a view of what the camera sees"));
+            std::thread::spawn(move || asked_by_lines(std::io::stdin().lock(), &trigger));
+        }
         let _in_span = running.span().entered();
         follow(&mut running, &bar);
         let inspected = run::finish_and_end(running, signals);
@@ -125,6 +135,15 @@ fn progress_bar(views: Option<u32>) -> ProgressBar {
     bar
 }
 
+/// Asks for a view with each line that a person types, until they end.
+fn asked_by_lines(lines: impl BufRead, trigger: &CaptureTrigger) {
+    for _ in lines.lines().map_while(Result::ok) {
+        if !trigger.ask() {
+            tracing::warn!("so many views were asked for that this request is not taken in");
+        }
+    }
+}
+
 /// Moves the bar with the inspection until its end.
 fn follow(running: &mut Running, bar: &ProgressBar) {
     for event in &mut running.events {
@@ -147,5 +166,17 @@ fn follow(running: &mut Running, bar: &ProgressBar) {
             EventKind::Judged { .. } => bar.suspend(|| tracing::debug!("the poses are compared with the pictures")),
             _ => {}
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_line_asks_for_a_view() {
+        let trigger = CaptureTrigger::default();
+        asked_by_lines("\n\nnow\n".as_bytes(), &trigger);
+        assert_eq!(trigger.waiting(), 3);
     }
 }

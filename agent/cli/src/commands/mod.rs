@@ -4,6 +4,8 @@ mod accounts;
 mod audit;
 mod calibrate;
 mod calibrate_cell;
+mod cell_schema;
+mod cell_section;
 mod completions;
 mod config;
 mod config_command;

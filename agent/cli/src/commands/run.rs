@@ -12,6 +12,7 @@ use jiff::Timestamp;
 use semascan_formats::regular_file;
 use semascan_inspection::bus::Events;
 use semascan_inspection::criteria::CheckedCriteria;
+use semascan_inspection::source::CaptureTrigger;
 use semascan_inspection::spec::{InspectionSpec, LabelSource};
 use semascan_inspection::{Inspected, Inspection, InspectionHandle, StopSwitch};
 use semascan_model::Taxonomy;
@@ -100,6 +101,8 @@ pub(crate) struct Running {
     pub(crate) output: Option<Arc<Output>>,
     /// What is found is judged by these.
     pub(crate) criteria: Option<Arc<CheckedCriteria>>,
+    /// What it can be asked for a view with, where its source can be asked.
+    pub(crate) trigger: Option<CaptureTrigger>,
 }
 
 impl Running {
@@ -117,6 +120,7 @@ pub(crate) fn start(inspection: Inspection, target: Option<Target>, signals: &Si
     signals.begin(|| {
         let output = target.map(|target| Output::begin(target, &inspection)).transpose()?.map(Arc::new);
         let events = inspection.subscribe();
+        let trigger = inspection.capture_trigger();
         let handle = inspection.start();
         let stop = handle.stop_switch();
         // The folder's lock goes with the inspection, not with who waits for signals.
@@ -128,7 +132,7 @@ pub(crate) fn start(inspection: Inspection, target: Option<Target>, signals: &Si
             tracing::error!("stopped before there was a result: what was in work took too long");
         });
         let criteria = output.as_ref().and_then(|output| output.criteria.clone());
-        Ok((Running { events, handle, output, criteria }, Work { stop, too_late }))
+        Ok((Running { events, handle, output, criteria, trigger }, Work { stop, too_late }))
     })
 }
 

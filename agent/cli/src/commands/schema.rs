@@ -1,6 +1,6 @@
-//! `semascan schema`: the JSON Schemas of `inspection.json` and `criteria.toml`.
+//! `semascan schema`: the JSON Schemas of `inspection.json`, `criteria.toml` and `cell.toml`.
 
-use super::Failure;
+use super::{Failure, cell_schema};
 use crate::stdout::print_pretty_json;
 use clap::{Args, ValueEnum};
 use semascan_model::criteria::Criteria;
@@ -21,6 +21,8 @@ enum Of {
     Record,
     /// criteria.toml, read as JSON
     Criteria,
+    /// cell.toml, read as JSON
+    Cell,
 }
 
 impl SchemaArgs {
@@ -28,6 +30,7 @@ impl SchemaArgs {
         print_pretty_json(&match self.of {
             Of::Record => InspectionRecord::json_schema(),
             Of::Criteria => Criteria::json_schema(),
+            Of::Cell => cell_schema::json_schema(),
         })
     }
 }

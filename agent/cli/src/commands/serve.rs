@@ -66,9 +66,10 @@ impl ServeArgs {
         }
         let criteria = self.criteria.as_deref().or(config.serve.criteria.as_deref());
         let criteria = criteria.map(CriteriaFile::open).transpose()?;
-        let mut spec = self.inspection.apply(config.inspection.clone());
-        spec.source.uri = self.source.or(spec.source.uri);
-        let job = match (&self.data, &spec.source.uri) {
+        let spec = config.complete(self.inspection.apply(config.inspection.clone()), self.source);
+        // Who writes into a folder of their own does not keep.
+        let data = self.data.as_ref().or(config.cell.data.as_ref().filter(|_| self.out.is_none()));
+        let job = match (data, &spec.source.uri) {
             (Some(data), uri) => {
                 let spec = uri.is_some().then(|| Box::new(keep::anchored(spec.clone())));
                 Some(Job::Keep { data: Arc::new(DataFolder::open(data)?), spec, criteria })
@@ -384,8 +385,10 @@ fn idle(signals: &Signals) -> Result<(), Failure> {
 /// but is the command's when that ends. A save that fails is tried again as long as the server runs.
 fn follow(running: Running, live: &LiveModel, signals: &Signals) -> Result<(), Failure> {
     let _in_span = running.span().entered();
-    let Running { events, handle, output, criteria } = running;
+    let Running { events, handle, output, criteria, trigger } = running;
+    live.take_captures(&handle.id().to_string(), trigger);
     LiveStream::new(live).follow(events);
+    live.end_captures();
     let was_hindered = Cell::new(false);
     let not_saved = |reason: &str| {
         was_hindered.set(true);

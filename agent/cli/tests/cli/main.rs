@@ -4,6 +4,7 @@ mod access;
 mod calibrate;
 mod convert;
 mod dataset;
+mod doctor;
 mod evaluate;
 mod export;
 mod file_kinds;

@@ -6,7 +6,8 @@
 //! no rule; this is the overlap test of keyframe-based mapping [Mur-Artal 2017] on depth. What is skipped is counted,
 //! and a view without a pose or that cannot be read is passed on: others judge that.
 
-use crate::source::{Source, SourceError, SourceInfo, TrueMesh};
+use crate::source::{CaptureTrigger, Source, SourceError, SourceInfo, TrueMesh};
+use crate::stop::StopSwitch;
 use nalgebra::{Isometry3, Point3};
 use semascan_perception::view::{DepthImage, Intrinsics, View};
 use std::collections::VecDeque;
@@ -154,6 +155,14 @@ impl Source for Keyframes {
             }
             return Some(next);
         }
+    }
+
+    fn end_with(&mut self, stop: &StopSwitch) {
+        self.source.end_with(stop);
+    }
+
+    fn capture_trigger(&self) -> Option<CaptureTrigger> {
+        self.source.capture_trigger()
     }
 
     fn truth(&self) -> Option<&TrueMesh> {

@@ -2,6 +2,7 @@
 //! and the evidence for the camera's pose. Simulated and recorded input take the same way through the system as a camera
 //! does.
 
+mod capture_trigger;
 mod error;
 #[cfg(test)]
 pub(crate) mod fixtures;
@@ -9,11 +10,13 @@ mod keyframes;
 mod turntable;
 mod with_taxonomy;
 
+pub use capture_trigger::CaptureTrigger;
 pub use error::SourceError;
 pub use keyframes::{KeyframeRule, Keyframes};
 pub use turntable::TurntableSource;
 pub use with_taxonomy::WithTaxonomy;
 
+use crate::stop::StopSwitch;
 use nalgebra::Point3;
 use semascan_model::Taxonomy;
 use semascan_perception::view::View;
@@ -35,6 +38,15 @@ pub trait Source: Send {
     /// source cannot: a camera's views come once.
     fn rewind(&mut self) -> bool {
         false
+    }
+
+    /// Told before the first view what ends the inspection early: a source that waits long for its next view looks at it, and
+    /// has no more views once it is set.
+    fn end_with(&mut self, _stop: &StopSwitch) {}
+
+    /// What a view can be asked for with at any time; `None` where its views come when they come.
+    fn capture_trigger(&self) -> Option<CaptureTrigger> {
+        None
     }
 
     /// The true surface, where the source knows it.

@@ -5,8 +5,9 @@
 //! is an error with its reason, as one that cannot be read. Views with poses keep them: only what stands still is left out,
 //! which a model in a frame that turns has no place for.
 
-use crate::source::{Source, SourceError, SourceInfo, TrueMesh};
+use crate::source::{CaptureTrigger, Source, SourceError, SourceInfo, TrueMesh};
 use crate::spec::TurntableSpec;
+use crate::stop::StopSwitch;
 use nalgebra::{Isometry3, Matrix6};
 use semascan_perception::register::se3::about;
 use semascan_perception::register::turntable::{
@@ -245,6 +246,14 @@ impl Source for TurntableSource {
     fn rewind(&mut self) -> bool {
         (self.next, self.measured, self.left_out) = (0, 0, 0);
         self.source.rewind()
+    }
+
+    fn end_with(&mut self, stop: &StopSwitch) {
+        self.source.end_with(stop);
+    }
+
+    fn capture_trigger(&self) -> Option<CaptureTrigger> {
+        self.source.capture_trigger()
     }
 
     fn truth(&self) -> Option<&TrueMesh> {

@@ -1,6 +1,7 @@
 //! A source whose labels come from elsewhere: the same views, under the classes of whoever labels them.
 
-use crate::source::{Source, SourceError, SourceInfo, TrueMesh};
+use crate::source::{CaptureTrigger, Source, SourceError, SourceInfo, TrueMesh};
+use crate::stop::StopSwitch;
 use semascan_model::Taxonomy;
 use semascan_perception::view::View;
 
@@ -32,6 +33,14 @@ impl Source for WithTaxonomy {
 
     fn rewind(&mut self) -> bool {
         self.source.rewind()
+    }
+
+    fn end_with(&mut self, stop: &StopSwitch) {
+        self.source.end_with(stop);
+    }
+
+    fn capture_trigger(&self) -> Option<CaptureTrigger> {
+        self.source.capture_trigger()
     }
 
     fn truth(&self) -> Option<&TrueMesh> {

@@ -68,6 +68,8 @@ const ROUTES: &[Route] = &[
     route("GET", "/api/v1/inspections/{inspection}/teaching", Least::Role(Role::Viewer)),
     // Others see where somebody points; nothing is kept.
     route("POST", "/api/v1/inspections/{inspection}/pointers", Least::Role(Role::Viewer)),
+    // A view is asked of the camera.
+    route("POST", "/api/v1/inspections/{inspection}/captures", Least::Role(Role::Operator)),
     route("GET", "/api/v1/inspections/{inspection}/exports/{file}", Least::Role(Role::Viewer)),
     route("GET", "/api/v1/inspections/{inspection}/inspection.semascan", Least::Role(Role::Viewer)),
     route("GET", "/api/v1/inspections/{inspection}/report", Least::Role(Role::Viewer)),

@@ -3,7 +3,7 @@
 //!
 //! | file | what |
 //! |---|---|
-//! | `account_log.rs`, `inspections.rs`, `views.rs`, `findings.rs`, `measurements.rs`, `reviews.rs`, `pointers.rs`, `teaching.rs`, `trends.rs`, `exports.rs`, `inspection_file.rs`, `report.rs` | one resource each |
+//! | `account_log.rs`, `inspections.rs`, `views.rs`, `findings.rs`, `measurements.rs`, `reviews.rs`, `pointers.rs`, `captures.rs`, `teaching.rs`, `trends.rs`, `exports.rs`, `inspection_file.rs`, `report.rs` | one resource each |
 //! | `request.rs` | what requests say, checked; work that blocks |
 //! | `content.rs` | what is sent with a request |
 //! | `answer.rs`, `problem.rs` | answers with entity tags; errors |
@@ -11,6 +11,7 @@
 
 mod account_log;
 mod answer;
+mod captures;
 mod content;
 mod exports;
 mod findings;
@@ -67,6 +68,7 @@ fn described() -> OpenApiRouter<Shared> {
         .routes(routes!(reviews::list, reviews::take))
         .routes(routes!(teaching::teaching))
         .routes(routes!(pointers::point))
+        .routes(routes!(captures::capture))
         .routes(routes!(exports::file))
         .routes(routes!(inspection_file::whole))
         .routes(routes!(report::report))
@@ -106,7 +108,10 @@ mod tests {
         // A pointer changes nothing.
         let changes = |path: &str| !path.ends_with("/pointers");
         assert!(
-            listed().all(|r| r.method == "GET" || !changes(r.path) || r.least == Least::Role(Role::Reviewer)),
+            listed().all(|r| {
+                let is_more_than_viewer = matches!(r.least, Least::Role(role) if role >= Role::Reviewer);
+                r.method == "GET" || !changes(r.path) || is_more_than_viewer
+            }),
             "who changes is no viewer"
         );
     }

@@ -1,7 +1,7 @@
 //! The OpenAPI 3.1 document: paths from the handlers, schemas of the data model from the same types that are written.
 
 use super::problem::Problem;
-use super::{account_log, findings, inspections, measurements, pointers, reviews, teaching, trends, views};
+use super::{account_log, captures, findings, inspections, measurements, pointers, reviews, teaching, trends, views};
 use schemars::generate::SchemaSettings;
 use semascan_model::record::InspectionRecord;
 use semascan_model::review::Review;
@@ -119,6 +119,8 @@ fn schemas() -> Value {
     generator.subschema_for::<reviews::ReviewList>();
     generator.subschema_for::<reviews::ReviewTaken>();
     generator.subschema_for::<teaching::TeachingAnswer>();
+    generator.subschema_for::<captures::Capture>();
+    generator.subschema_for::<captures::CaptureTaken>();
     generator.subschema_for::<pointers::Pointing>();
     generator.subschema_for::<pointers::PointingTold>();
     generator.subschema_for::<account_log::AccountLog>();

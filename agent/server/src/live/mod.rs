@@ -8,6 +8,7 @@
 //! A rebuilt map comes as a whole ([`LiveModel::renew`]): the client is sent the announcement of a successor, then its chunks,
 //! then that these were all, so that it can go on showing the old model until then.
 
+mod capture_desk;
 mod pointer_log;
 mod review_log;
 mod stage_log;
@@ -16,8 +17,11 @@ mod view_log;
 
 use crate::metrics::Metrics;
 use axum::body::Bytes;
+pub(crate) use capture_desk::CaptureAnswer;
+use capture_desk::CaptureDesk;
 use pointer_log::{Attendance, PointerLog};
 use review_log::ReviewLog;
+use semascan_inspection::source::CaptureTrigger;
 use semascan_protocol as wire;
 use semascan_protocol::chunk::model_hash;
 use semascan_protocol::server_message::Body;
@@ -46,6 +50,7 @@ pub struct LiveModel {
     metrics: Metrics,
     /// Why the agent is not ready; empty where it is.
     unready: Mutex<String>,
+    captures: CaptureDesk,
 }
 
 impl LiveModel {
@@ -73,6 +78,7 @@ impl LiveModel {
             attending: AtomicU32::new(0),
             metrics: Metrics::default(),
             unready: Mutex::default(),
+            captures: CaptureDesk::default(),
         }
     }
 
@@ -94,6 +100,21 @@ impl LiveModel {
     /// Why the agent is not ready for work; an empty text where it is.
     pub(super) fn unready(&self) -> String {
         self.unready.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    /// An inspection runs; clients may ask for views of it with `trigger`, where its source can be asked.
+    pub fn take_captures(&self, inspection: &str, trigger: Option<CaptureTrigger>) {
+        self.captures.open(inspection.to_owned(), trigger);
+    }
+
+    /// It does not run any more.
+    pub fn end_captures(&self) {
+        self.captures.close();
+    }
+
+    /// Asks for a view of an inspection; `id` was made by who asks.
+    pub(crate) fn ask_for_capture(&self, inspection: &str, id: &str) -> CaptureAnswer {
+        self.captures.ask(inspection, id)
     }
 
     /// Changes whenever there may be something new.

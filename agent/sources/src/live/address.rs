@@ -1,7 +1,9 @@
 //! What a `ws://` address says: the server, and behind a `?` the keys of recordings and those of live sources.
 
+use super::trigger::Trigger;
 use crate::recording::RecordingOptions;
 use crate::recording::{Key, number};
+use std::path::PathBuf;
 use std::time::Duration;
 
 /// Schemes of addresses of live sources.
@@ -13,9 +15,11 @@ pub const LIVE_KEYS: &[Key] = &[
     Key { name: "silence_s", meaning: "the stream is over after so many seconds without a picture (10)" },
     Key {
         name: "trigger",
-        meaning: "`every` pair is a view, or one where the camera rests at another place: `still` (every)",
+        meaning: "when a pair of pictures is a view: `every` one; where the camera rests at another place, `still`; one in \
+                  `period:SECONDS`; after a message of `topic:/NAME`; when it is `asked` for alone (every)",
     },
     Key { name: "still_ms", meaning: "how long the camera rests before a view is taken (300)" },
+    Key { name: "record", meaning: "a new MCAP file into which everything is written that comes, too" },
 ];
 
 /// Steps between two views of a camera that rests, where none are asked for: metres and radians.
@@ -34,10 +38,12 @@ pub struct LiveAddress {
     pub views: Option<u32>,
     /// Time without a picture until the end.
     pub silence: Duration,
-    /// Whether a view is taken where the camera rests.
-    pub waits_for_rest: bool,
+    /// When a view is taken.
+    pub trigger: Trigger,
     /// How long it rests before that.
     pub still: Duration,
+    /// Where everything is recorded that comes.
+    pub record: Option<PathBuf>,
 }
 
 impl LiveAddress {
@@ -58,8 +64,9 @@ impl LiveAddress {
             recording: RecordingOptions::default(),
             views: None,
             silence: Duration::from_secs(10),
-            waits_for_rest: false,
+            trigger: Trigger::Every,
             still: Duration::from_millis(300),
+            record: None,
         };
         let mut rest = Vec::new();
         for part in query.split('&').filter(|part| !part.is_empty()) {
@@ -70,9 +77,9 @@ impl LiveAddress {
                 }
                 Some(("silence_s", value)) => address.silence = time("silence_s", value, 1.0, 3600.0)?,
                 Some(("still_ms", value)) => address.still = time("still_ms", value, 1e-3, 60.0)?,
-                Some(("trigger", "still")) => address.waits_for_rest = true,
-                Some(("trigger", "every")) => address.waits_for_rest = false,
-                Some(("trigger", other)) => return Err(format!("trigger={other}: is neither `every` nor `still`")),
+                Some(("trigger", rule)) => address.trigger = Trigger::read(rule)?,
+                Some(("record", "")) => return Err("record: names no file".to_owned()),
+                Some(("record", path)) => address.record = Some(path.into()),
                 _ => rest.push(part),
             }
         }
@@ -81,7 +88,7 @@ impl LiveAddress {
             format!("{reason}; of live sources also {}", own.join(", "))
         })?;
         let step = &mut address.recording;
-        if address.waits_for_rest && step.least_shift == 0.0 && step.least_turn == 0.0 {
+        if address.trigger == Trigger::Still && step.least_shift == 0.0 && step.least_turn == 0.0 {
             (step.least_shift, step.least_turn) = STEP;
         }
         Ok(address)
@@ -105,7 +112,7 @@ mod tests {
             LiveAddress::read("ws://cell:8765?trigger=still&views=5&depth=/d&silence_s=2&still_ms=500").expect("one");
         assert_eq!((address.server.as_str(), address.views), ("ws://cell:8765", Some(5)));
         assert_eq!((address.silence, address.still), (Duration::from_secs(2), Duration::from_millis(500)));
-        assert!(address.waits_for_rest && address.recording.least_shift == 5e-3);
+        assert!(address.trigger == Trigger::Still && address.recording.least_shift == 5e-3);
         assert_eq!(address.recording.depth.as_deref(), Some("/d"));
         let stepped = LiveAddress::read("wss://cell/x?trigger=still&shift_mm=20").expect("one");
         assert_eq!((stepped.recording.least_shift, stepped.recording.least_turn), (0.02, 0.0));

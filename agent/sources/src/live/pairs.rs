@@ -4,6 +4,8 @@
 use crate::messages::Stamp;
 use crate::recording::{Picture, Topics};
 use std::collections::VecDeque;
+use std::time::Instant;
+use tokio_tungstenite::tungstenite::Bytes;
 
 /// Pictures of a stream that wait for the other one.
 const MOST: usize = 60;
@@ -12,7 +14,9 @@ const MOST: usize = 60;
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Held {
     pub(super) picture: Picture,
-    pub(super) bytes: Vec<u8>,
+    /// When it came.
+    pub(super) arrived: Instant,
+    pub(super) bytes: Bytes,
 }
 
 impl Held {
@@ -21,28 +25,39 @@ impl Held {
     }
 }
 
+/// Colour, where it has one of its own, and depth.
+pub(super) type Pair = (Option<Held>, Held);
+
 /// Pictures that wait for their pair.
 #[derive(Debug)]
 pub(super) struct Pairing {
     tolerance: u64,
     color: VecDeque<Held>,
     depth: VecDeque<Held>,
+    /// Pictures that stayed alone.
+    alone: u64,
 }
 
 impl Pairing {
     /// Pictures of a pair are no further apart than `tolerance` nanoseconds.
     pub(super) fn new(tolerance: u64) -> Self {
-        Self { tolerance, color: VecDeque::new(), depth: VecDeque::new() }
+        Self { tolerance, color: VecDeque::new(), depth: VecDeque::new(), alone: 0 }
     }
 
     /// Forgets what waits.
     pub(super) fn clear(&mut self) {
+        self.alone += (self.color.len() + self.depth.len()) as u64;
         self.color.clear();
         self.depth.clear();
     }
 
+    /// Pictures that stayed alone by now.
+    pub(super) fn alone(&self) -> u64 {
+        self.alone
+    }
+
     /// Takes a picture of a stream; gives the pairs that are known by now. A cloud with colours of its own is one alone.
-    pub(super) fn take(&mut self, topics: Topics, stream: usize, held: Held) -> Vec<(Option<Held>, Held)> {
+    pub(super) fn take(&mut self, topics: Topics, stream: usize, held: Held) -> Vec<Pair> {
         if topics.color.is_none() {
             return if stream == topics.depth { vec![(None, held)] } else { Vec::new() };
         }
@@ -55,6 +70,7 @@ impl Pairing {
         queue.insert(at, held);
         if queue.len() > MOST {
             queue.pop_front();
+            self.alone += 1;
         }
         let mut pairs = Vec::new();
         while let Some(pair) = self.next() {
@@ -64,7 +80,7 @@ impl Pairing {
     }
 
     /// Decides about the oldest picture: a pair, or that it stays alone; `None` while that is open.
-    fn next(&mut self) -> Option<Option<(Option<Held>, Held)>> {
+    fn next(&mut self) -> Option<Option<Pair>> {
         let (color, depth) = (self.color.front()?.stamp(), self.depth.front()?.stamp());
         // The one that is older looks for its nearest in the other stream: it is known once a later one has come.
         let is_color_older = color <= depth;
@@ -85,6 +101,7 @@ impl Pairing {
         if offset <= self.tolerance && own.len() == 1 {
             return None;
         }
+        self.alone += 1;
         // Alone: no other is within the tolerance, or another one of its stream is nearer.
         if is_color_older {
             self.color.pop_front()
@@ -106,7 +123,7 @@ mod tests {
     fn held(milliseconds: i64) -> Held {
         let place = Place { block: 0, offset: 0, length: 0 };
         let stamp = Stamp { nanoseconds: milliseconds * 1_000_000 };
-        Held { picture: Picture { stamp, file: 0, place }, bytes: Vec::new() }
+        Held { picture: Picture { stamp, file: 0, place }, arrived: Instant::now(), bytes: Bytes::new() }
     }
 
     /// Pairs by the milliseconds of colour and depth, of pictures that come in this order.

@@ -1,37 +1,45 @@
 //! What a live source sends, message by message as it comes, in an MCAP file: Foxglove opens it, and it is a recording that can be
 //! inspected.
+//!
+//! The file is written on a thread of its own: a disk that is slow for a while holds neither the camera nor the inspection up. What
+//! waits to be written is bounded, and what finds no room is counted as lost and said.
 
 use super::LiveAddress;
-use super::link::open;
-use futures_util::{SinkExt, StreamExt};
+use super::faults::{FaultKind, Faults};
+use super::link::{Arrival, Happening, Opened, Streamed, Wanted};
 use mcap::records::MessageHeader;
 use mcap::{Compression, McapError, WriteOptions};
-use semascan_foxglove::client::{Channel, FromServer, read_frame, read_text, subscription};
 use semascan_inspection::source::SourceError;
 use std::collections::{BTreeMap, HashMap};
 use std::fs::File;
 use std::io::{BufWriter, Write};
-use std::path::Path;
-use std::time::Duration;
-use tokio::time::{Instant, timeout};
-use tokio_tungstenite::tungstenite::Message;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::thread::{self, JoinHandle};
+use std::time::{Duration, Instant};
 
 /// Bytes of a chunk: so much is lost at most where the machine fails.
 const CHUNK: u64 = 1 << 20;
 /// How often the file is brought to the disk.
 const SYNC: Duration = Duration::from_secs(1);
+/// Bytes that wait to be written at most.
+const MOST_WAITING: usize = 256 << 20;
 
 /// What was recorded.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Recorded {
     /// Messages by topic.
     pub messages: BTreeMap<String, u64>,
+    /// Messages that came and are not in the file.
+    pub lost: u64,
     /// Why it ended.
     pub end: String,
 }
 
 /// Records everything that the server at `address` sends into a new file, until `is_over` says so, for `limit`, or until the server
-/// ends or is silent as long as the address allows.
+/// is silent as long as the address allows; a connection that is lost is made again.
 ///
 /// # Errors
 /// [`SourceError`] if nobody answers at the address, or the file cannot be written; what was written stays.
@@ -42,30 +50,132 @@ pub fn record(
     is_over: impl Fn() -> bool,
 ) -> Result<Recorded, SourceError> {
     let refuse = |reason: String| SourceError::Uri { uri: address.uri.clone(), reason };
-    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build();
-    let runtime = runtime.map_err(|error| refuse(error.to_string()))?;
-    let socket = runtime.block_on(open(&address.server)).map_err(refuse)?;
-    let file = File::create_new(path).map_err(|source| SourceError::Io { path: path.to_owned(), source })?;
-    let named = |error: McapError| SourceError::Format { path: path.to_owned(), reason: error.to_string() };
-    let mut recorder = Recorder::new(file).map_err(named)?;
-    let taken = runtime.block_on(recorder.follow(socket, address, limit, is_over));
-    // The index is written whatever happened before.
-    let finished = recorder.finish();
-    let end = taken.map_err(named)?;
-    Ok(Recorded { messages: finished.map_err(named)?, end })
+    let opened = Opened::new(&address.server).map_err(refuse)?;
+    let faults = Faults::new(&address.uri);
+    let recorder = Recorder::begin(path, faults.clone())?;
+    let wanted = Wanted { topic: None, follows_all: true, recorder: Some(recorder) };
+    let link = opened.follow(wanted, faults.clone()).map_err(refuse)?;
+    let (began, mut heard) = (Instant::now(), Instant::now());
+    let end = loop {
+        if is_over() {
+            break "it was stopped".to_owned();
+        }
+        if limit.is_some_and(|limit| began.elapsed() >= limit) {
+            break "the time is over".to_owned();
+        }
+        if heard.elapsed() > address.silence {
+            break format!("nothing came for {} s", address.silence.as_secs_f64());
+        }
+        match link.next(Duration::from_millis(100)) {
+            Some(Happening::Message(_)) => heard = Instant::now(),
+            Some(Happening::Lost { reason }) => {
+                faults.report("", FaultKind::Connection, format!("it is lost ({reason}), and is made again"));
+            }
+            Some(Happening::Connected { .. } | Happening::Remark { .. } | Happening::Stray { .. }) | None => {}
+        }
+    };
+    let recorder = link.end().ok_or_else(|| refuse("the thread of the connection ended unexpectedly".to_owned()))?;
+    let Written { messages, lost } = recorder.finish()?;
+    Ok(Recorded { messages, lost, end })
 }
 
-struct Recorder {
+/// Writes messages into a file, on a thread of its own. A recorder that is dropped finishes its file, too.
+#[derive(Debug)]
+pub(super) struct Recorder {
+    path: PathBuf,
+    sender: Sender<Arrival>,
+    shared: Arc<Shared>,
+    writer: JoinHandle<Result<BTreeMap<String, u64>, McapError>>,
+}
+
+#[derive(Debug)]
+struct Shared {
+    waiting_bytes: AtomicUsize,
+    written: AtomicU64,
+    lost: AtomicU64,
+    faults: Faults,
+}
+
+/// What became of the messages.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Written {
+    /// Those in the file, by topic.
+    pub(super) messages: BTreeMap<String, u64>,
+    /// Those that are not.
+    pub(super) lost: u64,
+}
+
+impl Recorder {
+    /// Begins a new file.
+    ///
+    /// # Errors
+    /// [`SourceError`] if it is there already, or cannot be written.
+    pub(super) fn begin(path: &Path, faults: Faults) -> Result<Self, SourceError> {
+        let io = |source| SourceError::Io { path: path.to_owned(), source };
+        let file = File::create_new(path).map_err(io)?;
+        let named = |error: McapError| SourceError::Format { path: path.to_owned(), reason: error.to_string() };
+        let writing = Writing::new(file).map_err(named)?;
+        let shared = Arc::new(Shared {
+            waiting_bytes: AtomicUsize::new(0),
+            written: AtomicU64::new(0),
+            lost: AtomicU64::new(0),
+            faults,
+        });
+        let (sender, arrivals) = channel();
+        let writing_for = Arc::clone(&shared);
+        let write = move || writing.follow(&arrivals, &writing_for);
+        let writer = thread::Builder::new().name("recorder".into()).spawn(write).map_err(io)?;
+        Ok(Self { path: path.to_owned(), sender, shared, writer })
+    }
+
+    /// Takes a message; it never waits.
+    pub(super) fn take(&self, arrival: Arrival) {
+        let length = arrival.bytes.len();
+        let waiting = self.shared.waiting_bytes.fetch_add(length, Ordering::Relaxed);
+        if waiting + length > MOST_WAITING {
+            self.shared.lose(&arrival, "it is not recorded: the disk is slower than the camera");
+        } else if let Err(unsent) = self.sender.send(arrival) {
+            self.shared.lose(&unsent.0, "it is not recorded: the file is not written any more");
+        }
+    }
+
+    /// Ends the file.
+    ///
+    /// # Errors
+    /// [`SourceError`] if it could not be written; what was written stays.
+    pub(super) fn finish(self) -> Result<Written, SourceError> {
+        let Self { path, sender, shared, writer } = self;
+        drop(sender);
+        let refuse = |reason: String| SourceError::Format { path, reason };
+        let messages = match writer.join() {
+            Ok(Ok(messages)) => messages,
+            Ok(Err(error)) => return Err(refuse(error.to_string())),
+            Err(_) => return Err(refuse("its writer ended unexpectedly".to_owned())),
+        };
+        Ok(Written { messages, lost: shared.lost.load(Ordering::Relaxed) })
+    }
+}
+
+impl Shared {
+    fn lose(&self, arrival: &Arrival, reason: &str) {
+        self.waiting_bytes.fetch_sub(arrival.bytes.len(), Ordering::Relaxed);
+        self.lost.fetch_add(1, Ordering::Relaxed);
+        self.faults.report(&arrival.channel.offered.topic, FaultKind::Overflow, reason);
+    }
+}
+
+/// A file that is written.
+struct Writing {
     writer: mcap::Writer<BufWriter<File>>,
     file: File,
-    /// By the server's number of the channel: the file's, and the topic.
-    channels: HashMap<u32, (u16, String)>,
-    /// How many came, by topic.
+    /// The channels by those of the connection; one that is made again offers the same ones anew.
+    channels: Vec<(Arc<Streamed>, u16)>,
+    /// How many were written, by topic.
     messages: BTreeMap<String, u64>,
     sequences: HashMap<u16, u32>,
 }
 
-impl Recorder {
+impl Writing {
     fn new(file: File) -> Result<Self, McapError> {
         let writer = WriteOptions::new()
             .library(concat!("semascan ", env!("CARGO_PKG_VERSION")))
@@ -73,111 +183,91 @@ impl Recorder {
             .compression_level(1)
             .chunk_size(Some(CHUNK))
             .create(BufWriter::new(file.try_clone()?))?;
-        Ok(Self { writer, file, channels: HashMap::new(), messages: BTreeMap::new(), sequences: HashMap::new() })
+        Ok(Self { writer, file, channels: Vec::new(), messages: BTreeMap::new(), sequences: HashMap::new() })
     }
 
-    /// Writes what the server sends; why it ended.
-    async fn follow<S>(
-        &mut self,
-        mut socket: S,
-        address: &LiveAddress,
-        limit: Option<Duration>,
-        is_over: impl Fn() -> bool,
-    ) -> Result<String, McapError>
-    where
-        S: StreamExt<Item = Result<Message, tokio_tungstenite::tungstenite::Error>>
-            + SinkExt<Message, Error = tokio_tungstenite::tungstenite::Error>
-            + Unpin,
-    {
-        let (began, mut heard, mut synced) = (Instant::now(), Instant::now(), Instant::now());
+    /// Writes what comes until nobody sends any more. Where that fails, what comes later is counted as lost.
+    fn follow(mut self, arrivals: &Receiver<Arrival>, shared: &Shared) -> Result<BTreeMap<String, u64>, McapError> {
+        let mut synced = Instant::now();
+        let mut failed = None;
         loop {
-            if is_over() {
-                return Ok("it was stopped".to_owned());
-            }
-            if limit.is_some_and(|limit| began.elapsed() >= limit) {
-                return Ok("the time is over".to_owned());
-            }
-            if heard.elapsed() > address.silence {
-                return Ok(format!("nothing came for {} s", address.silence.as_secs_f64()));
-            }
-            if synced.elapsed() > SYNC {
-                synced = Instant::now();
-                self.sync()?;
-            }
-            let message = match timeout(Duration::from_millis(100), socket.next()).await {
-                Err(_) => continue,
-                Ok(None) => return Ok("the server closed the connection".to_owned()),
-                Ok(Some(Err(error))) => return Ok(format!("the connection is lost: {error}")),
-                Ok(Some(Ok(message))) => message,
+            let arrival = match arrivals.recv_timeout(SYNC) {
+                Ok(arrival) => Some(arrival),
+                Err(RecvTimeoutError::Timeout) => None,
+                Err(RecvTimeoutError::Disconnected) => break,
             };
-            match message {
-                Message::Text(text) => match read_text(&text) {
-                    Ok(FromServer::Advertised(channels)) => {
-                        let asked = Message::text(subscription(channels.iter().map(|channel| channel.id)));
-                        for channel in channels {
-                            self.add(channel)?;
-                        }
-                        if let Err(error) = socket.send(asked).await {
-                            return Ok(format!("the connection is lost: {error}"));
-                        }
-                    }
-                    Ok(_) => {}
-                    Err(error) => return Ok(error.to_string()),
-                },
-                Message::Binary(frame) => {
-                    if let Some((id, nanoseconds, message)) = read_frame(&frame) {
-                        heard = Instant::now();
-                        self.write(id, nanoseconds, message)?;
-                    }
+            if failed.is_some() {
+                if let Some(arrival) = &arrival {
+                    shared.lose(arrival, "it is not recorded: the file cannot be written");
                 }
-                Message::Close(_) => return Ok("the server closed the connection".to_owned()),
-                Message::Ping(_) | Message::Pong(_) | Message::Frame(_) => {}
+                continue;
+            }
+            let mut result = Ok(());
+            if let Some(arrival) = &arrival {
+                result = self.write(arrival);
+                match result {
+                    Ok(()) => {
+                        shared.waiting_bytes.fetch_sub(arrival.bytes.len(), Ordering::Relaxed);
+                        shared.written.fetch_add(1, Ordering::Relaxed);
+                    }
+                    Err(_) => shared.lose(arrival, "it is not recorded: the file cannot be written"),
+                }
+            }
+            if result.is_ok() && synced.elapsed() > SYNC {
+                synced = Instant::now();
+                result = self.sync();
+            }
+            if let Err(error) = result {
+                shared.faults.report("", FaultKind::Recording, format!("the recording ends here: {error}"));
+                failed = Some(error);
             }
         }
+        // The index is written whatever happened before.
+        let finished = self.writer.finish().map(drop);
+        failed.map_or(finished, Err)?;
+        self.writer.into_inner().flush()?;
+        self.file.sync_data()?;
+        Ok(self.messages)
     }
 
-    fn add(&mut self, channel: Channel) -> Result<(), McapError> {
-        let encoding = match (channel.schema_encoding.as_str(), channel.encoding.as_str()) {
+    fn write(&mut self, arrival: &Arrival) -> Result<(), McapError> {
+        let channel_id = self.channel(&arrival.channel)?;
+        let sequence = self.sequences.entry(channel_id).or_default();
+        *sequence = sequence.wrapping_add(1);
+        let time = u64::try_from(arrival.logged.nanoseconds).unwrap_or(0);
+        let header = MessageHeader { channel_id, sequence: *sequence, log_time: time, publish_time: time };
+        self.writer.write_to_known_channel(&header, &arrival.bytes)?;
+        let topic = &arrival.channel.offered.topic;
+        match self.messages.get_mut(topic) {
+            Some(count) => *count += 1,
+            None => drop(self.messages.insert(topic.clone(), 1)),
+        }
+        Ok(())
+    }
+
+    /// The file's channel for one of the connection.
+    fn channel(&mut self, streamed: &Arc<Streamed>) -> Result<u16, McapError> {
+        if let Some((_, id)) = self.channels.iter().find(|(known, _)| Arc::ptr_eq(known, streamed)) {
+            return Ok(*id);
+        }
+        let offered = &streamed.offered;
+        let encoding = match (offered.schema_encoding.as_str(), offered.encoding.as_str()) {
             ("", "cdr") => "ros2msg",
             ("", "ros1") => "ros1msg",
             ("", "json") => "jsonschema",
             ("", other) => other,
             (said, _) => said,
         };
-        let schema = self.writer.add_schema(&channel.schema_name, encoding, &channel.schema)?;
-        let id = self.writer.add_channel(schema, &channel.topic, &channel.encoding, &BTreeMap::new())?;
-        self.messages.entry(channel.topic.clone()).or_default();
-        self.channels.insert(channel.id, (id, channel.topic));
-        Ok(())
-    }
-
-    fn write(&mut self, id: u32, nanoseconds: u64, message: &[u8]) -> Result<(), McapError> {
-        // What was not advertised has no type.
-        let Some((channel_id, topic)) = self.channels.get(&id) else { return Ok(()) };
-        let sequence = self.sequences.entry(*channel_id).or_default();
-        *sequence = sequence.wrapping_add(1);
-        let header = MessageHeader {
-            channel_id: *channel_id,
-            sequence: *sequence,
-            log_time: nanoseconds,
-            publish_time: nanoseconds,
-        };
-        self.writer.write_to_known_channel(&header, message)?;
-        if let Some(count) = self.messages.get_mut(topic) {
-            *count += 1;
-        }
-        Ok(())
+        // The writer gives the same number to what is the same.
+        let schema = self.writer.add_schema(&offered.schema_name, encoding, &offered.schema)?;
+        let id = self.writer.add_channel(schema, &offered.topic, &offered.encoding, &BTreeMap::new())?;
+        self.channels.retain(|(_, known)| *known != id);
+        self.channels.push((Arc::clone(streamed), id));
+        Ok(id)
     }
 
     fn sync(&mut self) -> Result<(), McapError> {
         self.writer.flush()?;
         Ok(self.file.sync_data()?)
-    }
-
-    fn finish(mut self) -> Result<BTreeMap<String, u64>, McapError> {
-        self.writer.finish()?;
-        self.writer.into_inner().flush()?;
-        self.file.sync_data()?;
-        Ok(self.messages)
     }
 }

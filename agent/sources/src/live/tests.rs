@@ -1,141 +1,8 @@
 //! A server of the test's own streams pictures; views come of it as from a recording of the same messages.
 
+use super::test_server::{Step, calibration, image, pair, server, transform};
 use super::*;
-use futures_util::{SinkExt, StreamExt};
-use prost::Message as _;
-use prost_types::Timestamp;
-use semascan_foxglove::protocol::message_frame;
-use semascan_foxglove::schema::{
-    CAMERA_CALIBRATION, CameraCalibration, FRAME_TRANSFORM, FrameTransform, Quaternion, RAW_IMAGE, RawImage, Schema,
-    Vector3,
-};
 use semascan_perception::view::PoseEvidence;
-use serde_json::json;
-use std::net::TcpListener;
-use std::sync::mpsc;
-use std::thread;
-use tokio_tungstenite::tungstenite::handshake::server::{Request, Response};
-use tokio_tungstenite::tungstenite::{Message, http::HeaderValue};
-
-const TOPICS: [(&str, Schema); 4] = [
-    ("/camera/color/image", RAW_IMAGE),
-    ("/camera/depth/image", RAW_IMAGE),
-    ("/camera/color/camera_info", CAMERA_CALIBRATION),
-    ("/tf", FRAME_TRANSFORM),
-];
-
-/// What the test's server does next.
-enum Step {
-    /// Sends a message on a topic, at a time in milliseconds.
-    Send(u32, i64, Vec<u8>),
-    /// Cuts the connection and takes the next one.
-    Cut,
-    /// Waits in real time.
-    Pause(u64),
-}
-
-fn time(ms: i64) -> Option<Timestamp> {
-    Some(Timestamp { seconds: 1000 + ms.div_euclid(1000), nanos: (ms.rem_euclid(1000) * 1_000_000) as i32 })
-}
-
-fn image(ms: i64, encoding: &str, pixel: &[u8]) -> Vec<u8> {
-    let (width, height) = (8, 6);
-    let step = width * pixel.len() as u32;
-    let data = pixel.repeat((width * height) as usize);
-    let frame_id = "camera".to_owned();
-    RawImage { timestamp: time(ms), frame_id, width, height, encoding: encoding.to_owned(), step, data }.encode_to_vec()
-}
-
-/// A pair of pictures at a time: their red and their millimetres say which one it is.
-fn pair(ms: i64, number: u8) -> [Step; 2] {
-    let depth = (500 + u16::from(number)).to_le_bytes();
-    [Step::Send(0, ms, image(ms, "rgb8", &[number, 0, 0])), Step::Send(1, ms + 3, image(ms + 3, "16UC1", &depth))]
-}
-
-fn calibration() -> Step {
-    let info = CameraCalibration {
-        timestamp: time(0),
-        frame_id: "camera".into(),
-        width: 8,
-        height: 6,
-        k: vec![10.0, 0.0, 3.5, 0.0, 10.0, 2.5, 0.0, 0.0, 1.0],
-        p: vec![10.0, 0.0, 3.5, 0.0, 0.0, 10.0, 2.5, 0.0, 0.0, 0.0, 1.0, 0.0],
-        ..CameraCalibration::default()
-    };
-    Step::Send(2, 0, info.encode_to_vec())
-}
-
-fn transform(ms: i64, x: f64) -> Step {
-    let transform = FrameTransform {
-        timestamp: time(ms),
-        parent_frame_id: "table".into(),
-        child_frame_id: "camera".into(),
-        translation: Some(Vector3 { x, y: 0.0, z: 0.4 }),
-        rotation: Some(Quaternion { x: 0.0, y: 0.0, z: 0.0, w: 1.0 }),
-    };
-    Step::Send(3, ms, transform.encode_to_vec())
-}
-
-/// Serves the steps; the address. The end of the steps ends the last connection.
-fn server(steps: Vec<Step>) -> String {
-    let listener = TcpListener::bind("127.0.0.1:0").expect("a port");
-    let address = listener.local_addr().expect("bound");
-    listener.set_nonblocking(true).expect("set");
-    let (ready, is_ready) = mpsc::channel();
-    thread::spawn(move || {
-        let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().expect("a runtime");
-        runtime.block_on(async move {
-            let listener = tokio::net::TcpListener::from_std(listener).expect("a listener");
-            ready.send(()).expect("heard");
-            let mut steps = steps.into_iter();
-            loop {
-                let (stream, _) = listener.accept().await.expect("a client");
-                #[allow(clippy::result_large_err)]
-                let choose = |request: &Request, mut response: Response| {
-                    let offered = request.headers()["sec-websocket-protocol"].to_str().expect("text");
-                    assert!(offered.contains("foxglove.sdk.v1"), "{offered}");
-                    let chosen = HeaderValue::from_static("foxglove.sdk.v1");
-                    response.headers_mut().insert("sec-websocket-protocol", chosen);
-                    Ok(response)
-                };
-                let mut socket = tokio_tungstenite::accept_hdr_async(stream, choose).await.expect("a WebSocket");
-                let info = json!({ "op": "serverInfo", "name": "test", "capabilities": [] }).to_string();
-                socket.send(Message::text(info)).await.expect("sent");
-                let channels: Vec<_> = TOPICS
-                    .iter()
-                    .enumerate()
-                    .map(|(id, (topic, schema))| {
-                        json!({ "id": id, "topic": topic, "encoding": "protobuf", "schemaName": schema.name, "schema": "" })
-                    })
-                    .collect();
-                let advertised = json!({ "op": "advertise", "channels": channels }).to_string();
-                socket.send(Message::text(advertised)).await.expect("sent");
-                socket.next().await.expect("a subscription").expect("a message");
-                let mut is_over = true;
-                for step in steps.by_ref() {
-                    match step {
-                        Step::Send(topic, ms, message) => {
-                            let nanoseconds = ((1_000_000 + ms) * 1_000_000) as u64;
-                            let frame = message_frame(topic, nanoseconds, &message);
-                            socket.send(Message::binary(frame)).await.expect("sent");
-                        }
-                        Step::Pause(ms) => tokio::time::sleep(Duration::from_millis(ms)).await,
-                        Step::Cut => {
-                            is_over = false;
-                            break;
-                        }
-                    }
-                }
-                if is_over {
-                    // Nothing more comes, as where a camera is switched off.
-                    tokio::time::sleep(Duration::from_secs(30)).await;
-                }
-            }
-        });
-    });
-    is_ready.recv().expect("a server");
-    format!("ws://{address}")
-}
 
 /// Red, depth and x of a view, millimetres.
 type Seen = (u8, u32, Option<i32>);
@@ -176,7 +43,10 @@ fn pairs_become_views_with_the_poses_of_their_times_though_connections_are_cut()
     let expected: Vec<_> = (0..8).map(|n| (n, 500 + u32::from(n), Some(10 * i32::from(n)))).collect();
     assert_eq!(found, expected);
     let stream = settings.iter().find(|(name, _)| name == "stream").map(|(_, text)| text.clone()).expect("said");
-    assert!(stream.starts_with("8 pairs came, 0 were passed over, 0 had no pose; 0 messages were dropped"), "{stream}");
+    assert!(
+        stream.starts_with("8 pairs came, 0 were passed over, 0 had no pose, 0 were broken; 0 messages were dropped"),
+        "{stream}"
+    );
     assert!(stream.contains("2 connections"), "{stream}");
 }
 
@@ -253,4 +123,62 @@ fn what_is_recorded_is_inspected_like_the_stream() {
     assert!(record(&address, &path, None, || false).is_err(), "no file is replaced");
     let (found, _) = views(&path.display().to_string());
     assert_eq!(found, (0..5).map(|n| (n, 500 + u32::from(n), Some(10 * i32::from(n)))).collect::<Vec<_>>());
+}
+
+#[test]
+fn a_view_is_taken_after_each_message_of_a_topic_and_when_it_is_asked_for() {
+    let mut steps = vec![calibration()];
+    for number in 0..100_u8 {
+        let ms = i64::from(number) * 33;
+        steps.push(transform(ms - 1, 0.001 * f64::from(number)));
+        steps.push(transform(ms + 5, 0.001 * f64::from(number)));
+        steps.extend(pair(ms, number));
+        if number == 70 || number == 90 {
+            let Step::Send(_, _, message) = transform(ms, 0.0) else { continue };
+            steps.push(Step::Send(4, ms, message));
+        }
+        steps.push(Step::Pause(33));
+    }
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("all.mcap");
+    let uri = format!("{}?trigger=topic:/cell/capture&silence_s=2&record={}", server(steps), file.display());
+    let mut source = crate::open(&uri, OpenOptions::default()).expect("a server");
+    let trigger = source.capture_trigger().expect("it can be asked");
+    let asked = std::thread::spawn(move || {
+        std::thread::sleep(Duration::from_millis(2600));
+        trigger.ask()
+    });
+    let views: Vec<u8> =
+        std::iter::from_fn(|| source.next_view()).map(|view| view.expect("a view").rgb.get_pixel(0, 0).0[0]).collect();
+    assert!(asked.join().expect("asked"));
+    assert_eq!(views.len(), 3, "{views:?}");
+    let after = |at: u8| views.iter().any(|view| (at + 1..at + 4).contains(view));
+    assert!(after(70) && after(90), "the next pair after a message: {views:?}");
+    let stream = source.info().settings.iter().find(|(name, _)| name == "stream").map(|(_, said)| said.clone());
+    // 100 pairs, 200 transforms, one calibration, two messages of the trigger's topic.
+    assert!(stream.as_ref().is_some_and(|said| said.ends_with("403 messages were recorded and 0 lost")), "{stream:?}");
+    drop(source);
+    let (recorded, _) = self::views(&file.display().to_string());
+    assert_eq!(recorded.len(), 100, "everything is in the file, whatever was taken");
+}
+
+#[test]
+fn a_server_is_listened_to_for_what_it_is_like() {
+    let mut steps = vec![calibration()];
+    for number in 0..60_u8 {
+        let ms = i64::from(number) * 33;
+        steps.push(transform(ms - 1, 0.001 * f64::from(number)));
+        steps.extend(pair(ms, number));
+        steps.push(Step::Pause(33));
+    }
+    let address = LiveAddress::read(&server(steps)).expect("an address");
+    let probed = probe(&address, &OpenOptions::default(), Duration::from_millis(1200)).expect("a server");
+    let depth = &probed.topics["/camera/depth/image"];
+    assert!(depth.rate.is_some_and(|rate| (15.0..40.0).contains(&rate)), "{depth:?}");
+    assert!(depth.behind.is_some_and(|behind| behind > 1e8), "the stamps are of 1970: {depth:?}");
+    assert_eq!(probed.chosen, Ok((Some("/camera/color/image".to_owned()), "/camera/depth/image".to_owned())));
+    assert_eq!(probed.pose, Ok(("table".to_owned(), "camera".to_owned())));
+    let view = probed.view.expect("a view");
+    assert!((view.depth.metres[0] - 0.5).abs() < 0.1, "{}", view.depth.metres[0]);
+    assert!(probed.faults.is_empty(), "{:?}", probed.faults);
 }

@@ -15,6 +15,12 @@ use std::collections::BTreeMap;
 const MOST_TOPICS: usize = 1000;
 /// Most faults that are said one by one.
 const MOST_FAULTS: usize = 20;
+/// Most changes of a camera's calibration that are remembered.
+const MOST_CHANGES: usize = 1000;
+/// Most notes that wait to be taken.
+const MOST_NOTES: usize = 100;
+/// A calibration that comes within so many nanoseconds of the one before comes with the pictures.
+const REGULAR: u64 = 200_000_000;
 
 /// A picture of a recording.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -44,13 +50,27 @@ pub(crate) struct CalibrationStream {
     pub(crate) topic: String,
     /// Those that differ from the one in front of them, from their time on.
     pub(crate) changes: Vec<(Stamp, Calibration)>,
+    /// Time of the latest one.
+    latest: Stamp,
+    /// Whether they come with the pictures.
+    is_regular: bool,
 }
 
 impl CalibrationStream {
+    /// A stream whose first calibration this is.
+    pub(crate) fn new(topic: &str, stamp: Stamp, calibration: Calibration) -> Self {
+        Self { topic: topic.to_owned(), changes: vec![(stamp, calibration)], latest: stamp, is_regular: false }
+    }
+
     /// The one that is valid at `stamp`; the first, before it was published. A stream has at least one.
     pub(crate) fn at(&self, stamp: Stamp) -> Option<&Calibration> {
         let after = self.changes.partition_point(|(from, _)| *from <= stamp);
         self.changes.get(after.saturating_sub(1)).map(|(_, calibration)| calibration)
+    }
+
+    /// Whether the one of a picture of `stamp` is still to come.
+    pub(crate) fn is_awaited(&self, stamp: Stamp) -> bool {
+        self.is_regular && self.latest < stamp
     }
 
     /// Name of the camera's frame.
@@ -71,6 +91,27 @@ pub(crate) struct Index {
     pub(crate) faults: Vec<String>,
 }
 
+/// What a message told that is worth a word when it comes, as on a stream.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Note {
+    /// The topic, or the frame of a transform.
+    pub(crate) topic: String,
+    pub(crate) kind: NoteKind,
+    /// Naming the field where there is one.
+    pub(crate) reason: String,
+}
+
+/// What a note is of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum NoteKind {
+    /// A message that cannot be read.
+    Unread,
+    /// A transform that does not fit.
+    Misfit,
+    /// Another calibration of the same camera.
+    Calibration,
+}
+
 /// The index while files are scanned, or a stream is listened to.
 #[derive(Debug)]
 pub(crate) struct Scan {
@@ -81,6 +122,7 @@ pub(crate) struct Scan {
     unread: BTreeMap<String, (u32, MessageError)>,
     /// Each transform that does not fit, once.
     misfits: BTreeMap<String, u32>,
+    notes: Vec<Note>,
 }
 
 impl Index {
@@ -110,7 +152,13 @@ impl Scan {
             depth_units: Vec::new(),
             faults: Vec::new(),
         };
-        Self { index, turntable: options.turntable.clone(), unread: BTreeMap::new(), misfits: BTreeMap::new() }
+        Self {
+            index,
+            turntable: options.turntable.clone(),
+            unread: BTreeMap::new(),
+            misfits: BTreeMap::new(),
+            notes: Vec::new(),
+        }
     }
 
     /// What was found by now.
@@ -131,9 +179,25 @@ impl Scan {
         self.index.transforms.forget_before(stamp);
     }
 
-    /// Forgets transforms that move: they are of another time.
-    pub(crate) fn forget_moving(&mut self) {
+    /// Forgets what was at which time: the clock is another one by now. What is fixed stays, and the last calibrations.
+    pub(crate) fn forget_time(&mut self) {
         self.index.transforms.forget_moving();
+        for stream in &mut self.index.calibrations {
+            let last = stream.changes.pop();
+            stream.changes = last.into_iter().collect();
+            stream.is_regular = false;
+        }
+    }
+
+    /// What was noted since this was asked last.
+    pub(crate) fn take_notes(&mut self) -> Vec<Note> {
+        std::mem::take(&mut self.notes)
+    }
+
+    fn note(&mut self, topic: &str, kind: NoteKind, reason: String) {
+        if self.notes.len() < MOST_NOTES {
+            self.notes.push(Note { topic: topic.to_owned(), kind, reason });
+        }
     }
 
     /// Takes a message; the place of its stream if it is a picture.
@@ -190,13 +254,16 @@ impl Scan {
             Ok(None)
         });
         taken.unwrap_or_else(|error| {
+            self.note(&channel.topic, NoteKind::Unread, error.to_string());
             self.unread.entry(channel.topic.clone()).or_insert((0, error)).0 += 1;
             None
         })
     }
 
     fn transform(&mut self, transform: StampedTransform, validity: Validity) {
+        let frame = transform.child.clone();
         if let Err(error) = self.index.transforms.add(transform, validity) {
+            self.note(&frame, NoteKind::Misfit, error.to_string());
             *self.misfits.entry(error.to_string()).or_default() += 1;
         }
     }
@@ -237,15 +304,24 @@ impl Scan {
         // Only the time differs from message to message.
         calibration.header.stamp = Stamp::default();
         let is_full = self.index.calibrations.len() == MOST_TOPICS;
-        match self.index.calibrations.iter_mut().find(|stream| stream.topic == channel.topic) {
-            Some(stream) if stream.changes.last().is_some_and(|(_, last)| *last == calibration) => {}
-            Some(stream) => stream.changes.push((stamp, calibration)),
-            None if is_full => {}
-            None => {
-                let changes = vec![(stamp, calibration)];
-                self.index.calibrations.push(CalibrationStream { topic: channel.topic.clone(), changes });
+        let Some(stream) = self.index.calibrations.iter_mut().find(|stream| stream.topic == channel.topic) else {
+            if !is_full {
+                self.index.calibrations.push(CalibrationStream::new(&channel.topic, stamp, calibration));
             }
+            return;
+        };
+        stream.is_regular |= stream.latest < stamp && stamp.distance(stream.latest) < REGULAR;
+        stream.latest = stream.latest.max(stamp);
+        let Some((_, last)) = stream.changes.last() else { return };
+        if *last == calibration {
+            return;
         }
+        let said = changed(last, &calibration);
+        stream.changes.push((stamp, calibration));
+        if stream.changes.len() > MOST_CHANGES {
+            stream.changes.remove(0);
+        }
+        self.note(&channel.topic, NoteKind::Calibration, said);
     }
 
     fn finish(self) -> Index {
@@ -269,4 +345,18 @@ impl Scan {
         }
         index
     }
+}
+
+/// What has changed of a camera.
+fn changed(from: &Calibration, to: &Calibration) -> String {
+    let fields = [
+        ("width and height", (from.width, from.height) != (to.width, to.height)),
+        ("K", from.k != to.k),
+        ("D", from.distortion != to.distortion || from.distortion_model != to.distortion_model),
+        ("P", from.p != to.p),
+        ("frame_id", from.header.frame != to.header.frame),
+    ];
+    let names: Vec<&str> = fields.iter().filter(|(_, differs)| *differs).map(|(name, _)| *name).collect();
+    let said = |c: &Calibration| format!("{} x {}, fx {:.2}, fy {:.2}", c.width, c.height, c.k[0], c.k[4]);
+    format!("{} changed: from {} to {}", names.join(", "), said(from), said(to))
 }

@@ -31,7 +31,7 @@ mod topics;
 mod view_maker;
 
 pub(crate) use container::{Channel, Found, Place};
-pub(crate) use index::{Index, Picture, Scan};
+pub(crate) use index::{Index, NoteKind, Picture, PictureStream, Scan};
 pub(crate) use options::number;
 pub use options::{HandEye, KEYS, Key, RecordingOptions, Turntable};
 pub(crate) use plan::{CameraFrame, PlannedView, camera_frame};

@@ -163,20 +163,17 @@ mod tests {
             frame: (*frame).to_owned(),
             pictures: Vec::new(),
         });
-        let calibrations = calibrations.iter().map(|(topic, frame)| CalibrationStream {
-            topic: (*topic).to_owned(),
-            changes: vec![(
-                Stamp::default(),
-                Calibration {
-                    header: Header { stamp: Stamp::default(), frame: (*frame).to_owned() },
-                    width: 4,
-                    height: 3,
-                    distortion_model: String::new(),
-                    distortion: Vec::new(),
-                    k: [0.0; 9],
-                    p: [0.0; 12],
-                },
-            )],
+        let calibrations = calibrations.iter().map(|(topic, frame)| {
+            let calibration = Calibration {
+                header: Header { stamp: Stamp::default(), frame: (*frame).to_owned() },
+                width: 4,
+                height: 3,
+                distortion_model: String::new(),
+                distortion: Vec::new(),
+                k: [0.0; 9],
+                p: [0.0; 12],
+            };
+            CalibrationStream::new(topic, Stamp::default(), calibration)
         });
         Index {
             pictures: pictures.collect(),
