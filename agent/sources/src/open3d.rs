@@ -14,7 +14,7 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 const ENCODING: DepthEncoding =
-    DepthEncoding { name: "open3d", metres_per_unit: 1e-3, invalid: &[0], description: "Open3D: 1 mm" };
+    DepthEncoding { name: "open3d", metres_per_unit: 1e-3, invalid: &[0], range: None, description: "Open3D: 1 mm" };
 /// Folders of colour pictures.
 const COLOR: [&str; 3] = ["color", "image", "rgb"];
 /// Files that describe the camera.
