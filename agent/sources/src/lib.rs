@@ -191,7 +191,7 @@ pub fn open(uri: &str, options: impl Into<OpenOptions>) -> Result<Box<dyn Source
     if let Some((scheme, _)) = uri.split_once("://") {
         let known = names.join(", or ");
         return Err(refuse(format!(
-            "no source speaks {scheme}://; what can be inspected is {known}, or a camera at ws://"
+            "no source speaks {scheme}://; what can be inspected is {known}, or a camera at ws://, realsense: or genicam:"
         )));
     }
     // A file may have a question mark in its name.

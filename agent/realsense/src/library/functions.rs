@@ -71,7 +71,7 @@ macro_rules! functions {
             pub(super) unsafe fn load(library: &libloading::Library) -> Result<Self, String> {
                 Ok(Self {
                     $($name: *unsafe { library.get(concat!(stringify!($name), "\0").as_bytes()) }
-                        .map_err(|error| error.to_string())?,)*
+                        .map_err(|error| super::whole(&error))?,)*
                 })
             }
         }

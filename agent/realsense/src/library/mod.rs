@@ -102,7 +102,8 @@ impl Library {
     /// [`Error`] if it cannot be loaded, or is not what it should be.
     pub fn load(path: &Path) -> Result<Self, Error> {
         // Sound as far as the file is the library that its name says: its initializers run, as with every linked library.
-        let library = unsafe { libloading::Library::new(path) }.map_err(|e| Error::NoLibrary(e.to_string()))?;
+        let library = unsafe { libloading::Library::new(path) };
+        let library = library.map_err(|error| Error::NoLibrary(format!("{}: {}", path.display(), whole(&error))))?;
         let library: &'static libloading::Library = Box::leak(Box::new(library));
         // The types are those of rs.h.
         let functions = unsafe { Functions::load(library) };
@@ -133,6 +134,12 @@ impl Api {
     fn count(&self, function: impl FnOnce(&Functions, *mut *mut c_void) -> c_int) -> Result<c_int, Error> {
         Ok(self.call(function)?.max(0))
     }
+}
+
+/// An error of the loader with what is behind it, which says why.
+fn whole(error: &dyn std::error::Error) -> String {
+    let causes = std::iter::successors(error.source(), |cause| cause.source());
+    causes.fold(error.to_string(), |text, cause| format!("{text}: {cause}"))
 }
 
 /// A text of the library's, copied; empty for none.
