@@ -3,11 +3,13 @@
 use crate::options::{GenicamOptions, Trigger};
 use crate::pixels::{PixelFormat, Range};
 use aravis::prelude::*;
-use aravis::{AcquisitionMode, Auto, Buffer, BufferPayloadType, BufferStatus, FakeInterface, Stream};
+use aravis::{AcquisitionMode, Auto, Buffer, BufferPayloadType, BufferStatus, FakeInterface, GvStreamOption, Stream};
 use image::RgbImage;
 use semascan_perception::view::{DepthImage, Intrinsics};
 use semascan_sources::camera::{Camera, CameraError, Capture, DepthCamera};
 use semascan_sources::camera_model::{CameraModel, Distortion};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 /// Buffers that frames are received into.
@@ -38,6 +40,8 @@ struct Eye {
     name: String,
     camera: aravis::Camera,
     stream: Stream,
+    /// Set by aravis when the camera does not answer its heartbeat.
+    is_lost: Arc<AtomicBool>,
 }
 
 /// A picture of a frame, as it came.
@@ -165,14 +169,23 @@ impl Picture {
 impl Eye {
     fn start(camera: aravis::Camera, name: &str) -> Result<Self, String> {
         let failed = |error: aravis::glib::Error| format!("{name:?}: {error}");
+        if camera.is_gv_device() {
+            // Raw packets need rights that an agent has no other use for, and where it has them give nothing on loopback.
+            camera.gv_set_stream_options(GvStreamOption::PACKET_SOCKET_DISABLED);
+        }
         let payload = camera.payload().map_err(failed)?;
         let stream = camera.create_stream().map_err(failed)?;
         for _ in 0..BUFFERS {
             stream.push_buffer(Buffer::new_allocate(payload as usize));
         }
         camera.set_acquisition_mode(AcquisitionMode::Continuous).map_err(failed)?;
+        let is_lost = Arc::<AtomicBool>::default();
+        if let Some(device) = camera.device() {
+            let noted = Arc::clone(&is_lost);
+            device.connect_control_lost(move |_| noted.store(true, Ordering::Relaxed));
+        }
         camera.start_acquisition().map_err(failed)?;
-        Ok(Self { name: name.to_owned(), camera, stream })
+        Ok(Self { name: name.to_owned(), camera, stream, is_lost })
     }
 
     fn lost(&self, error: &aravis::glib::Error) -> CameraError {
@@ -191,11 +204,10 @@ impl Eye {
     fn next(&self, patience: Duration) -> Result<Option<Vec<Picture>>, CameraError> {
         let microseconds = u64::try_from(patience.as_micros()).unwrap_or(u64::MAX);
         let Some(buffer) = self.stream.timeout_pop_buffer(microseconds) else {
-            // A camera that is there answers.
-            return match self.camera.payload() {
-                Ok(_) => Ok(None),
-                Err(error) => Err(self.lost(&error)),
-            };
+            if self.is_lost.load(Ordering::Relaxed) {
+                return Err(CameraError::Lost(format!("{:?} does not answer any more", self.name)));
+            }
+            return Ok(None);
         };
         let pictures = match buffer.status() {
             BufferStatus::Success => pictures(&buffer).map_err(CameraError::Unusable),
@@ -269,6 +281,11 @@ fn set(
             format!("format {format}: {error}; the camera has {}", known.join(", "))
         })?;
         said.push(("pixel_format".to_owned(), format.to_owned()));
+    }
+    if let Some((width, height)) = wanted.size {
+        let failed = |error: aravis::glib::Error| format!("size={width}x{height}: {error}");
+        camera.set_region(0, 0, width as i32, height as i32).map_err(failed)?;
+        said.push(("size".to_owned(), format!("{width}x{height}")));
     }
     let within = |what: &str, value: f64, bounds: Result<(f64, f64), aravis::glib::Error>| match bounds {
         Ok((least, greatest)) if !(least..=greatest).contains(&value) => {

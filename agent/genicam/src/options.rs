@@ -14,6 +14,10 @@ pub const KEYS: &[Key] = &[
         name: "cameras",
         meaning: "folder that describes the lenses: camera_intrinsic.json and, of a depth camera of its own, depth_intrinsic.json",
     },
+    Key {
+        name: "size",
+        meaning: "columns and rows of the pictures, from the sensor's corner, as 640x480; by default as they are set",
+    },
     Key { name: "exposure_us", meaning: "exposure, microseconds; by default as the camera is set" },
     Key { name: "gain", meaning: "gain, in the camera's unit; by default as it is set" },
     Key {
@@ -36,6 +40,8 @@ pub struct GenicamOptions {
     pub depth: Option<String>,
     /// Folder that describes the lenses.
     pub cameras: Option<PathBuf>,
+    /// Columns and rows of the pictures of all cameras.
+    pub size: Option<(u32, u32)>,
     /// Exposure, microseconds.
     pub exposure_us: Option<f64>,
     /// Gain, in the camera's unit.
@@ -82,6 +88,11 @@ impl GenicamOptions {
             match key {
                 "depth" => options.depth = Some(value.to_owned()),
                 "cameras" => options.cameras = Some(PathBuf::from(value)),
+                "size" => {
+                    let edges = value.split_once('x').and_then(|(w, h)| Some((w.parse().ok()?, h.parse().ok()?)));
+                    let edges = edges.filter(|(w, h)| (1..=65_535).contains(w) && (1..=65_535).contains(h));
+                    options.size = Some(edges.ok_or_else(|| format!("size={value}: is no size as 640x480"))?);
+                }
                 "exposure_us" => options.exposure_us = Some(number()?),
                 "gain" => options.gain = Some(number()?),
                 "trigger" => {
@@ -115,7 +126,7 @@ mod tests {
 
     #[test]
     fn every_key_is_taken_and_no_other() {
-        let query = "depth=B&cameras=/cell&exposure_us=8000&gain=2.5&trigger=Line1&pixel_format=RGB8\
+        let query = "depth=B&cameras=/cell&size=640x480&exposure_us=8000&gain=2.5&trigger=Line1&pixel_format=RGB8\
                      &depth_format=Coord3D_C16&depth_unit_mm=0.25&interval_ms=100";
         for key in KEYS {
             assert!(query.contains(&format!("{}=", key.name)), "{}", key.name);
@@ -124,7 +135,7 @@ mod tests {
         assert_eq!((options.name.as_str(), options.depth.as_deref()), ("Acme-17", Some("B")));
         assert_eq!((options.trigger, options.depth_unit_mm), (Trigger::Line("Line1".to_owned()), Some(0.25)));
         assert_eq!(GenicamOptions::read(""), Ok(GenicamOptions::default()));
-        for wrong in ["gain=0", "gain=x", "trigger=always", "colour=1", "views=0", "depth"] {
+        for wrong in ["gain=0", "gain=x", "size=640", "size=0x1", "trigger=always", "colour=1", "views=0", "depth"] {
             let said = GenicamOptions::read(&format!("A?{wrong}")).expect_err(wrong);
             assert!(said.contains(wrong.split('=').next().expect("a key")), "{said}");
         }

@@ -11,8 +11,8 @@ use std::{fs, thread};
 
 /// Lenses of both: the range camera beside the colour camera.
 fn describe(folder: &Path) {
-    let color = r#"{ "width": 512, "height": 512, "intrinsic_matrix": [500.0, 0, 0, 0, 500.0, 0, 255.5, 255.5, 1] }"#;
-    let depth = r#"{ "width": 512, "height": 512, "intrinsic_matrix": [500.0, 0, 0, 0, 500.0, 0, 255.5, 255.5, 1],
+    let color = r#"{ "width": 160, "height": 120, "intrinsic_matrix": [500.0, 0, 0, 0, 500.0, 0, 79.5, 59.5, 1] }"#;
+    let depth = r#"{ "width": 160, "height": 120, "intrinsic_matrix": [500.0, 0, 0, 0, 500.0, 0, 79.5, 59.5, 1],
         "color_from_depth": [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1] }"#;
     fs::write(folder.join("camera_intrinsic.json"), color).expect("written");
     fs::write(folder.join("depth_intrinsic.json"), depth).expect("written");
@@ -46,8 +46,8 @@ fn frames_of_two_cameras_become_views_though_the_one_on_the_network_is_unplugged
     let said = open(&uri("&pixel_format=Rainbow")).err().expect("no such format");
     assert!(said.contains("Rainbow") && said.contains("Mono8"), "{said}");
 
-    let mut source =
-        open(&uri("&exposure_us=5000&silence_s=20&pixel_format=RGB8&depth_format=Mono16")).expect("two cameras");
+    let mut source = open(&uri("&exposure_us=5000&silence_s=20&size=160x120&pixel_format=RGB8&depth_format=Mono16"))
+        .expect("two cameras");
     let settings = source.info().settings.clone();
     let setting = |name: &str| settings.iter().find(|(key, _)| key == name).map_or("", |(_, value)| value.as_str());
     assert_eq!((setting("exposure_us"), setting("depth_unit")), ("5000", "0.5000 mm"), "{settings:?}");
@@ -59,10 +59,10 @@ fn frames_of_two_cameras_become_views_though_the_one_on_the_network_is_unplugged
                 Err(error) => assert!(error.to_string().contains("not whole"), "{error}"),
             }
         };
-        assert_eq!((view.intrinsics.width, view.intrinsics.height, view.intrinsics.fx), (512, 512, 500.0));
+        assert_eq!((view.intrinsics.width, view.intrinsics.height, view.intrinsics.fx), (160, 120, 500.0));
         let measured: Vec<f32> = view.depth.metres.iter().copied().filter(|z| *z > 0.0).collect();
         // The pattern goes through the range of 16 bits: 0.1 m and half a millimetre a step.
-        assert!(measured.len() > 512 * 512 / 2, "{} pixels", measured.len());
+        assert!(measured.len() > 160 * 120 / 2, "{} pixels", measured.len());
         assert!(measured.iter().all(|z| (0.1..=0.1 + 65.536 * 0.5).contains(z)));
         let colors: std::collections::BTreeSet<[u8; 3]> = view.rgb.pixels().map(|pixel| pixel.0).collect();
         assert!(colors.len() > 50, "{} colours", colors.len());
