@@ -34,7 +34,7 @@ pub(crate) struct Options {
     /// Run the browser tests only, or those whose file name contains NAME
     #[arg(long, value_name = "NAME", num_args = 0..=1, default_missing_value = "", conflicts_with = "no_browser")]
     browser: Option<String>,
-    /// Build with every feature (PDF, tract) and run its tests, too: some 500 crates more
+    /// Build with every feature (PDF, tract, GenICam) and run its tests, too: some 500 crates more, and aravis
     #[arg(long)]
     all_features: bool,
     /// Fail unless the environment variable SEMASCAN_DATA names the folder of real captures

@@ -1,6 +1,7 @@
 //! Where views come from: a file or folder a source. Each implements [`Source`], and has a line in the table `KINDS`.
 
 pub mod bop;
+pub mod camera;
 pub mod camera_mask;
 pub mod camera_model;
 mod cell_calibration;
@@ -42,14 +43,37 @@ use std::path::{Path, PathBuf};
 /// An open source, or why it cannot be opened.
 type Opened = Result<Box<dyn Source>, SourceError>;
 
+/// Options that a kind of source has behind a `?`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum KindOptions {
+    /// None: its files say everything.
+    None,
+    /// The depth camera alone: `device=`.
+    DepthCamera,
+    /// All of [`recording::KEYS`].
+    Messages,
+}
+
+impl KindOptions {
+    /// Whether all keys of `query` are among them.
+    fn have(self, query: &str) -> bool {
+        let mut keys = query.split('&').filter_map(|part| Some(part.split_once('=')?.0));
+        match self {
+            Self::None => query.is_empty(),
+            Self::DepthCamera => keys.all(|key| key == recording::DEVICE),
+            Self::Messages => true,
+        }
+    }
+}
+
 /// A kind of source that a path may name.
 struct Kind {
     /// What it is, for people who named something else.
     name: &'static str,
     /// Whether the file or folder is one.
     recognizes: fn(&Path) -> bool,
-    /// Whether it has options of its own, behind a `?`.
-    has_options: bool,
+    /// Which options it has behind a `?`.
+    options: KindOptions,
     /// Opens it; what the options say is used where it applies.
     open: fn(&Path, &OpenOptions) -> Opened,
 }
@@ -59,7 +83,7 @@ const KINDS: &[Kind] = &[
     Kind {
         name: "a BOP scene folder (with scene_camera.json), or the file of one of its cameras",
         recognizes: BopSource::is_scene,
-        has_options: false,
+        options: KindOptions::DepthCamera,
         open: |path, options| {
             refuse_intrinsics(path, options, "a BOP scene")?;
             Ok(Box::new(BopSource::open(path, options)?))
@@ -68,31 +92,31 @@ const KINDS: &[Kind] = &[
     Kind {
         name: "a TUM RGB-D recording (with rgb.txt and depth.txt)",
         recognizes: tum::is_recording,
-        has_options: false,
+        options: KindOptions::DepthCamera,
         open: |path, options| Ok(Box::new(tum::open(path, options)?)),
     },
     Kind {
         name: "a 7-Scenes sequence (with frame-000000.depth.png)",
         recognizes: seven_scenes::is_recording,
-        has_options: false,
+        options: KindOptions::DepthCamera,
         open: |path, options| Ok(Box::new(seven_scenes::open(path, options)?)),
     },
     Kind {
         name: "a Redwood recording (color/ or rgb/, depth/ and a trajectory)",
         recognizes: redwood::is_recording,
-        has_options: false,
+        options: KindOptions::DepthCamera,
         open: |path, options| Ok(Box::new(redwood::open(path, options)?)),
     },
     Kind {
         name: "an Open3D recording (color/, image/ or rgb/, depth/ and camera_intrinsic.json)",
         recognizes: open3d::is_recording,
-        has_options: false,
+        options: KindOptions::DepthCamera,
         open: |path, options| Ok(Box::new(open3d::open(path, options)?)),
     },
     Kind {
         name: "organized clouds in a PCD file or a folder of them",
         recognizes: PcdSource::is_source,
-        has_options: false,
+        options: KindOptions::None,
         open: |path, options| {
             refuse_intrinsics(path, options, "a cloud")?;
             Ok(Box::new(PcdSource::open(path, options)?))
@@ -101,7 +125,7 @@ const KINDS: &[Kind] = &[
     Kind {
         name: "organized clouds in a PLY file or a folder of them",
         recognizes: ply::is_source,
-        has_options: false,
+        options: KindOptions::None,
         open: |path, options| {
             refuse_intrinsics(path, options, "a cloud")?;
             Ok(Box::new(ply::open(path, options)?))
@@ -110,7 +134,7 @@ const KINDS: &[Kind] = &[
     Kind {
         name: "a recording of a robot's messages (MCAP, ROS 2 bag, ROS 1 bag)",
         recognizes: RecordingSource::is_recording,
-        has_options: true,
+        options: KindOptions::Messages,
         open: |path, options| {
             refuse_intrinsics(path, options, "a recording of messages")?;
             Ok(Box::new(RecordingSource::open(path, options)?))
@@ -118,7 +142,7 @@ const KINDS: &[Kind] = &[
     },
     Kind {
         name: "a capture of a Zivid camera in a ZDF file or a folder of them",
-        has_options: false,
+        options: KindOptions::None,
         recognizes: zdf::is_source,
         open: |path, options| {
             refuse_intrinsics(path, options, "a cloud")?;
@@ -128,7 +152,7 @@ const KINDS: &[Kind] = &[
     Kind {
         name: "a capture in an MCAP file",
         recognizes: McapSource::is_capture,
-        has_options: false,
+        options: KindOptions::None,
         open: |path, options| {
             refuse_intrinsics(path, options, "a capture")?;
             let reason = if options.unit.is_some() || options.depth_scale.is_some() {
@@ -167,7 +191,7 @@ pub fn open(uri: &str, options: impl Into<OpenOptions>) -> Result<Box<dyn Source
     if let Some((scheme, _)) = uri.split_once("://") {
         let known = names.join(", or ");
         return Err(refuse(format!(
-            "no source speaks {scheme}://; what can be inspected is {known}, or a camera at ws://"
+            "no source speaks {scheme}://; what can be inspected is {known}, or a camera at ws://, realsense: or genicam:"
         )));
     }
     // A file may have a question mark in its name.
@@ -185,9 +209,12 @@ pub fn open(uri: &str, options: impl Into<OpenOptions>) -> Result<Box<dyn Source
         regular_file::check(path).map_err(|error| refuse(error.to_string()))?;
     }
     match KINDS.iter().find(|kind| (kind.recognizes)(path)) {
-        Some(kind) if !kind.has_options && !options.recording.query.is_empty() => {
-            Err(refuse(format!("{} has no options behind a `?`", kind.name)))
-        }
+        Some(kind) if !kind.options.have(&options.recording.query) => Err(refuse(match kind.options {
+            KindOptions::DepthCamera => {
+                format!("{} has the option {}= alone behind a `?`", kind.name, recording::DEVICE)
+            }
+            KindOptions::None | KindOptions::Messages => format!("{} has no options behind a `?`", kind.name),
+        })),
         Some(kind) => (kind.open)(path, &options),
         None => Err(refuse(format!("neither {}{}", names.join(" nor "), below(path)))),
     }

@@ -14,7 +14,7 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 const ENCODING: DepthEncoding =
-    DepthEncoding { name: "open3d", metres_per_unit: 1e-3, invalid: &[0], description: "Open3D: 1 mm" };
+    DepthEncoding { name: "open3d", metres_per_unit: 1e-3, invalid: &[0], range: None, description: "Open3D: 1 mm" };
 /// Folders of colour pictures.
 const COLOR: [&str; 3] = ["color", "image", "rgb"];
 /// Files that describe the camera.
@@ -199,5 +199,24 @@ mod tests {
         let options = OpenOptions { intrinsics: Some([15.0, 15.5, 7.25, 5.75]), ..plain() };
         let (_, found) = views(folder.path(), options).expect("views");
         check_pictures(&found[2], 2);
+    }
+
+    #[test]
+    fn the_depth_camera_that_is_named_gives_unit_and_range_where_no_file_says_the_unit() {
+        let folder = tempfile::tempdir().expect("a folder");
+        write_pictures(folder.path(), "color", SIZE);
+        write_camera(folder.path());
+        let open = |query: &str| crate::open(&format!("{}?{query}", folder.path().display()), plain());
+        let first = |query: &str| open(query).expect("a recording").next_view().expect("a view");
+        let depth = |query: &str| first(query).expect("depth").depth.at(5, 5).expect("measured");
+        assert!((depth("device=d435") - 0.5).abs() < 1e-6 && (depth("device=d405") - 0.05).abs() < 1e-6);
+        let near = first("device=l515").expect_err("0.125 m").to_string();
+        assert!(near.contains("beyond what the depth camera measures"), "{near}");
+        let source = open("device=d435").expect("a recording");
+        assert!(
+            setting(source.as_ref(), "depth_camera").contains("0.1 to 16 m") && source.info().uri.contains("?device")
+        );
+        let other = open("device=d435&shift_mm=1").err().expect("no such option").to_string();
+        assert!(other.contains("device= alone"), "{other}");
     }
 }

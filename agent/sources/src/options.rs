@@ -3,6 +3,7 @@
 use crate::recording::RecordingOptions;
 use semascan_inspection::spec::{CameraMask, InspectionSpec, LabelSource};
 use semascan_model::LengthUnit;
+use std::path::Path;
 
 /// How a recording is read.
 #[derive(Clone, Debug, PartialEq)]
@@ -21,6 +22,15 @@ pub struct OpenOptions {
     pub labels: bool,
     /// Topics, frames and the step between views of a recording of messages.
     pub recording: RecordingOptions,
+}
+
+impl OpenOptions {
+    /// What opens the recording at `path` again in the same way.
+    pub(crate) fn uri_of(&self, path: &Path) -> String {
+        let query = &self.recording.query;
+        let separator = if query.is_empty() { "" } else { "?" };
+        format!("{}{separator}{query}", path.display())
+    }
 }
 
 impl Default for OpenOptions {

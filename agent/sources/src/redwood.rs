@@ -12,7 +12,7 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 
 const ENCODING: DepthEncoding =
-    DepthEncoding { name: "redwood", metres_per_unit: 1e-3, invalid: &[0], description: "Redwood: 1 mm" };
+    DepthEncoding { name: "redwood", metres_per_unit: 1e-3, invalid: &[0], range: None, description: "Redwood: 1 mm" };
 const CAMERA: [f64; 4] = [525.0, 525.0, 319.5, 239.5];
 const SIZE: (u32, u32) = (640, 480);
 

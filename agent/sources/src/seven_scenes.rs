@@ -20,6 +20,7 @@ const ENCODING: DepthEncoding = DepthEncoding {
     name: "7-scenes",
     metres_per_unit: 1e-3,
     invalid: &[0, 65535],
+    range: None,
     description: "7-Scenes: 1 mm, 65535 is unmeasured",
 };
 /// The depth camera, as the data set's page has it.

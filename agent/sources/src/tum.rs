@@ -14,8 +14,13 @@ use semascan_inspection::source::SourceError;
 use semascan_perception::view::Intrinsics;
 use std::path::{Component, Path, PathBuf};
 
-const ENCODING: DepthEncoding =
-    DepthEncoding { name: "tum", metres_per_unit: 1.0 / 5000.0, invalid: &[0], description: "TUM RGB-D: 5000 a metre" };
+const ENCODING: DepthEncoding = DepthEncoding {
+    name: "tum",
+    metres_per_unit: 1.0 / 5000.0,
+    invalid: &[0],
+    range: None,
+    description: "TUM RGB-D: 5000 a metre",
+};
 
 /// A camera of the benchmark: name, intrinsics, radial and tangential coefficients.
 type KnownCamera = (&'static str, [f64; 4], [f64; 3], [f64; 2]);

@@ -403,6 +403,23 @@ fn a_missing_depth_scale_is_said_and_the_poses_correct_it() {
 }
 
 #[test]
+fn a_missing_depth_scale_is_that_of_the_depth_camera_that_is_named() {
+    let dir = tempfile::tempdir().expect("folder");
+    Variant { depth: DepthAs::Png(0.1), ..PLAIN }.write(dir.path());
+    let path = dir.path().join("scene_camera.json");
+    let text = fs::read_to_string(&path).expect("reads").replace("depth_scale", "no_scale");
+    fs::write(&path, text).expect("written");
+    let mut source =
+        semascan_sources::open(&format!("{}?device=d405", dir.path().display()), unmasked()).expect("opens");
+    let view = source.next_view().expect("a view").expect("is good");
+    let off = f64::from(view.depth.at(32, 24).expect("depth")) - depth(0, 32, 24);
+    assert!(off.abs() < 1.1e-4, "off by {off} m");
+    let said = &source.info().settings;
+    assert!(said.iter().any(|(name, text)| name == "depth_camera" && text.contains("D405")), "{said:?}");
+    assert!(said.iter().all(|(name, _)| name != "depth_scale"), "nothing was assumed: {said:?}");
+}
+
+#[test]
 fn floating_point_depth_says_what_it_was_taken_for() {
     for (depth, name) in [(DepthAs::Float(1000.0), "metres"), (DepthAs::Float(1.0), "millimetres")] {
         // `depth_scale` is that of the pictures it was made from.

@@ -6,10 +6,11 @@ use semascan_inspection::spec::CameraMask;
 use semascan_inspection::spec::InspectionSpec;
 #[cfg(feature = "demo")]
 use semascan_simulation::{KEYS, PARTS, VirtualCell, VirtualCellSpec};
+use semascan_sources::camera::TIMING_KEYS;
 use semascan_sources::live::LIVE_KEYS;
-use semascan_sources::recording::KEYS as RECORDING_KEYS;
+use semascan_sources::recording::{KEYS as RECORDING_KEYS, Key};
 
-/// Opens what `uri` names for an inspection as `spec` says: `virtual:...`, or what [`semascan_sources::open`] knows.
+/// Opens what `uri` names for an inspection as `spec` says: `virtual:...`, a camera at this machine, or what [`semascan_sources::open`] knows.
 ///
 /// # Errors
 /// [`SourceError`] if the source is unknown or cannot be opened.
@@ -25,20 +26,31 @@ pub(crate) fn open(uri: &str, spec: &InspectionSpec) -> Result<Box<dyn Source>, 
         let uri = format!("{uri}{}", unit.unwrap_or_default());
         return Ok(Box::new(VirtualCell::open(&VirtualCellSpec::parse(&uri)?)?));
     }
+    if semascan_realsense::is_address(uri) {
+        return semascan_realsense::open(uri, spec);
+    }
+    if semascan_genicam::is_address(uri) {
+        return semascan_genicam::open(uri, spec);
+    }
     semascan_sources::open(uri, spec)
 }
 
 /// What can be inspected, for the help of every command that inspects.
 pub(crate) fn help() -> String {
-    let live = LIVE_KEYS.iter().map(|key| format!("    {:<15} {}\n", key.name, key.meaning)).collect::<String>();
-    let keys = RECORDING_KEYS.iter().map(|key| format!("    {:<15} {}\n", key.name, key.meaning)).collect::<String>();
+    let listed =
+        |keys: &[Key]| keys.iter().map(|key| format!("    {:<17} {}\n", key.name, key.meaning)).collect::<String>();
+    let (live, keys, timing) = (listed(LIVE_KEYS), listed(RECORDING_KEYS), listed(TIMING_KEYS));
+    let (realsense, genicam) = (listed(semascan_realsense::KEYS), listed(semascan_genicam::KEYS));
     let recorded = format!(
         "Sources:\n  DIR  a BOP scene folder (rgb/, depth/, scene_camera.json), a recording of an RGB-D camera (TUM RGB-D,\n       \
-         7-Scenes, Open3D, Redwood), or a folder of organized PCD, PLY or ZDF files\n  \
+         7-Scenes, Open3D, Redwood), both with ?device=CAMERA where nothing says what their depth is, or a folder of organized PCD, PLY or ZDF files\n  \
          x.mcap  a capture that `semascan serve|inspect --data` recorded\n  \
          x.mcap, x.db3, x.bag, DIR  a robot's recording (MCAP, ROS 2 bag, ROS 1 bag); behind it ?KEY=VALUE&KEY=VALUE, with \
          the keys\n{keys}  ws://HOST:PORT  a live camera or robot that speaks Foxglove's WebSocket protocol (foxglove_bridge of ROS, \
-         Foxglove's SDK); behind it the same keys and\n{live}"
+         Foxglove's SDK); behind it the same keys and\n{live}  realsense:SERIAL  a RealSense camera at this machine, where librealsense2 is \
+         installed; without SERIAL the only one. Behind it ?KEY=VALUE&KEY=VALUE, with the keys\n{realsense}{timing}  \
+         genicam:NAME  a GigE Vision or USB3 Vision camera that measures depth (builds with the feature genicam), with the \
+         keys\n{genicam}{timing}"
     );
     #[cfg(not(feature = "demo"))]
     let simulated = String::new();

@@ -29,6 +29,7 @@ pub(super) use write::{write_json, write_png};
 
 use crate::OpenOptions;
 use crate::camera_mask::{self, CameraPixels};
+use crate::camera_model::DepthEncoding;
 use crate::recorded_pose::{OF_ROBOTS, evidence};
 use instances::{Instances, ViewObjects};
 use metadata::SceneMetadata;
@@ -50,6 +51,8 @@ pub struct BopSource {
     metadata: SceneMetadata,
     pictures: Pictures,
     units: SceneUnits,
+    /// The depth camera, where it was named.
+    device: Option<&'static DepthEncoding>,
     instances: Instances,
     views: Vec<u32>,
     next: usize,
@@ -89,7 +92,7 @@ impl BopSource {
         let [components, defects] = [&metadata.objects, &metadata.defects]
             .map(|classes| classes.iter().map(|c| c.name.as_str()).collect::<Vec<_>>());
         let mut info = SourceInfo {
-            uri: path.display().to_string(),
+            uri: options.uri_of(path),
             part: sensor.part(),
             taxonomy: Taxonomy::from_names(&components, &defects),
             view_count: Some(views.len() as u32),
@@ -139,8 +142,24 @@ impl BopSource {
         if instances.by_order {
             say("instances", "objects of one kind are told apart by their order: no poses are recorded".into());
         }
+        let device = options.recording.device;
+        if let Some(device) = device {
+            say("depth_camera", format!("{device}, as said"));
+        }
         let labels = options.labels;
-        Ok(Self { info, metadata, pictures, units, instances, views, next: 0, ignore, labels, shared_pixels: 0 })
+        Ok(Self {
+            info,
+            metadata,
+            pictures,
+            units,
+            device,
+            instances,
+            views,
+            next: 0,
+            ignore,
+            labels,
+            shared_pixels: 0,
+        })
     }
 
     /// A view, and how many of its pixels are in more than one mask.
@@ -150,7 +169,7 @@ impl BopSource {
         let size = rgb.dimensions();
         let depth_path = self.pictures.depth.get(number)?;
         let stored = StoredDepth::read(depth_path)?;
-        let (mut depth, unmeasured) = stored.in_metres(self.units.depth(camera.depth_scale));
+        let (mut depth, unmeasured) = stored.in_metres(self.units.depth(&camera), self.device);
         pictures::check_size(depth_path, (depth.width, depth.height), size)?;
         let refuse = |reason: String| SourceError::Format { path: depth_path.to_owned(), reason };
         let measured = depth.metres.iter().filter(|z| **z > 0.0).count();

@@ -9,6 +9,7 @@ use super::listing::Listing;
 use super::mask;
 use super::raster::{self, GreyTiff};
 use super::sensor::Sensor;
+use crate::camera_model::DepthEncoding;
 use image::{DynamicImage, ImageFormat, RgbImage};
 use semascan_inspection::source::SourceError;
 use semascan_perception::view::DepthImage;
@@ -86,12 +87,18 @@ pub(crate) struct Unmeasured {
     saturated: usize,
     /// Pixels that hold no length.
     no_length: usize,
+    /// Pixels of a value that the device does not measure.
+    not_of_device: usize,
 }
 
 impl fmt::Display for Unmeasured {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { zero, saturated, no_length } = self;
-        write!(f, "{zero} pixels are 0, {saturated} saturated, {no_length} no length")
+        let Self { zero, saturated, no_length, not_of_device } = self;
+        write!(f, "{zero} pixels are 0, {saturated} saturated, {no_length} no length")?;
+        if *not_of_device > 0 {
+            write!(f, ", {not_of_device} beyond what the depth camera measures")?;
+        }
+        Ok(())
     }
 }
 
@@ -133,8 +140,8 @@ impl StoredDepth {
         (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, f64::total_cmp).1)
     }
 
-    /// Depth in metres.
-    pub(crate) fn in_metres(&self, unit: DepthUnit) -> (DepthImage, Unmeasured) {
+    /// Depth in metres; what `device` does not measure is missing.
+    pub(crate) fn in_metres(&self, unit: DepthUnit, device: Option<&DepthEncoding>) -> (DepthImage, Unmeasured) {
         let metres_per_one = if self.is_float() { unit.float } else { unit.whole };
         let mut unmeasured = Unmeasured::default();
         let metres = |value: &f64| {
@@ -147,6 +154,10 @@ impl StoredDepth {
                 return 0.0;
             }
             let z = value * metres_per_one;
+            if device.is_some_and(|device| z > 0.0 && !device.measures(*value, z as f32)) {
+                unmeasured.not_of_device += 1;
+                return 0.0;
+            }
             // NaN is no length either.
             if z > 0.0 && z < FARTHEST {
                 return z as f32;
@@ -202,14 +213,19 @@ mod tests {
     fn what_is_no_length_is_missing_depth() {
         let unit = DepthUnit { whole: 1e-4, float: 1e-3 };
         let whole = StoredDepth { size: (4, 1), values: vec![0.0, 5000.0, 65535.0, -3.0], largest: Some(65535.0) };
-        let (depth, unmeasured) = whole.in_metres(unit);
+        let (depth, unmeasured) = whole.in_metres(unit, None);
         assert_eq!(depth.metres, [0.0, 0.5, 0.0, 0.0]);
-        assert_eq!(unmeasured, Unmeasured { zero: 1, saturated: 1, no_length: 1 });
+        assert_eq!(unmeasured, Unmeasured { zero: 1, saturated: 1, no_length: 1, not_of_device: 0 });
         assert_eq!(whole.median(), Some(5000.0));
         let values = vec![500.0, f64::NAN, f64::INFINITY, -1.0, 1e10, 65535.0];
         let float = StoredDepth { size: (6, 1), values, largest: None };
-        let (depth, unmeasured) = float.in_metres(unit);
+        let (depth, unmeasured) = float.in_metres(unit, None);
         assert_eq!(depth.metres, [0.5, 0.0, 0.0, 0.0, 0.0, 65.535]);
         assert_eq!(unmeasured.no_length, 4);
+        let device = DepthEncoding::of_device("d435").expect("a device");
+        let near = StoredDepth { size: (2, 1), values: vec![50.0, 500.0], largest: Some(65535.0) };
+        let (depth, unmeasured) = near.in_metres(DepthUnit { whole: 1e-3, float: 1e-3 }, Some(device));
+        assert_eq!((depth.metres.as_slice(), unmeasured.not_of_device), (&[0.0, 0.5][..], 1));
+        assert!(unmeasured.to_string().contains("1 beyond what the depth camera measures"), "{unmeasured}");
     }
 }

@@ -24,6 +24,8 @@ pub(super) struct SceneUnits {
     pub(super) pose: f64,
     /// Metres of a depth of 1, where that is known otherwise than by `depth_scale`.
     known_depth: Option<f64>,
+    /// Metres of a depth of 1 of the depth camera that was named, for views without a `depth_scale`.
+    of_device: Option<f64>,
     /// Factor on `depth_scale`.
     depth_factor: f64,
     /// Metres of a floating point depth of 1, where that is not what `depth_scale` says.
@@ -31,8 +33,10 @@ pub(super) struct SceneUnits {
 }
 
 impl SceneUnits {
-    /// What depths mean in a view whose `depth_scale` says `scale` metres.
-    pub(super) fn depth(&self, scale: f64) -> DepthUnit {
+    /// What depths mean in a view of a camera.
+    pub(super) fn depth(&self, camera: &Camera) -> DepthUnit {
+        let of_device = self.of_device.filter(|_| !camera.has_depth_scale);
+        let scale = of_device.unwrap_or(camera.depth_scale);
         let whole = self.known_depth.unwrap_or(scale * self.depth_factor);
         DepthUnit { whole, float: self.known_depth.or(self.float_depth).unwrap_or(whole) }
     }
@@ -63,6 +67,7 @@ impl Probe {
         let mut units = SceneUnits {
             pose: options.unit.map_or(MILLIMETRE, |unit| unit.in_metres()),
             known_depth: options.depth_scale.map(|mm| mm * MILLIMETRE),
+            of_device: options.recording.device.map(|device| device.metres_per_unit),
             depth_factor: 1.0,
             float_depth: None,
         };
@@ -79,7 +84,7 @@ impl Probe {
                 let Some(median) = stored.median() else { continue };
                 units.float_depth = Some(float_depth(metadata, number, median, camera.depth_scale, &mut said)?);
             }
-            let (depth, _) = stored.in_metres(units.depth(camera.depth_scale));
+            let (depth, _) = stored.in_metres(units.depth(&camera), options.recording.device);
             let pixels = depth.metres.len();
             looked.push((camera, depth));
             match left.checked_sub(pixels) {
@@ -97,7 +102,8 @@ impl Probe {
                 Some(PosedDepth { intrinsics, depth, table_from_camera: camera.table_from_camera? })
             })
             .collect();
-        if !has_scale && units.known_depth.is_none() && units.float_depth.is_none() {
+        let is_assumed = units.known_depth.is_none() && units.float_depth.is_none() && units.of_device.is_none();
+        if !has_scale && is_assumed {
             said.push(("depth_scale", "is missing: a depth of 1 is taken to be a millimetre".into()));
         }
         compare(metadata, &mut units, &mut posed, (options, has_scale), &mut said)?;

@@ -6,6 +6,7 @@
 //! ([`DepthRegistration`]). What a model says outside of the range in which it can be turned round is not used: such pixels
 //! see nothing.
 
+mod alignment;
 mod depth_encoding;
 mod distortion;
 mod lens;
@@ -15,6 +16,7 @@ mod registration;
 #[cfg(test)]
 mod tests;
 
+pub(crate) use alignment::Aligner;
 pub use depth_encoding::{DEPTH_CAMERAS, DepthEncoding};
 pub use distortion::Distortion;
 pub use rectification::Rectification;

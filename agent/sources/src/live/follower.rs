@@ -296,6 +296,7 @@ impl Follower {
         settings.extend(chosen.color.map(|color| said("color", &color.topic)));
         let (maker, unit) = ViewMaker::new(index, &chosen, &self.options).map_err(|error| error.to_string())?;
         settings.push(("depth_unit".to_owned(), unit));
+        settings.extend(maker.depth_camera().map(|said| ("depth_camera".to_owned(), said)));
         self.outlet.tell(settings);
         let pairing = Pairing::new(self.options.recording.pairing_tolerance);
         self.chosen = Some(Streams { maker, pairing, camera });

@@ -165,7 +165,7 @@ mod tests {
 
     fn metres(message: Message) -> Vec<f32> {
         match message {
-            Message::Depth(picture) => picture.in_metres(DepthUnit::default()).metres,
+            Message::Depth(picture) => picture.in_metres(DepthUnit::default(), None).metres,
             other => panic!("{other:?}"),
         }
     }

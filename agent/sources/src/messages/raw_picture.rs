@@ -173,7 +173,7 @@ mod tests {
     #[test]
     fn depth_comes_in_metres_in_both_byte_orders_and_what_was_not_measured_is_0() {
         let metres = |message: Result<Message, MessageError>| match message.expect("a picture") {
-            Message::Depth(picture) => picture.in_metres(DepthUnit::default()).metres,
+            Message::Depth(picture) => picture.in_metres(DepthUnit::default(), None).metres,
             other => panic!("{other:?}"),
         };
         let values = [500_u16, 0, 1250, 65535];

@@ -1,6 +1,7 @@
 //! What messages from outside become: a few types of our own, whoever wrote them.
 
 use super::error::MessageError;
+use crate::camera_model::DepthEncoding;
 use image::RgbImage;
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 use semascan_perception::view::DepthImage;
@@ -94,14 +95,16 @@ impl Default for DepthUnit {
 }
 
 impl DepthPicture {
-    /// The depth in metres.
-    pub fn in_metres(&self, unit: DepthUnit) -> DepthImage {
+    /// The depth in metres; what `device` does not measure is 0.
+    pub fn in_metres(&self, unit: DepthUnit, device: Option<&DepthEncoding>) -> DepthImage {
+        let measured = |stored: f64, unit: f64| {
+            let z = (stored * unit) as f32;
+            let is_length = z.is_finite() && z > 0.0;
+            if is_length && device.is_none_or(|device| device.measures(stored, z)) { z } else { 0.0 }
+        };
         let metres = match &self.samples {
-            DepthSamples::Integers(values) => values.iter().map(|z| (f64::from(*z) * unit.integer) as f32).collect(),
-            DepthSamples::Floats(values) => {
-                let metres = values.iter().map(|z| (f64::from(*z) * unit.float) as f32);
-                metres.map(|z| if z.is_finite() && z > 0.0 { z } else { 0.0 }).collect()
-            }
+            DepthSamples::Integers(values) => values.iter().map(|z| measured(f64::from(*z), unit.integer)).collect(),
+            DepthSamples::Floats(values) => values.iter().map(|z| measured(f64::from(*z), unit.float)).collect(),
         };
         DepthImage { width: self.width, height: self.height, metres }
     }

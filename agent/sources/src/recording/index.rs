@@ -87,6 +87,8 @@ pub(crate) struct Index {
     pub(crate) transforms: TransformTree,
     /// Metres of a depth of 1 that the camera states, by the beginning of its topics.
     pub(crate) depth_units: Vec<(String, f64)>,
+    /// Names of the cameras that state them, by the beginning of their topics.
+    pub(crate) products: Vec<(String, String)>,
     /// What is wrong with the recording: its end, messages that cannot be read, transforms that do not fit.
     pub(crate) faults: Vec<String>,
 }
@@ -150,6 +152,7 @@ impl Scan {
             calibrations: Vec::new(),
             transforms: TransformTree::new(options.transform_tolerance),
             depth_units: Vec::new(),
+            products: Vec::new(),
             faults: Vec::new(),
         };
         Self {
@@ -247,6 +250,12 @@ impl Scan {
                         && !self.index.depth_units.iter().any(|(known, _)| known == stream)
                     {
                         self.index.depth_units.push((stream.to_owned(), unit));
+                    }
+                    if let Some((device, name)) = realsense::product(&channel.topic, &text)
+                        && self.index.products.len() < MOST_TOPICS
+                        && !self.index.products.iter().any(|(known, _)| known == device)
+                    {
+                        self.index.products.push((device.to_owned(), name.to_owned()));
                     }
                 }
                 Parsed::Raw(_) | Parsed::Compressed(_) | Parsed::Cloud(_) => {}

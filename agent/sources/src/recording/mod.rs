@@ -32,7 +32,7 @@ mod view_maker;
 
 pub(crate) use container::{Channel, Found, Place};
 pub(crate) use index::{Index, NoteKind, Picture, PictureStream, Scan};
-pub(crate) use options::number;
+pub(crate) use options::{DEVICE, number};
 pub use options::{HandEye, KEYS, Key, RecordingOptions, Turntable};
 pub(crate) use plan::{CameraFrame, PlannedView, camera_frame};
 pub(crate) use topics::Chosen;
@@ -109,13 +109,13 @@ impl RecordingSource {
         }
         let mut settings = plan.said;
         settings.push(("depth_unit".to_owned(), unit_said));
+        settings.extend(maker.depth_camera().map(|said| ("depth_camera".to_owned(), said)));
         for fault in &index.faults {
             tracing::warn!("{}: {fault}", path.display());
             settings.push(("recording".to_owned(), fault.clone()));
         }
-        let query = if recording.query.is_empty() { String::new() } else { format!("?{}", recording.query) };
         let info = SourceInfo {
-            uri: format!("{}{query}", path.display()),
+            uri: options.uri_of(path),
             part: path.file_stem().map_or("recording".into(), |name| name.to_string_lossy().into_owned()),
             taxonomy: Taxonomy::from_names::<&str>(&[], &[]),
             view_count: Some(plan.views.len() as u32),

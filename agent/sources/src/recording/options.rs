@@ -1,5 +1,6 @@
 //! How a recording is read where that is not clear from itself: keys behind a `?`, as in `x.mcap?shift_mm=5&fixed_frame=map`.
 
+use crate::camera_model::DepthEncoding;
 use crate::cell_calibration::CellCalibration;
 use crate::messages::{Stamp, StampedTransform, frame_name};
 use crate::pairing::TOLERANCE;
@@ -35,6 +36,8 @@ pub struct RecordingOptions {
     pub least_shift: f64,
     /// Least turn between two views, radians.
     pub least_turn: f64,
+    /// The depth camera that took it, where its files do not say what their depth is.
+    pub device: Option<&'static DepthEncoding>,
 }
 
 impl Default for RecordingOptions {
@@ -53,6 +56,7 @@ impl Default for RecordingOptions {
             transform_tolerance: TOLERANCE,
             least_shift: 0.0,
             least_turn: 0.0,
+            device: None,
         }
     }
 }
@@ -97,6 +101,9 @@ pub struct Key {
     pub meaning: &'static str,
 }
 
+/// The key that recordings in folders have, too.
+pub(crate) const DEVICE: &str = "device";
+
 /// Every key.
 pub const KEYS: &[Key] = &[
     Key { name: "color", meaning: "topic of the colour pictures; by default chosen by type and name" },
@@ -119,6 +126,11 @@ pub const KEYS: &[Key] = &[
     Key { name: "tf_tolerance_ms", meaning: "how long a transform is held beyond its last stamp (20)" },
     Key { name: "shift_mm", meaning: "least motion of the camera between two views (0)" },
     Key { name: "turn_deg", meaning: "least turn of the camera between two views (0)" },
+    Key {
+        name: DEVICE,
+        meaning: "the depth camera, for its unit, range and marks of missing depth: d400, d405, d435, l515, azure-kinect, kinect, \
+                  orbbec, zivid, ros-float",
+    },
 ];
 
 impl RecordingOptions {
@@ -157,6 +169,7 @@ impl RecordingOptions {
                 "tf_tolerance_ms" => self.transform_tolerance = nanoseconds(key, value)?,
                 "shift_mm" => self.least_shift = number(key, value)? * 1e-3,
                 "turn_deg" => self.least_turn = number(key, value)?.to_radians(),
+                DEVICE => self.device = Some(DepthEncoding::of_option(value)?),
                 _ => {
                     let known: Vec<&str> = KEYS.iter().map(|key| key.name).collect();
                     return Err(format!("a recording has no option {key:?}; there are {}", known.join(", ")));
@@ -236,7 +249,7 @@ mod tests {
         std::fs::write(&calibration, content).expect("written");
         let query = format!(
             "color=/c&depth=/d&color_info=/ci&depth_info=/di&fixed_frame=map&camera_frame=cam&tolerance_ms=7.5\
-             &tf_tolerance_ms=1&shift_mm=20&turn_deg=180&ee_frame=/tool0&table_joint=j&base_frame=base&calibration={}",
+             &tf_tolerance_ms=1&shift_mm=20&turn_deg=180&device=d435&ee_frame=/tool0&table_joint=j&base_frame=base&calibration={}",
             calibration.display()
         );
         let options = RecordingOptions::default().with_query(&query).expect("known keys");
@@ -256,6 +269,7 @@ mod tests {
             "every=2",
             "shift_mm",
             "tolerance_ms=-1",
+            "device=toaster",
             "shift_mm=nan",
             "color=",
         ] {

@@ -338,7 +338,26 @@ fn options_are_those_of_recordings_alone() {
     std::fs::write(scene.join("scene_camera.json"), "{}").expect("written");
     let refused =
         crate::open(&format!("{}?shift_mm=2", scene.display()), OpenOptions::default()).err().expect("no options");
-    assert!(refused.to_string().contains("no options"), "{refused}");
+    assert!(refused.to_string().contains("device= alone"), "{refused}");
+}
+
+#[test]
+fn the_depth_camera_that_is_named_gives_unit_and_range() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("x.bag");
+    std::fs::write(&path, &VALID[2].1).expect("written");
+    let open = |device: &str| crate::open(&format!("{}?device={device}", path.display()), OpenOptions::default());
+    // Every depth is 257.
+    let mut azure = open("azure-kinect").expect("a recording");
+    let view = azure.next_view().expect("a view").expect("is good");
+    assert!(view.depth.metres.iter().all(|z| (z - 0.257).abs() < 1e-6));
+    let settings = &azure.info().settings;
+    assert!(settings.iter().any(|(name, said)| name == "depth_camera" && said.contains("0.25 to 6 m")), "{settings:?}");
+    assert!(azure.info().uri.ends_with("?device=azure-kinect"));
+    let far = open("kinect").expect("a recording").next_view().expect("a view").expect_err("too near").to_string();
+    assert!(far.contains("no depth") && far.contains("measures 0.4 to 10 m"), "{far}");
+    let unknown = open("toaster").err().expect("no such camera").to_string();
+    assert!(unknown.contains("device=toaster") && unknown.contains("zivid"), "{unknown}");
 }
 
 proptest! {

@@ -179,6 +179,7 @@ mod tests {
             pictures: pictures.collect(),
             calibrations: calibrations.collect(),
             transforms: TransformTree::new(0),
+            products: Vec::new(),
             depth_units: Vec::new(),
             faults: Vec::new(),
         }

@@ -6,6 +6,7 @@ use super::registration::{Camera, DepthFrame, Registrar};
 use super::topics::{Chosen, is_aligned, is_rectified};
 use crate::OpenOptions;
 use crate::bop::mask;
+use crate::camera_model::DepthEncoding;
 use crate::messages::{CloudPicture, ColorPicture, Content, DepthUnit, Message, MessageError, Stamp, decode};
 use crate::pinhole_fit::pinhole;
 use crate::recorded_pose::{OF_ROBOTS, evidence};
@@ -32,6 +33,8 @@ pub(crate) struct Topics {
 pub(crate) struct ViewMaker {
     topics: Topics,
     unit: DepthUnit,
+    /// The depth camera, and who says so.
+    device: Option<(&'static DepthEncoding, &'static str)>,
     /// Pixels that show the robot, row-major.
     ignore: Option<Vec<bool>>,
     registrar: Registrar,
@@ -47,12 +50,18 @@ impl ViewMaker {
         chosen: &Chosen<'_>,
         options: &OpenOptions,
     ) -> Result<(Self, String), SourceError> {
+        let device = depth_camera(index, chosen.depth, options);
         let (unit, said) = depth_unit(index, chosen.depth, options);
         let ignore = match &options.camera_mask {
             CameraMask::File(file) => Some(mask::read(file)?.inside),
             CameraMask::None | CameraMask::Auto => None,
         };
-        Ok((Self { topics: Topics::of(index, chosen), unit, ignore, registrar: Registrar::default() }, said))
+        Ok((Self { topics: Topics::of(index, chosen), unit, device, ignore, registrar: Registrar::default() }, said))
+    }
+
+    /// The depth camera, for people, where it is known.
+    pub(crate) fn depth_camera(&self) -> Option<String> {
+        self.device.map(|(device, said)| format!("{device}, {said}"))
     }
 
     /// The chosen streams.
@@ -78,15 +87,19 @@ impl ViewMaker {
             _ => None,
         };
         let (intrinsics, rgb, mut depth) = match (message(stream(index, topics.depth)?, planned.depth, depth)?, color) {
-            (Message::Depth(depth), Some(color)) => {
-                self.registered(index, color, depth.in_metres(self.unit), planned.depth.stamp)?
-            }
+            (Message::Depth(depth), Some(color)) => self.registered(
+                index,
+                color,
+                depth.in_metres(self.unit, self.device.map(|(device, _)| device)),
+                planned.depth.stamp,
+            )?,
             (Message::Cloud(cloud), color) => of_cloud(cloud, color, self.unit.float)?,
             _ => return Err("a depth picture has no colours".to_owned()),
         };
         self.take_robot_out(&mut depth)?;
         if depth.metres.iter().all(|z| *z <= 0.0) {
-            return Err(format!("no depth in the whole picture at {:.3} s", planned.depth.stamp.seconds()));
+            let device = self.depth_camera().map(|said| format!("; the depth camera: {said}")).unwrap_or_default();
+            return Err(format!("no depth in the whole picture at {:.3} s{device}", planned.depth.stamp.seconds()));
         }
         let pose = evidence(planned.table_from_camera, OF_ROBOTS);
         Ok(View {
@@ -201,6 +214,20 @@ fn of_cloud(
     Ok((intrinsics, rgb, DepthImage { width, height, metres }))
 }
 
+/// The depth camera of a stream, and who says so.
+fn depth_camera(
+    index: &Index,
+    depth: &PictureStream,
+    options: &OpenOptions,
+) -> Option<(&'static DepthEncoding, &'static str)> {
+    let said = options.recording.device.map(|device| (device, "as said"));
+    said.or_else(|| {
+        let of_stream = |(device, _): &&(String, String)| depth.topic.starts_with(&format!("{device}/"));
+        let (_, product) = index.products.iter().find(of_stream)?;
+        Some((DepthEncoding::of_product(product)?, "as the camera states"))
+    })
+}
+
 /// What a depth of 1 is: as asked for, as the camera states it, or as ROS has it.
 fn depth_unit(index: &Index, depth: &PictureStream, options: &OpenOptions) -> (DepthUnit, String) {
     let both = |metres: f64| DepthUnit { integer: metres, float: metres };
@@ -211,11 +238,16 @@ fn depth_unit(index: &Index, depth: &PictureStream, options: &OpenOptions) -> (D
         return (both(unit.in_metres()), format!("{}, as said", unit.name()));
     }
     let of_camera = index.depth_units.iter().find(|(stream, _)| depth.topic.starts_with(&format!("{stream}/")));
-    match (depth.content, of_camera) {
-        (Content::Cloud, _) => (DepthUnit::default(), "m, as ROS has it".to_owned()),
-        (_, Some((_, unit))) => {
+    match (depth.content, of_camera, options.recording.device) {
+        (Content::Cloud, ..) => (DepthUnit::default(), "m, as ROS has it".to_owned()),
+        (_, Some((_, unit)), _) => {
             (DepthUnit { integer: *unit, ..DepthUnit::default() }, format!("{} mm, as the camera states", 1e3 * unit))
         }
-        (_, None) => (DepthUnit::default(), "whole numbers are mm, others m, as ROS has it".to_owned()),
+        (_, None, Some(device)) => {
+            let unit = DepthUnit { integer: device.metres_per_unit, float: device.metres_per_float() };
+            let (integer, float) = (1e3 * unit.integer, 1e3 * unit.float);
+            (unit, format!("whole numbers are {integer} mm, others {float} mm, as {} has it", device.name))
+        }
+        (_, None, None) => (DepthUnit::default(), "whole numbers are mm, others m, as ROS has it".to_owned()),
     }
 }

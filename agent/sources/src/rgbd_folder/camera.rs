@@ -10,9 +10,10 @@ use super::text::{Rows, numbers, read_text};
 use super::{Frame, picture_size, pose_of_matrix};
 use crate::OpenOptions;
 use crate::bop::metadata::read_object;
+use crate::camera::DepthCamera;
 use crate::camera_model::{CameraModel, DepthRegistration, Distortion, Rectification, UnusableCamera};
 use image::RgbImage;
-use nalgebra::{Isometry3, Matrix4};
+use nalgebra::Matrix4;
 use semascan_inspection::source::SourceError;
 use semascan_perception::view::{DepthImage, Intrinsics, SizeMismatch};
 use serde_json::{Map, Value};
@@ -31,14 +32,6 @@ pub(crate) struct FolderCamera {
     origin: String,
     /// What a file says of the numbers of the depth pictures: of how many a metre is.
     pub(crate) depth_per_metre: Option<f64>,
-}
-
-/// A depth camera beside the colour camera.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct DepthCamera {
-    pub(crate) model: CameraModel,
-    /// Metres.
-    pub(crate) color_from_depth: Isometry3<f64>,
 }
 
 /// The pinhole of a camera with known numbers.
@@ -91,6 +84,11 @@ impl FolderCamera {
         };
         let color = CameraModel::new(intrinsics, distortion).map_err(unusable)?;
         Ok(Self { color, depth: depth_camera(folder)?, origin: origin.to_owned(), depth_per_metre: None })
+    }
+
+    /// The lenses, of depth where that has a camera of its own.
+    pub(crate) fn into_models(self) -> (CameraModel, Option<DepthCamera>) {
+        (self.color, self.depth)
     }
 
     /// Where the numbers are from.

@@ -119,6 +119,12 @@ impl RgbdFolder {
             }
             said.push(("pose_unit", format!("{}, as said", unit.name())));
         }
+        if let Some(device) = options.recording.device {
+            // What the camera's file says of the unit is of this recording; what the layout has is of others.
+            let unit = camera.depth_per_metre.map_or(device.metres_per_unit, |per_metre| 1.0 / per_metre);
+            encoding = DepthEncoding { metres_per_unit: unit, ..*device };
+            said.push(("depth_camera", format!("{device}, as said")));
+        }
         if let Some(millimetres) = options.depth_scale {
             encoding.metres_per_unit = millimetres * 1e-3;
         }
@@ -127,7 +133,7 @@ impl RgbdFolder {
         let unit = depth_unit(&frames, &encoding, options.depth_scale.is_some(), &mut said)?;
         let part = path.file_name().map_or("recording".into(), |name| name.to_string_lossy().into_owned());
         let info = SourceInfo {
-            uri: path.display().to_string(),
+            uri: options.uri_of(&path),
             part,
             taxonomy: Taxonomy::from_names::<&str>(&[], &[]),
             view_count: u32::try_from(frames.len()).ok(),
@@ -197,11 +203,7 @@ impl RgbdFolder {
 
     /// Depth of a frame in the colour camera's picture, and why pixels of the file have none.
     fn read_depth(&self, frame: &Frame) -> Result<(DepthImage, String), SourceError> {
-        let (mut depth, unmeasured) = StoredDepth::read(&frame.depth)?.in_metres(self.unit);
-        for invalid in self.encoding.invalid.iter().filter(|invalid| **invalid != 0) {
-            let marked = (f64::from(*invalid) * self.unit.whole) as f32;
-            depth.metres.iter_mut().filter(|z| **z == marked).for_each(|z| *z = 0.0);
-        }
+        let (depth, unmeasured) = StoredDepth::read(&frame.depth)?.in_metres(self.unit, Some(&self.encoding));
         let depth = self.alignment.depth(depth).map_err(|error| self.other_size(&frame.depth, &error))?;
         Ok((depth, unmeasured.to_string()))
     }
