@@ -27,10 +27,11 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 /// The packages that have benchmarks.
-const PACKAGES: [&str; 6] = [
+const PACKAGES: [&str; 7] = [
     "semascan-protocol",
     "semascan-geometry",
     "semascan-perception",
+    "semascan-boards",
     "semascan-simulation",
     "semascan-cli",
     "semascan-tests",
