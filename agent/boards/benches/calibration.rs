@@ -50,12 +50,15 @@ fn arguments() -> Arguments {
 
 fn main() {
     let Arguments { seeds, robot_error, pictures } = arguments();
-    let pinhole = Intrinsics { width: SIZE.0, height: SIZE.1, fx: PINHOLE[0], fy: PINHOLE[1], cx: PINHOLE[2], cy: PINHOLE[3] };
+    let pinhole =
+        Intrinsics { width: SIZE.0, height: SIZE.1, fx: PINHOLE[0], fy: PINHOLE[1], cx: PINHOLE[2], cy: PINHOLE[3] };
     let lens = Distortion::named("plumb_bob", &LENS).expect("a lens");
     let camera = CameraModel::new(pinhole, lens).expect("a camera");
     let board: semascan_calibration::Board = serde_json::from_str(BOARD).expect("a board");
     eprintln!("robot errors {:.4} deg, {:.4} mm along each axis", robot_error.0.to_degrees(), robot_error.1 * 1e3);
-    eprintln!("seed  captures  camera deg      mm   within deg      mm   axis deg      mm   within deg      mm  camera's numbers");
+    eprintln!(
+        "seed  captures  camera deg      mm   within deg      mm   axis deg      mm   within deg      mm  camera's numbers"
+    );
     let mut calibrations = Vec::new();
     let (mut errors, mut visible, mut wrong, mut wrong_kept, mut seconds) = (Vec::new(), 0, 0, 0, Vec::new());
     for seed in 1..=seeds {
@@ -67,7 +70,8 @@ fn main() {
             let begun = Instant::now();
             let corners = detect(&cell.board, &taken.picture).expect("the board is seen");
             seconds.push(begun.elapsed().as_secs_f64());
-            let is_wrong = |corner: &&semascan_calibration::Corner| cell.corner_error(corner, &taken.camera_from_board) > WRONG;
+            let is_wrong =
+                |corner: &&semascan_calibration::Corner| cell.corner_error(corner, &taken.camera_from_board) > WRONG;
             wrong += corners.iter().filter(is_wrong).count();
             let view = board_view(&corners, &cell.camera).expect("a pose");
             wrong_kept += view.corners.iter().filter(is_wrong).count();

@@ -10,8 +10,8 @@ use image::GrayImage;
 use nalgebra::{Point2, Vector2};
 use semascan_calibration::{Board, Corner, agreeing, homography};
 
-/// Nearest crossings of which the next corner of a tag is looked for: there are crossings between the bits, too.
-const NEIGHBOURS: usize = 60;
+/// Nearest crossings of which the next corner of a tag is looked for: corners of bits come as weak ones, too.
+const NEIGHBOURS: usize = 250;
 /// Distance from an edge at which its colours are looked at, as a share of its length: half of a bit's.
 const BESIDE: f32 = 1.0 / 16.0;
 /// Least difference of these, as a share of the picture's contrast.
@@ -42,8 +42,9 @@ pub(crate) fn detect(board: &Board, picture: &GrayImage) -> Result<Vec<Corner>, 
     let points: Vec<Point2<f32>> =
         detect_corners(&view(picture), &crossings()).iter().map(|crossing| crossing.position).collect();
     let config = ScanDecodeConfig::default();
+    let outlines = outlines(&points, picture);
     let mut tags = Vec::new();
-    for corners_img in outlines(&points, picture) {
+    for corners_img in outlines.iter().copied() {
         let cell = MarkerCell::new(Coord::new(0, 0), corners_img);
         let Some(read) = decode_marker_in_cell(&view(picture), &cell, READ_AT, &config, &matcher) else { continue };
         if read.inverted || read.id >= columns * rows {
@@ -54,7 +55,12 @@ pub(crate) fn detect(board: &Board, picture: &GrayImage) -> Result<Vec<Corner>, 
             corners: corners_img.map(|p| Point2::new(f64::from(p.x), f64::from(p.y))),
         });
     }
-    let few = || DetectError::Unseen(format!("{} tags are read, which say no grid", tags.len()));
+    let few = || {
+        let (tags, outlines, crossings) = (tags.len(), outlines.len(), points.len());
+        DetectError::Unseen(format!(
+            "{tags} tags are read in {outlines} outlines of {crossings} crossings, too few for a grid"
+        ))
+    };
     // Where tags are by their middles: their corners follow, whichever way a print turns its tags.
     let places: Vec<Point2<f64>> = tags.iter().map(|tag| tag.place).collect();
     let middles: Vec<Point2<f64>> = tags.iter().map(Tag::middle).collect();
@@ -107,8 +113,12 @@ fn outlines(points: &[Point2<f32>], picture: &GrayImage) -> Vec<[Point2<f32>; 4]
     let edges: Vec<Vec<usize>> = points
         .iter()
         .map(|corner| {
-            let mut order: Vec<(f32, usize)> =
-                points.iter().enumerate().map(|(k, p)| ((p - corner).norm(), k)).filter(|(d, _)| *d >= LEAST_EDGE).collect();
+            let mut order: Vec<(f32, usize)> = points
+                .iter()
+                .enumerate()
+                .map(|(k, p)| ((p - corner).norm(), k))
+                .filter(|(d, _)| *d >= LEAST_EDGE)
+                .collect();
             order.sort_by(|a, b| a.0.total_cmp(&b.0));
             let near = order.into_iter().take(NEIGHBOURS).map(|(_, k)| k);
             near.filter(|k| is_edge(picture, corner, &points[*k], contrast)).collect()

@@ -16,7 +16,9 @@ pub(crate) fn detect(board: &Board, picture: &GrayImage) -> Result<Vec<Corner>, 
     let mut unseen = String::new();
     // Presets from the strictest to those for blurred and small pictures.
     for mut params in std::iter::once(CharucoParams::for_board(spec)).chain(CharucoParams::sweep_for_board(&spec)) {
-        params.chess = params.chess.with_refiner(crossings().refiner.unwrap_or_else(calib_targets_core::ImageRefiner::saddle_point));
+        params.chess = params
+            .chess
+            .with_refiner(crossings().refiner.unwrap_or_else(calib_targets_core::ImageRefiner::saddle_point));
         let detector = CharucoDetector::new(params).map_err(|error| DetectError::Board(error.to_string()))?;
         match detector.detect(&view(picture)) {
             Ok(found) => {

@@ -12,14 +12,10 @@ use std::collections::HashMap;
 type Grid = HashMap<(i32, i32), Point2<f64>>;
 
 /// * `sizes`: squares along a row, and rows.
-pub(crate) fn detect(
-    sizes: (u32, u32),
-    square_mm: f64,
-    picture: &GrayImage,
-) -> Result<Vec<Corner>, DetectError> {
+pub(crate) fn detect(sizes: (u32, u32), square_mm: f64, picture: &GrayImage) -> Result<Vec<Corner>, DetectError> {
     let crossings = detect_corners(&view(picture), &crossings());
-    let detector = ChessboardDetector::new(ChessboardParams::default())
-        .map_err(|error| DetectError::Board(error.to_string()))?;
+    let detector =
+        ChessboardDetector::new(ChessboardParams::default()).map_err(|error| DetectError::Board(error.to_string()))?;
     let found =
         detector.detect(&crossings).ok_or_else(|| DetectError::Unseen("there is no grid of crossings".into()))?;
     let mut grid: Grid = found
@@ -40,7 +36,8 @@ pub(crate) fn detect(
                 pixel: [p.x, p.y],
             });
             let mut corners: Vec<Corner> = corners.collect();
-            corners.sort_by(|a, b| a.board_mm[1].total_cmp(&b.board_mm[1]).then(a.board_mm[0].total_cmp(&b.board_mm[0])));
+            corners
+                .sort_by(|a, b| a.board_mm[1].total_cmp(&b.board_mm[1]).then(a.board_mm[0].total_cmp(&b.board_mm[0])));
             return Ok(corners);
         }
     }

@@ -22,4 +22,4 @@ mod tests;
 
 pub use detect::{DetectError, detect};
 pub use print::{Print, UnknownDictionary};
-pub use rendered::{Exposure, rendered};
+pub use rendered::{Exposure, Renderer};

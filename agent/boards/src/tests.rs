@@ -26,25 +26,26 @@ fn pose(board: &Board, tilt: f64, azimuth: f64) -> Isometry3<f64> {
     Isometry3::from_parts(Translation3::from(Vector3::new(0.005, -0.004, 0.30) - rotation * middle.coords), rotation)
 }
 
-fn picture(board: &Board, pose: &Isometry3<f64>, seed: u64) -> GrayImage {
-    rendered(board, &camera(), pose, Exposure { blur: 0.7, noise: 3.0, seed }).expect("a known dictionary")
+fn picture(renderer: &Renderer, board: &Board, pose: &Isometry3<f64>, seed: u64) -> GrayImage {
+    renderer.picture(board, pose, Exposure { blur: 0.7, noise: 3.0, seed }).expect("a known dictionary")
 }
 
 /// Distance of a corner from where it is, pixels.
-fn error(corner: &Corner, pose: &Isometry3<f64>) -> f64 {
+fn error(camera: &CameraModel, corner: &Corner, pose: &Isometry3<f64>) -> f64 {
     let [x, y] = corner.board_mm.map(|mm| mm * 1e-3);
-    let (u, v) = camera().pixel_of_point(&(pose * Point3::new(x, y, 0.0))).expect("before the camera");
+    let (u, v) = camera.pixel_of_point(&(pose * Point3::new(x, y, 0.0))).expect("before the camera");
     (corner.pixel[0] - u).hypot(corner.pixel[1] - v)
 }
 
 /// Views of a board: share of the corners that are kept, median and 95th percentile of their errors.
 fn found(board: &Board, views: usize) -> (f64, f64, f64) {
+    let (camera, renderer) = (camera(), Renderer::new(&camera()));
     let (mut errors, mut there) = (Vec::new(), 0);
     for view in 0..views {
         let pose = pose(board, 0.1 + 0.55 * view as f64 / views as f64, 1.1 * view as f64);
-        let corners = detect(board, &picture(board, &pose, view as u64)).expect("the board is seen");
-        let kept = board_view(&corners, &camera()).expect("a pose").corners;
-        errors.extend(kept.iter().map(|corner| error(corner, &pose)));
+        let corners = detect(board, &picture(&renderer, board, &pose, view as u64)).expect("the board is seen");
+        let kept = board_view(&corners, &camera).expect("a pose").corners;
+        errors.extend(kept.iter().map(|corner| error(&camera, corner, &pose)));
         there += board.corners_mm().len();
     }
     errors.sort_by(f64::total_cmp);
@@ -75,9 +76,8 @@ fn corners_of_chessboards_are_found() {
 
 #[test]
 fn corners_of_grids_of_tags_are_found() {
-    let board = board(
-        r#"{"type":"aprilgrid","columns":5,"rows":4,"tag_mm":26,"gap_mm":8,"dictionary":"DICT_APRILTAG_36h11"}"#,
-    );
+    let board =
+        board(r#"{"type":"aprilgrid","columns":5,"rows":4,"tag_mm":26,"gap_mm":8,"dictionary":"DICT_APRILTAG_36h11"}"#);
     let (share, median, p95) = found(&board, 4);
     assert!(share > 0.9 && median < 0.06 && p95 < 0.15, "{share} {median} {p95}");
 }
@@ -87,10 +87,9 @@ fn a_picture_without_the_board_has_none() {
     let charuco =
         board(r#"{"type":"charuco","columns":9,"rows":7,"square_mm":20,"marker_mm":15,"dictionary":"DICT_4X4_50"}"#);
     let chessboard = board(r#"{"type":"chessboard","columns":10,"rows":7,"square_mm":18}"#);
-    let tags = board(
-        r#"{"type":"aprilgrid","columns":5,"rows":4,"tag_mm":26,"gap_mm":8,"dictionary":"DICT_APRILTAG_36h11"}"#,
-    );
-    let of_charuco = picture(&charuco, &pose(&charuco, 0.2, 0.3), 1);
+    let tags =
+        board(r#"{"type":"aprilgrid","columns":5,"rows":4,"tag_mm":26,"gap_mm":8,"dictionary":"DICT_APRILTAG_36h11"}"#);
+    let of_charuco = picture(&Renderer::new(&camera()), &charuco, &pose(&charuco, 0.2, 0.3), 1);
     assert!(matches!(detect(&chessboard, &of_charuco), Err(DetectError::Unseen(_))));
     assert!(matches!(detect(&tags, &of_charuco), Err(DetectError::Unseen(_))));
     let grey = GrayImage::from_pixel(640, 480, image::Luma([120]));

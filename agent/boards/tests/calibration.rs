@@ -33,8 +33,13 @@ fn fourteen_pictures_calibrate_a_cell() {
     let views = seen(&cell, &taken);
     for (taken, view) in taken.iter().zip(&views) {
         let largest = view.corners.iter().map(|corner| cell.corner_error(corner, &taken.camera_from_board));
-        let visible = cell.board.corners_mm().iter().filter(|mm| cell.corner(**mm, &taken.camera_from_board).is_some()).count();
-        assert!(largest.fold(0.0, f64::max) < 0.5 && 10 * view.corners.len() >= 9 * visible, "{} of {visible}", view.corners.len());
+        let visible =
+            cell.board.corners_mm().iter().filter(|mm| cell.corner(**mm, &taken.camera_from_board).is_some()).count();
+        assert!(
+            largest.fold(0.0, f64::max) < 0.5 && 10 * view.corners.len() >= 9 * visible,
+            "{} of {visible}",
+            view.corners.len()
+        );
     }
     let captures: Vec<Capture> = taken.iter().zip(&views).map(|(taken, view)| taken.capture(view)).collect();
     let found = calibrate(&captures, Some(0.3)).expect("calibrates");

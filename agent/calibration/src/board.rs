@@ -121,7 +121,9 @@ impl Board {
             }
             Self::AprilGrid { tag_mm, gap_mm, .. } => {
                 let edges = |count: u32| {
-                    (0..count).flat_map(|k| [0.0, *tag_mm].map(|edge| f64::from(k) * (tag_mm + gap_mm) + edge)).collect()
+                    (0..count)
+                        .flat_map(|k| [0.0, *tag_mm].map(|edge| f64::from(k) * (tag_mm + gap_mm) + edge))
+                        .collect()
                 };
                 grid(edges(columns), edges(rows))
             }

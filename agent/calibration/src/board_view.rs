@@ -64,7 +64,8 @@ pub fn board_view(corners: &[Corner], camera: &CameraModel) -> Result<BoardView,
     let on_board: Vec<Point2<f64>> = seen.iter().map(|(n, _)| Point2::from(corners[*n].board_mm)).collect();
     let in_picture: Vec<Point2<f64>> = seen.iter().map(|(_, pixel)| Point2::from(*pixel)).collect();
     let agrees = homography::agreeing(&on_board, &in_picture, AGREES * next_corner(&in_picture));
-    let seen: Vec<(usize, [f64; 2])> = seen.iter().zip(&agrees).filter(|(_, agrees)| **agrees).map(|(s, _)| *s).collect();
+    let seen: Vec<(usize, [f64; 2])> =
+        seen.iter().zip(&agrees).filter(|(_, agrees)| **agrees).map(|(s, _)| *s).collect();
     let agreeing: Vec<usize> = seen.iter().map(|(n, _)| *n).collect();
 
     let metres: Vec<[f64; 2]> = seen.iter().map(|(n, _)| corners[*n].board_mm.map(|mm| mm * 1e-3)).collect();

@@ -192,28 +192,29 @@ impl CaptureFile {
             let field = |name: &str| format!("captures[{number}].{name}");
             let base_from_ee =
                 record.base_from_ee.as_ref().map(|pose| isometry(pose, &field("base_from_ee"))).transpose()?;
-            let (corners, is_picture) = match (&record.camera_from_board, &record.corners, &record.picture, &record.seen) {
-                (Some(_), None, None, _) => (None, false),
-                (None, Some(corners), None, _) => (Some(corners), false),
-                (None, None, Some(_), Some(Ok(corners))) => (Some(corners), true),
-                (None, None, Some(picture), Some(Err(reason))) => {
-                    read.said.push(format!("capture {number}: {picture}: {reason}; it is left out"));
-                    read.unseen.push(number);
-                    continue;
-                }
-                (None, None, Some(_), None) => {
-                    let reason = "nobody looked for the board in it".to_owned();
-                    return Err(FileError::Field { field: field("picture"), reason });
-                }
-                (None, None, None, _) => {
-                    let reason = "neither a picture of the board, nor its corners, nor its pose".to_owned();
-                    return Err(FileError::Field { field: format!("captures[{number}]"), reason });
-                }
-                _ => {
-                    let reason = "a picture of the board, its corners, its pose: one of them".to_owned();
-                    return Err(FileError::Field { field: format!("captures[{number}]"), reason });
-                }
-            };
+            let (corners, is_picture) =
+                match (&record.camera_from_board, &record.corners, &record.picture, &record.seen) {
+                    (Some(_), None, None, _) => (None, false),
+                    (None, Some(corners), None, _) => (Some(corners), false),
+                    (None, None, Some(_), Some(Ok(corners))) => (Some(corners), true),
+                    (None, None, Some(picture), Some(Err(reason))) => {
+                        read.said.push(format!("capture {number}: {picture}: {reason}; it is left out"));
+                        read.unseen.push(number);
+                        continue;
+                    }
+                    (None, None, Some(_), None) => {
+                        let reason = "nobody looked for the board in it".to_owned();
+                        return Err(FileError::Field { field: field("picture"), reason });
+                    }
+                    (None, None, None, _) => {
+                        let reason = "neither a picture of the board, nor its corners, nor its pose".to_owned();
+                        return Err(FileError::Field { field: format!("captures[{number}]"), reason });
+                    }
+                    _ => {
+                        let reason = "a picture of the board, its corners, its pose: one of them".to_owned();
+                        return Err(FileError::Field { field: format!("captures[{number}]"), reason });
+                    }
+                };
             let view = match corners {
                 Some(corners) => {
                     let camera = camera.as_ref().ok_or_else(|| FileError::Field {
@@ -235,7 +236,8 @@ impl CaptureFile {
             if let Some(view) = &view {
                 let count = view.mistaken.len() + view.doubtful.len();
                 if count > 0 {
-                    read.said.push(format!("capture {number}: {count} corners do not fit the others and were left out"));
+                    read.said
+                        .push(format!("capture {number}: {count} corners do not fit the others and were left out"));
                 }
                 if view.ambiguity > AMBIGUOUS {
                     read.said.push(format!("capture {number}: the board may as well be tilted the other way"));

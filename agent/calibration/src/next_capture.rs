@@ -8,7 +8,9 @@
 use crate::calibrate::{Calibration, HandEye, TurntableAxis, axis_of, hand_eye_of};
 use crate::capture::Capture;
 use crate::refine::{Refined, information_of};
-use nalgebra::{DMatrix, Isometry3, Matrix2x3, Matrix2x6, Matrix3, Matrix6, Point3, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{
+    DMatrix, Isometry3, Matrix2x3, Matrix2x6, Matrix3, Matrix6, Point3, Translation3, UnitQuaternion, Vector3,
+};
 use semascan_perception::view::Intrinsics;
 use std::f64::consts::{PI, TAU};
 
@@ -62,7 +64,7 @@ pub fn next_captures(
     let refined = &calibration.refined;
     let used: Vec<&Capture> =
         captures.iter().zip(&refined.is_used).filter(|(_, used)| **used).map(|(capture, _)| capture).collect();
-    let candidates: Vec<(Capture, Matrix6<f64>)> = candidates(refined, &used, sight)
+    let candidates: Vec<(Capture, DMatrix<f64>)> = candidates(refined, &used, sight)
         .into_iter()
         .filter_map(|capture| {
             let covariance = match sight {
@@ -70,16 +72,16 @@ pub fn next_captures(
                 None => mean_covariance(refined),
             };
             // As much more than by its noise as the captures so far differ.
-            Some((capture, covariance * refined.excess))
+            let weight = (covariance * refined.excess).try_inverse()?;
+            Some((capture, information_of(&refined.cell, &capture, &weight)))
         })
         .collect();
     let Some(mut information) = refined.covariance.clone().cholesky().map(|c| c.inverse()) else { return Vec::new() };
     let mut chosen = Vec::new();
     for _ in 0..count {
         let mut best: Option<(f64, DMatrix<f64>, &Capture)> = None;
-        for (capture, covariance) in &candidates {
-            let Some(weight) = covariance.try_inverse() else { continue };
-            let with = &information + information_of(&refined.cell, capture, &weight);
+        for (capture, added) in &candidates {
+            let with = &information + added;
             let Some(after) = with.clone().cholesky().map(|c| c.inverse()) else { continue };
             let need = need(&with_covariance(refined, after));
             if best.as_ref().is_none_or(|(least, ..)| need < *least) {
@@ -114,7 +116,8 @@ fn results(refined: &Refined) -> (Option<HandEye>, Option<TurntableAxis>) {
 /// The uncertainties, each by what is needed of it.
 fn need(refined: &Refined) -> f64 {
     let (hand_eye, axis) = results(refined);
-    let uncertainties = [hand_eye.map(|found| found.expanded_uncertainty()), axis.map(|found| found.expanded_uncertainty())];
+    let uncertainties =
+        [hand_eye.map(|found| found.expanded_uncertainty()), axis.map(|found| found.expanded_uncertainty())];
     let needs = uncertainties.iter().zip(NEEDED);
     needs.map(|(found, needed)| found.map_or(0.0, |(w, t)| (w / needed.0).powi(2) + (t / needed.1).powi(2))).sum()
 }
@@ -142,7 +145,8 @@ fn candidates(refined: &Refined, used: &[&Capture], sight: Option<&BoardSight>) 
         used.iter().map(|capture| capture.camera_from_board.inverse() * Point3::origin() - middle).collect();
     // The side of the board that is printed, and how the camera was rolled.
     let front = Vector3::z() * eyes.iter().map(|eye| eye.z).sum::<f64>().signum();
-    let right = used.iter().map(|capture| capture.camera_from_board.rotation.inverse() * Vector3::x()).sum::<Vector3<f64>>();
+    let right =
+        used.iter().map(|capture| capture.camera_from_board.rotation.inverse() * Vector3::x()).sum::<Vector3<f64>>();
     let mut distances: Vec<f64> = eyes.iter().map(Vector3::norm).collect();
     distances.sort_by(f64::total_cmp);
     distances.dedup_by(|a, b| (*a - *b).abs() < 0.02);
@@ -153,11 +157,13 @@ fn candidates(refined: &Refined, used: &[&Capture], sight: Option<&BoardSight>) 
     let mut candidates = Vec::new();
     for tilt in TILTS {
         for direction in 0..if tilt == 0.0 { 1 } else { DIRECTIONS } {
-            for (roll, distance) in ROLLS.iter().flat_map(|roll| distances.iter().map(move |distance| (roll, distance))) {
+            for (roll, distance) in ROLLS.iter().flat_map(|roll| distances.iter().map(move |distance| (roll, distance)))
+            {
                 let azimuth = TAU * direction as f64 / DIRECTIONS as f64;
                 let lean = Vector3::new(azimuth.cos(), azimuth.sin(), 0.0) * tilt.to_radians().sin();
                 let away = lean + front * tilt.to_radians().cos();
-                let Some(board_from_camera) = looking(middle + away * *distance, &middle, &right, roll.to_radians()) else {
+                let Some(board_from_camera) = looking(middle + away * *distance, &middle, &right, roll.to_radians())
+                else {
                     continue;
                 };
                 let camera_from_board = board_from_camera.inverse();

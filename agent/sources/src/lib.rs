@@ -162,7 +162,8 @@ pub fn open(uri: &str, options: impl Into<OpenOptions>) -> Result<Box<dyn Source
     let names: Vec<&str> = KINDS.iter().map(|kind| kind.name).collect();
     let mut options = options.into();
     if LiveAddress::is_one(uri) {
-        return Ok(Box::new(LiveSource::open(LiveAddress::read(uri).map_err(refuse)?, options)?));
+        let address = LiveAddress::read_with(uri, options.recording.clone()).map_err(refuse)?;
+        return Ok(Box::new(LiveSource::open(address, options)?));
     }
     if let Some((scheme, _)) = uri.split_once("://") {
         let known = names.join(", or ");

@@ -58,7 +58,10 @@ impl From<&InspectionSpec> for OpenOptions {
             every: spec.source.every.unwrap_or(1),
             intrinsics: spec.source.intrinsics,
             labels: spec.labels == LabelSource::Source,
-            recording: RecordingOptions::default(),
+            recording: RecordingOptions {
+                calibration: spec.source.calibration.as_ref().map(|path| path.display().to_string()),
+                ..RecordingOptions::default()
+            },
         }
     }
 }

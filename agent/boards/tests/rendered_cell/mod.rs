@@ -4,7 +4,7 @@ use image::GrayImage;
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3, Vector6};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
-use semascan_boards::{Exposure, rendered};
+use semascan_boards::{Exposure, Renderer};
 use semascan_calibration::{Board, Calibration, Capture, Corner};
 use semascan_perception::register::se3::{exp, halves, log};
 use semascan_perception::view::CameraModel;
@@ -53,16 +53,18 @@ impl RenderedCell {
 
     /// `still` captures with the table at rest, then `turned` with the table all around; the robot looks from elsewhere each time.
     pub(crate) fn captures(&mut self, still: usize, turned: usize) -> Vec<Taken> {
+        let renderer = Renderer::new(&self.camera);
         let mut taken = Vec::new();
         for k in 0..still + turned {
-            let table_angle = if k < still { 0.0 } else { std::f64::consts::TAU * (k - still + 1) as f64 / turned as f64 };
+            let table_angle =
+                if k < still { 0.0 } else { std::f64::consts::TAU * (k - still + 1) as f64 / turned as f64 };
             let seed = self.rng.random();
             let base_from_ee = self.robot_pose(table_angle);
             let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), table_angle);
             let base_from_board = self.base_from_tablebase * turn * self.tablebase_from_board;
             let camera_from_board = (base_from_ee * self.ee_from_camera).inverse() * base_from_board;
             let exposure = Exposure { blur: 0.8, noise: 4.0, seed };
-            let picture = rendered(&self.board, &self.camera, &camera_from_board, exposure).expect("a known dictionary");
+            let picture = renderer.picture(&self.board, &camera_from_board, exposure).expect("a known dictionary");
             let (w, t) = self.robot_error;
             let error = Vector6::from_fn(|k, _| self.normal() * if k < 3 { w } else { t });
             taken.push(Taken { base_from_ee: base_from_ee * exp(&error), table_angle, camera_from_board, picture });

@@ -259,7 +259,8 @@ pub(super) fn rms(residuals: impl Iterator<Item = Vector2<f64>>) -> f64 {
 
 /// Standard deviation of most corners along each axis, pixels.
 fn scale(start: &Numbers, boards: &[Seen]) -> f64 {
-    let mut lengths: Vec<f64> = residuals(start, &start.values, boards).iter().flatten().map(|(_, r)| r.norm()).collect();
+    let mut lengths: Vec<f64> =
+        residuals(start, &start.values, boards).iter().flatten().map(|(_, r)| r.norm()).collect();
     lengths.sort_by(f64::total_cmp);
     // The median length of two normal deviates is 1.18 of their standard deviation.
     (lengths.get(lengths.len() / 2).copied().unwrap_or(0.0) / 1.18).max(1e-6)

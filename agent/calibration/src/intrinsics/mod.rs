@@ -18,8 +18,9 @@ const FEWEST_VIEWS: usize = 4;
 /// How many times more than by noise the own camera must fit better for the given one to be contradicted: 1 in 1000 by chance for nine
 /// numbers.
 const CONTRADICTED: f64 = 3.2;
-/// Pixels (root mean square) below which a contradiction does not matter.
-const MATTERS: f64 = 0.05;
+/// Below which a contradiction does not matter: pixels (root mean square); and, of focal lengths and principal point, share of the focal
+/// length. Distances and directions are wrong by that share, while boards that stand otherwise hide it in the picture.
+const MATTERS: (f64, f64) = (0.05, 0.002);
 /// Expanded uncertainty of the focal length, as a share, from which on the pictures leave it open.
 const OPEN: f64 = 0.005;
 /// Rings of the picture, and cells along its width and height whose coverage is counted.
@@ -89,6 +90,8 @@ pub enum IntrinsicsVerdict {
     Contradicted {
         /// Root mean square distance that it adds to the corners' noise, pixels.
         pixels: f64,
+        /// Own focal length over the given one, less 1.
+        focal: f64,
     },
     /// The pictures cannot tell.
     Open {
@@ -101,10 +104,11 @@ impl std::fmt::Display for IntrinsicsVerdict {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::Holds => write!(f, "the given camera holds"),
-            Self::Contradicted { pixels } => write!(
+            Self::Contradicted { pixels, focal } => write!(
                 f,
-                "the given camera is contradicted: it adds {pixels:.3} pixels to the corners' noise. Calibrate the camera anew, or \
-                 look for a picture that was scaled or rectified"
+                "the given camera is contradicted: it adds {pixels:.3} pixels to the corners' noise, and its focal length is off by \
+                 {:.2} %. Calibrate the camera anew, or look for a picture that was scaled or rectified",
+                100.0 * focal.abs()
             ),
             Self::Open { reason } => write!(f, "the pictures cannot tell whether the given camera holds: {reason}"),
         }
@@ -171,10 +175,14 @@ fn judged(
     };
     let added = (held.cost - fit.cost).max(0.0);
     let pixels = (2.0 * added / count).sqrt();
-    let is_contradicted = added / numbers > CONTRADICTED * variance && pixels > MATTERS;
-    let share = own.numbers[0].uncertainty / own.numbers[0].own;
+    let longer = &own.numbers[0];
+    let focal = longer.own / longer.given - 1.0;
+    let matters = MATTERS.1 * longer.own;
+    let is_off = own.numbers.iter().take(4).any(|n| (n.own - n.given).abs() > n.uncertainty.max(matters));
+    let is_contradicted = added / numbers > CONTRADICTED * variance && (pixels > MATTERS.0 || is_off);
+    let share = longer.uncertainty / longer.own;
     let verdict = match (is_contradicted, share > OPEN) {
-        (true, _) => IntrinsicsVerdict::Contradicted { pixels },
+        (true, _) => IntrinsicsVerdict::Contradicted { pixels, focal },
         (false, true) => {
             open(&format!("they leave the focal length open to {:.1} %; tilt the board more", 100.0 * share))
         }
@@ -185,7 +193,8 @@ fn judged(
 
 fn rings(k: &Intrinsics, residuals: &[Vec<(Corner, Vector2<f64>)>]) -> Vec<Ring> {
     let middle = Vector2::new(k.cx, k.cy);
-    let corners = [[0.0, 0.0], [f64::from(k.width), 0.0], [0.0, f64::from(k.height)], [f64::from(k.width), f64::from(k.height)]];
+    let corners =
+        [[0.0, 0.0], [f64::from(k.width), 0.0], [0.0, f64::from(k.height)], [f64::from(k.width), f64::from(k.height)]];
     let farthest = corners.iter().map(|corner| (Vector2::from(*corner) - middle).norm()).fold(0.0, f64::max);
     let mut rings = Vec::new();
     for ring in 0..RINGS {
@@ -199,7 +208,8 @@ fn rings(k: &Intrinsics, residuals: &[Vec<(Corner, Vector2<f64>)>]) -> Vec<Ring>
         if of_ring.is_empty() {
             continue;
         }
-        let outwards = of_ring.iter().map(|(from_middle, residual)| residual.dot(&from_middle.normalize())).sum::<f64>();
+        let outwards =
+            of_ring.iter().map(|(from_middle, residual)| residual.dot(&from_middle.normalize())).sum::<f64>();
         rings.push(Ring {
             radius: to,
             corners: of_ring.len(),

@@ -66,7 +66,7 @@ pub(crate) fn read(path: Option<&Path>) -> Result<CellConfig> {
     parse(&text).with_context(|| path.display().to_string())
 }
 
-fn parse(text: &str) -> Result<CellConfig> {
+pub(crate) fn parse(text: &str) -> Result<CellConfig> {
     let mut table: toml::Table = toml::from_str(text)?;
     let top = serde_introspect::<InspectionSpec>().iter().copied().chain([SERVE]).collect::<Vec<_>>();
     if let Some(unknown) = table.keys().find(|key| !top.contains(&key.as_str())) {

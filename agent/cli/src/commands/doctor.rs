@@ -5,13 +5,16 @@ use crate::stderr::Stderr;
 use crate::stdout::print_json;
 use anyhow::anyhow;
 use clap::Args;
+use jiff::Timestamp;
+use semascan_formats::regular_file;
+use semascan_model::calibration::{CALIBRATION_SCHEMA, CalibrationRecord};
 use semascan_perception::segment::network::engine::{self, Engine, EngineChoice, EngineError, OnnxRuntime};
 use semascan_perception::segment::network::{Provider, installed, search_path};
 use semascan_server::EmbeddedFiles;
 use serde::Serialize;
 use serde_json::{Value, json};
 use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Arguments of `semascan doctor`.
 #[derive(Debug, Args)]
@@ -19,6 +22,9 @@ pub(crate) struct DoctorArgs {
     /// Configuration of the cell
     #[arg(long, value_name = "TOML")]
     config: Option<PathBuf>,
+    /// Temperature of the cell now, degrees Celsius, to hold against that of its calibration
+    #[arg(long, value_name = "C", allow_negative_numbers = true)]
+    temperature: Option<f64>,
     /// Print one JSON object on stdout
     #[arg(long)]
     json: bool,
@@ -50,8 +56,10 @@ impl DoctorArgs {
     pub(crate) fn run(self, embedded: EmbeddedFiles) -> Result<(), Failure> {
         let config = config::read(self.config.as_deref()).map_err(Failure::Call)?;
         let network = &config.inspection.network;
-        let findings =
-            [runtime(network.onnxruntime.as_deref(), network.provider), tract(), networks(), viewer(embedded)];
+        let mut findings =
+            vec![runtime(network.onnxruntime.as_deref(), network.provider), tract(), networks(), viewer(embedded)];
+        findings
+            .extend(config.inspection.source.calibration.as_deref().map(|path| calibration(path, self.temperature)));
         let mut out = Stderr::default();
         for finding in &findings {
             let looked_in = finding.looked_in.iter().map(|place| place.display().to_string()).collect::<Vec<_>>();
@@ -143,4 +151,30 @@ fn viewer(embedded: EmbeddedFiles) -> Finding {
         (Health::Failed, "is not built in; build it with: cargo xtask web")
     };
     Finding { what: "viewer", health, text: text.into(), looked_in: Vec::new(), details: Value::Null }
+}
+
+/// The cell's calibration: whether it can be read, and whether it is due.
+fn calibration(path: &Path, temperature: Option<f64>) -> Finding {
+    let what = "calibration";
+    let read = || -> anyhow::Result<CalibrationRecord> {
+        let record: CalibrationRecord = serde_json::from_slice(&regular_file::read(path)?)?;
+        anyhow::ensure!(record.schema == CALIBRATION_SCHEMA, "is of version {}", record.schema);
+        Ok(record)
+    };
+    let name = path.display();
+    let record = match read() {
+        Ok(record) => record,
+        Err(error) => {
+            let text = format!("{name}: {error}; `semascan calibrate --out` makes it");
+            return Finding { what, health: Health::Failed, text, looked_in: Vec::new(), details: Value::Null };
+        }
+    };
+    let weak: Vec<String> =
+        record.reminders(Timestamp::now(), temperature).into_iter().chain(record.warnings).collect();
+    let made = record.made.map_or_else(|| "nobody noted when".to_owned(), |made| made.to_string());
+    let (health, text) = match weak.is_empty() {
+        true => (Health::Ok, format!("{name}, made: {made}")),
+        false => (Health::Warning, format!("{name}, made: {made}: {}", weak.join("; "))),
+    };
+    Finding { what, health, text, looked_in: Vec::new(), details: json!({ "made": record.made, "weak": weak }) }
 }

@@ -69,6 +69,8 @@ pub struct SourceSpec {
     pub every: Option<u32>,
     /// Focal lengths and principal point of a recording's colour camera in pixels (fx, fy, cx, cy), where it does not say them.
     pub intrinsics: Option<[f64; 4]>,
+    /// The cell's calibration, as `semascan calibrate` writes it: for sources whose keys `ee_frame` or `table_joint` ask for one.
+    pub calibration: Option<PathBuf>,
     /// Voxel edge in millimetres; by default twice the median pixel footprint of the first view, at least 0.5.
     pub voxel_mm: Option<f64>,
     /// Inspect only the views of a moving camera that show something new (keyframes); the rest is counted.

@@ -51,11 +51,19 @@ impl LiveAddress {
     /// # Errors
     /// What is wrong, naming the key.
     pub fn read(uri: &str) -> Result<Self, String> {
+        Self::read_with(uri, RecordingOptions::default())
+    }
+
+    /// The same, where the keys of recordings add to `recording`.
+    ///
+    /// # Errors
+    /// What is wrong, naming the key.
+    pub fn read_with(uri: &str, recording: RecordingOptions) -> Result<Self, String> {
         let (server, query) = uri.split_once('?').unwrap_or((uri, ""));
         let mut address = Self {
             uri: uri.to_owned(),
             server: server.to_owned(),
-            recording: RecordingOptions::default(),
+            recording,
             views: None,
             silence: Duration::from_secs(10),
             waits_for_rest: false,
@@ -76,7 +84,7 @@ impl LiveAddress {
                 _ => rest.push(part),
             }
         }
-        address.recording = RecordingOptions::default().with_query(&rest.join("&")).map_err(|reason| {
+        address.recording = address.recording.with_query(&rest.join("&")).map_err(|reason| {
             let own: Vec<&str> = LIVE_KEYS.iter().map(|key| key.name).collect();
             format!("{reason}; of live sources also {}", own.join(", "))
         })?;

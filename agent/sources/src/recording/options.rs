@@ -23,6 +23,8 @@ pub struct RecordingOptions {
     pub fixed_frame: Option<String>,
     /// The camera's optical frame, where the pictures name another or none.
     pub camera_frame: Option<String>,
+    /// The cell's calibration file, for keys that ask for a calibration and name none.
+    pub calibration: Option<String>,
     /// The calibrated camera on the robot's end effector.
     pub hand_eye: Option<HandEye>,
     /// The calibrated turntable that the part stands on.
@@ -47,6 +49,7 @@ impl Default for RecordingOptions {
             depth_calibration: None,
             fixed_frame: None,
             camera_frame: None,
+            calibration: None,
             hand_eye: None,
             turntable: None,
             pairing_tolerance: TOLERANCE,
@@ -136,7 +139,7 @@ impl RecordingOptions {
     /// What is wrong with it, naming the key.
     pub fn with_query(mut self, query: &str) -> Result<Self, String> {
         self.query = query.to_owned();
-        let mut cell = CellKeys::default();
+        let mut cell = CellKeys { of_cell: self.calibration.clone(), ..CellKeys::default() };
         for part in query.split('&').filter(|part| !part.is_empty()) {
             let Some((key, value)) = part.split_once('=').filter(|(_, value)| !value.is_empty()) else {
                 return Err(format!("{part:?} is no KEY=VALUE"));
@@ -174,6 +177,8 @@ impl RecordingOptions {
 /// The keys of a calibrated cell.
 #[derive(Default)]
 struct CellKeys {
+    /// The cell's own file, which is taken where the keys ask for a calibration and name none.
+    of_cell: Option<String>,
     calibration: Option<String>,
     ee_frame: Option<String>,
     table_joint: Option<String>,
@@ -183,15 +188,18 @@ struct CellKeys {
 impl CellKeys {
     /// The camera on the end effector and the table, as far as they are asked for.
     fn read(self) -> Result<(Option<HandEye>, Option<Turntable>), String> {
-        let Self { calibration, ee_frame, table_joint, base_frame } = self;
+        let Self { of_cell, calibration, ee_frame, table_joint, base_frame } = self;
         if base_frame.is_some() != table_joint.is_some() {
             return Err(
                 "table_joint and base_frame belong together: a joint's angle, and the base that its table is in".into(),
             );
         }
-        let Some(path) = calibration else {
+        let is_asked = ee_frame.is_some() || table_joint.is_some();
+        let Some(path) = calibration.or(of_cell.filter(|_| is_asked)) else {
             let key = ee_frame.map(|_| "ee_frame").or(table_joint.map(|_| "table_joint"));
-            return key.map_or(Ok((None, None)), |key| Err(format!("{key}: calibration=FILE must say where it is")));
+            return key.map_or(Ok((None, None)), |key| {
+                Err(format!("{key}: calibration=FILE, or `calibration` in cell.toml, must say where it is"))
+            });
         };
         let cell = CellCalibration::read(Path::new(&path)).map_err(|reason| format!("calibration={path}: {reason}"))?;
         if ee_frame.is_none() && table_joint.is_none() {

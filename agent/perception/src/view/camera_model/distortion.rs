@@ -105,7 +105,9 @@ impl Distortion {
         let (scale, tangential) = match self {
             Self::None => return (x, y),
             Self::BrownConrady { radial, tangential } => (even(radial, square), tangential),
-            Self::Rational { radial, divisor, tangential } => (even(radial, square) / even(divisor, square), tangential),
+            Self::Rational { radial, divisor, tangential } => {
+                (even(radial, square) / even(divisor, square), tangential)
+            }
             Self::Fisheye { radial } => {
                 let radius = square.sqrt();
                 let angle = radius.atan();
