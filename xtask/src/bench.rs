@@ -31,6 +31,7 @@ const PACKAGES: [&str; 7] = [
     "semascan-protocol",
     "semascan-geometry",
     "semascan-perception",
+    "semascan-boards",
     "semascan-simulation",
     "semascan-sources",
     "semascan-cli",

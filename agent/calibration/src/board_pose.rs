@@ -1,12 +1,12 @@
-//! The pose of a flat board from its corners in a picture: homography ([Hartley and Zisserman 2004, algorithm 4.2]), then least
+//! The pose of a flat board from its corners in a picture: homography, then least
 //! squares of the reprojection, without corners that were mistaken for others, and with the covariance of what was found.
 //!
 //! Seen from afar a board and its mirror image about the line of sight look nearly alike. Both are tried; how clearly one of them
 //! fits better is said.
 
+use crate::homography::homography;
 use nalgebra::{
-    DMatrix, Isometry3, Matrix2x3, Matrix2x6, Matrix3, Matrix6, Point2, Point3, Translation3, UnitQuaternion, Vector3,
-    Vector6,
+    Isometry3, Matrix2x3, Matrix2x6, Matrix3, Matrix6, Point2, Point3, Translation3, UnitQuaternion, Vector3, Vector6,
 };
 use semascan_perception::register::rigid::nearest_rotation;
 use semascan_perception::register::se3::{exp, log};
@@ -24,7 +24,7 @@ const SAME: f64 = 1e-6;
 const STEPS: usize = 20;
 
 /// Where a board is.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct BoardPose {
     /// The board in the camera.
     pub camera_from_board: Isometry3<f64>,
@@ -32,8 +32,8 @@ pub struct BoardPose {
     pub covariance: Matrix6<f64>,
     /// Standard deviation of a corner along each axis, pixels.
     pub sigma: f64,
-    /// Corners that were left out because they are mistaken.
-    pub mistaken: usize,
+    /// The corners that were used; others are mistaken.
+    pub used: Vec<usize>,
     /// Error of the pose over that of its mirror image: near 1, either of them may be the right one.
     pub ambiguity: f64,
 }
@@ -81,7 +81,12 @@ pub fn board_pose(
     let mut seen: Vec<Seen> = corners
         .iter()
         .zip(pixels)
-        .map(|(corner, pixel)| Seen { corner: Point3::new(corner[0], corner[1], 0.0), pixel: Point2::from(*pixel) })
+        .enumerate()
+        .map(|(number, (corner, pixel))| Seen {
+            number,
+            corner: Point3::new(corner[0], corner[1], 0.0),
+            pixel: Point2::from(*pixel),
+        })
         .collect();
     loop {
         if seen.len() < FEWEST {
@@ -103,14 +108,16 @@ pub fn board_pose(
         }
         let sigma = (fit.cost / (2 * seen.len() - 6) as f64).sqrt().max(LEAST_SIGMA);
         let covariance = fit.information.try_inverse().ok_or(BoardPoseError::Degenerate)? * (sigma * sigma);
-        let mistaken = corners.len() - seen.len();
-        return Ok(BoardPose { camera_from_board: fit.pose, covariance, sigma, mistaken, ambiguity });
+        let used = seen.iter().map(|s| s.number).collect();
+        return Ok(BoardPose { camera_from_board: fit.pose, covariance, sigma, used, ambiguity });
     }
 }
 
 /// A corner and where it is seen.
 #[derive(Clone, Copy)]
 struct Seen {
+    /// Its place among all.
+    number: usize,
     corner: Point3<f64>,
     pixel: Point2<f64>,
 }
@@ -127,33 +134,12 @@ struct Fit {
 
 /// The pose by the homography from the board to the picture.
 fn from_homography(seen: &[Seen], intrinsics: &Intrinsics) -> Option<Isometry3<f64>> {
-    // Both sides are centred and scaled, without which the system is badly conditioned.
     let on_board: Vec<Point2<f64>> = seen.iter().map(|s| s.corner.xy()).collect();
     let on_plane: Vec<Point2<f64>> = seen
         .iter()
         .map(|s| Point2::new((s.pixel.x - intrinsics.cx) / intrinsics.fx, (s.pixel.y - intrinsics.cy) / intrinsics.fy))
         .collect();
-    let (board_scaled, plane_scaled) = (scaling(&on_board)?, scaling(&on_plane)?);
-    let mut system = DMatrix::zeros(2 * seen.len(), 9);
-    for (k, (from, to)) in on_board.iter().zip(&on_plane).enumerate() {
-        let (p, q) = (board_scaled * from.to_homogeneous(), plane_scaled * to.to_homogeneous());
-        for c in 0..3 {
-            system[(2 * k, 3 + c)] = -p[c];
-            system[(2 * k, 6 + c)] = q.y * p[c];
-            system[(2 * k + 1, c)] = p[c];
-            system[(2 * k + 1, 6 + c)] = -q.x * p[c];
-        }
-    }
-    let eigen = (system.transpose() * &system).symmetric_eigen();
-    let mut order: Vec<usize> = (0..9).collect();
-    order.sort_by(|a, b| eigen.eigenvalues[*a].total_cmp(&eigen.eigenvalues[*b]));
-    // Corners on a line leave more than one homography.
-    if eigen.eigenvalues[order[1]] < 1e-9 * eigen.eigenvalues[order[8]] {
-        return None;
-    }
-    let h = eigen.eigenvectors.column(order[0]);
-    let scaled = Matrix3::from_fn(|row, column| h[3 * row + column]);
-    let homography = plane_scaled.try_inverse()? * scaled * board_scaled;
+    let homography = homography(&on_board, &on_plane)?;
     let (x, y, t) = (homography.column(0), homography.column(1), homography.column(2));
     let scale = 2.0 / (x.norm() + y.norm());
     // The board is before the camera.
@@ -163,15 +149,6 @@ fn from_homography(seen: &[Seen], intrinsics: &Intrinsics) -> Option<Isometry3<f
     t.iter()
         .all(|c| c.is_finite())
         .then(|| Isometry3::from_parts(Translation3::from(t), UnitQuaternion::from_rotation_matrix(&rotation)))
-}
-
-/// What centres points and brings their mean distance from the middle to about one; `None` where they are one point.
-fn scaling(points: &[Point2<f64>]) -> Option<Matrix3<f64>> {
-    let count = points.len() as f64;
-    let middle = points.iter().map(|p| p.coords).sum::<nalgebra::Vector2<f64>>() / count;
-    let mean = points.iter().map(|p| (p.coords - middle).norm()).sum::<f64>() / count;
-    let scale = 1.0 / mean;
-    scale.is_finite().then(|| Matrix3::new(scale, 0.0, -scale * middle.x, 0.0, scale, -scale * middle.y, 0.0, 0.0, 1.0))
 }
 
 /// The pose of the board's mirror image about the line of sight to its middle.
@@ -254,7 +231,7 @@ mod tests {
             let error = log(&found.camera_from_board, &truth);
             inside += (0..6).filter(|k| error[*k].abs() < 1.96 * found.covariance[(*k, *k)].sqrt()).count();
             assert!((found.sigma - simulated.noise).abs() < 0.25 * simulated.noise, "{}", found.sigma);
-            assert!(found.ambiguity < 0.8 && found.mistaken == 0, "{found:?}");
+            assert!(found.ambiguity < 0.8 && found.used.len() == 54, "{found:?}");
         }
         assert!((540..=594).contains(&inside), "{inside} of 600");
     }
@@ -267,7 +244,7 @@ mod tests {
         pixels[7] = [pixels[7][0] + 368.0, pixels[7][1]];
         pixels[20][1] -= 3.0;
         let found = board_pose(&Simulated::corners(), &pixels, &CAMERA).expect("found");
-        assert_eq!(found.mistaken, 2);
+        assert_eq!(found.used.len(), 52);
         assert!(log(&found.camera_from_board, &truth).norm() < 2e-3);
     }
 

@@ -137,6 +137,23 @@ pub struct Calibration {
     pub sigma: (f64, f64),
     /// What is weak.
     pub warnings: Vec<Warning>,
+    pub(crate) refined: Refined,
+}
+
+impl Calibration {
+    /// The same where capture `k` is called `numbers[k]`.
+    #[must_use]
+    pub fn renumbered(mut self, numbers: &[usize]) -> Self {
+        let number = |capture: &mut usize| *capture = numbers.get(*capture).copied().unwrap_or(*capture);
+        for warning in &mut self.warnings {
+            match warning {
+                Warning::LeftOut { captures } => captures.iter_mut().for_each(number),
+                Warning::HangsOn { capture } => number(capture),
+                _ => {}
+            }
+        }
+        self
+    }
 }
 
 /// Calibrates a cell.
@@ -187,6 +204,7 @@ pub fn calibrate(captures: &[Capture], working_distance: Option<f64>) -> Result<
         captures: residuals,
         sigma: refined.sigma,
         warnings,
+        refined,
     })
 }
 
@@ -344,7 +362,7 @@ pub(crate) fn axis_of(refined: &Refined) -> Option<TurntableAxis> {
 }
 
 /// Angle and length of a twist.
-fn size(twist: &nalgebra::Vector6<f64>) -> (f64, f64) {
+pub(crate) fn size(twist: &nalgebra::Vector6<f64>) -> (f64, f64) {
     let (rotation, translation) = halves(twist);
     (rotation.norm(), translation.norm())
 }

@@ -30,7 +30,7 @@ const LEAST_SIGMA: (f64, f64) = (2e-6, 1e-7);
 const MEDIAN_OF_SIX: f64 = 5.348;
 
 /// What was found.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Refined {
     pub(crate) cell: Cell,
     /// Of the cell's unknowns, see [`Cell::moved`].
@@ -43,6 +43,8 @@ pub(crate) struct Refined {
     pub(crate) others: Vec<Option<Cell>>,
     /// Standard deviation of a measured pose: rotation and translation along each axis, root mean square over captures.
     pub(crate) sigma: (f64, f64),
+    /// Variance of the residuals over that of the noise; 1 where they are as the noise has them.
+    pub(crate) excess: f64,
 }
 
 /// The cell that explains the captures best, from where it is nearly; `None` where they leave it open.
@@ -68,11 +70,13 @@ pub(crate) fn refine(start: &Cell, captures: &[Capture]) -> Option<Refined> {
     let weights = weights(&noise, &residuals, &is_used, true)?;
     let mut covariance = normal_equations(&cell, captures, &residuals, &weights).0.cholesky()?.inverse();
     let others: Vec<Option<Cell>> = (0..captures.len()).map(|k| without(&cell, captures, given, &is_used, k)).collect();
+    let mut excess = 1.0;
     if given.is_some() {
         // What the covariances do not explain, such as an inaccurate robot, widens the result; nothing narrows it.
         let freedom = (6 * used - cell.unknowns()) as f64;
         let chi_squared: f64 = residuals.iter().zip(&weights).map(|(r, w)| (r.transpose() * w * r).x).sum();
-        covariance *= (chi_squared / freedom).max(1.0);
+        excess = (chi_squared / freedom).max(1.0);
+        covariance *= excess;
     } else if let Some(jackknife) = jackknife(&cell, &others, &is_used) {
         covariance = jackknife;
     }
@@ -81,7 +85,7 @@ pub(crate) fn refine(start: &Cell, captures: &[Capture]) -> Option<Refined> {
         (of.map(|(n, _)| (0..3).map(|k| n[(from + k, from + k)]).sum::<f64>() / 3.0).sum::<f64>() / used as f64).sqrt()
     };
     let sigma = (mean(0), mean(3));
-    Some(Refined { cell, covariance, residuals, is_used, others, sigma })
+    Some(Refined { cell, covariance, residuals, is_used, others, sigma, excess })
 }
 
 /// Gauss-Newton from `start` over the captures that are used.
@@ -220,18 +224,31 @@ fn normal_equations(
     let unknowns = cell.unknowns();
     let (mut information, mut gradient) = (DMatrix::zeros(unknowns, unknowns), DVector::zeros(unknowns));
     for ((capture, residual), weight) in captures.iter().zip(residuals).zip(weights) {
-        let here = cell.camera_from_board(capture);
-        let mut jacobian = DMatrix::zeros(6, unknowns);
-        for k in 0..unknowns {
-            let mut step = DVector::zeros(unknowns);
-            step[k] = DIFFERENCE;
-            let ahead = log(&here, &cell.moved(&step).camera_from_board(capture));
-            let behind = log(&here, &cell.moved(&-step).camera_from_board(capture));
-            jacobian.column_mut(k).copy_from(&((ahead - behind) / (2.0 * DIFFERENCE)));
-        }
+        let jacobian = jacobian(cell, capture);
         let weighted = jacobian.transpose() * weight;
         information += &weighted * &jacobian;
         gradient += weighted * residual;
     }
     (information, gradient)
+}
+
+/// What a capture would say of the cell's unknowns, weighted.
+pub(crate) fn information_of(cell: &Cell, capture: &Capture, weight: &Matrix6<f64>) -> DMatrix<f64> {
+    let jacobian = jacobian(cell, capture);
+    jacobian.transpose() * weight * jacobian
+}
+
+/// By how much the board moves in its own frame, by the cell's unknowns.
+fn jacobian(cell: &Cell, capture: &Capture) -> DMatrix<f64> {
+    let unknowns = cell.unknowns();
+    let here = cell.camera_from_board(capture);
+    let mut jacobian = DMatrix::zeros(6, unknowns);
+    for k in 0..unknowns {
+        let mut step = DVector::zeros(unknowns);
+        step[k] = DIFFERENCE;
+        let ahead = log(&here, &cell.moved(&step).camera_from_board(capture));
+        let behind = log(&here, &cell.moved(&-step).camera_from_board(capture));
+        jacobian.column_mut(k).copy_from(&((ahead - behind) / (2.0 * DIFFERENCE)));
+    }
+    jacobian
 }

@@ -242,8 +242,8 @@ fn opencv_finds_the_same() {
     let by_opencv: ByOpenCv = serde_json::from_value(value.clone()).expect("results");
     let keep = value.as_object_mut().expect("an object");
     keep.retain(|key, _| key == "captures");
-    let (captures, _) =
-        CaptureFile::parse(value.to_string().as_bytes()).and_then(|file| file.captures()).expect("read");
+    let captures =
+        CaptureFile::parse(value.to_string().as_bytes()).and_then(|file| file.captures()).expect("read").captures;
 
     let pose = |pose: &OpenCvPose| {
         let rotation = Matrix3::from_fn(|row, column| pose.rotation[row][column]);

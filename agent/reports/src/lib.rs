@@ -16,6 +16,7 @@
 //!
 //! The record, `inspection.json`, is the whole; everything here is made of it, of the mesh and of the views' pictures.
 
+mod calibration;
 mod carried;
 mod characteristics;
 mod described;
@@ -33,6 +34,9 @@ mod pictures;
 mod qif;
 mod tables;
 
+pub use calibration::{
+    CalibrationReport, CameraFigures, ShownCapture, ShownPicture, VerifiedCapture, calibration_html,
+};
 pub use carried::carried_photographs;
 pub use dfq::dfq;
 pub use html::html;

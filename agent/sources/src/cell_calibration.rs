@@ -2,6 +2,7 @@
 //! and what a robot's description says of the camera's mount is not used; and the axis of the turntable, so that its angle can come
 //! from a joint.
 
+use jiff::Timestamp;
 use nalgebra::Isometry3;
 use semascan_formats::regular_file;
 use semascan_inspection::record::isometry;
@@ -31,6 +32,9 @@ impl CellCalibration {
             serde_json::from_slice(&content).map_err(|error| format!("is no calibration: {error}"))?;
         if record.schema != CALIBRATION_SCHEMA {
             return Err(format!("is a calibration of version {}, and {CALIBRATION_SCHEMA} is read", record.schema));
+        }
+        for reminder in record.reminders(Timestamp::now(), None) {
+            tracing::warn!("{}: {reminder}", path.display());
         }
         Ok(Self {
             ee_from_camera: pose(record.ee_from_camera.as_ref(), "ee_from_camera")?,

@@ -72,7 +72,7 @@ pub(crate) fn read(path: Option<&Path>) -> Result<CellConfig> {
     Ok(config.anchored(path.parent().unwrap_or(Path::new(""))))
 }
 
-fn parse(text: &str) -> Result<CellConfig> {
+pub(crate) fn parse(text: &str) -> Result<CellConfig> {
     let mut table = DeTable::parse(text).map_err(|error| explained(&error))?;
     let top = serde_introspect::<InspectionSpec>().iter().copied().chain([CELL, SERVE]).collect::<Vec<_>>();
     if let Some(unknown) = table.get_ref().keys().find(|key| !top.contains(&key.get_ref().as_ref())) {

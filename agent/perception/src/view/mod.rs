@@ -1,9 +1,11 @@
 //! One RGB-D capture and what is known about where it was taken.
 
+mod camera_model;
 mod chain;
 mod luma;
 mod sharpness;
 
+pub use camera_model::{CameraModel, Distortion, UnusableCamera, check_intrinsics};
 pub use chain::Chain;
 pub use luma::{LUMA_WEIGHTS, luma, luma_rounded};
 pub use sharpness::sharpness;

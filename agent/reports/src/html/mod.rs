@@ -36,10 +36,10 @@ use base64::engine::general_purpose::STANDARD;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 /// How it looks.
-const STYLE: &str = concat!(include_str!("style.css"), include_str!("drawings.css"));
+pub(crate) const STYLE: &str = concat!(include_str!("style.css"), include_str!("drawings.css"));
 
 /// What a browser may load: pictures and styles that are in the file, and nothing else.
-const POLICY: &str = "default-src 'none'; img-src data:; style-src 'unsafe-inline'";
+pub(crate) const POLICY: &str = "default-src 'none'; img-src data:; style-src 'unsafe-inline'";
 
 /// The report as one HTML file.
 pub fn html(report: &Report<'_>) -> String {
@@ -80,7 +80,7 @@ pub fn html(report: &Report<'_>) -> String {
 }
 
 /// A JPEG in the file itself.
-fn data_url(jpeg: &[u8]) -> String {
+pub(crate) fn data_url(jpeg: &[u8]) -> String {
     format!("data:image/jpeg;base64,{}", STANDARD.encode(jpeg))
 }
 
@@ -91,7 +91,7 @@ fn swatch(color: [u8; 3]) -> Markup {
 }
 
 /// A cell that is empty says so.
-fn or_dash(text: Option<String>) -> Markup {
+pub(crate) fn or_dash(text: Option<String>) -> Markup {
     html! { @if let Some(text) = text { (text) } @else { span.none { "–" } } }
 }
 

@@ -5,10 +5,11 @@
 //! depth picture that is coarser than the colour picture makes no holes, what a nearer surface hides stays hidden, and
 //! what was not measured, or not seen by both cameras, has no depth.
 
+use super::UnusableCamera;
 use super::local_plane::LocalPlane;
-use super::{UnusableCamera, check_intrinsics};
+
 use nalgebra::{Isometry3, Matrix3, Point3, Vector3};
-use semascan_perception::view::{DepthImage, Intrinsics, SizeMismatch};
+use semascan_perception::view::{DepthImage, Intrinsics, SizeMismatch, check_intrinsics};
 use std::ops::Range;
 
 /// Half the edge of a depth pixel as it is drawn, in depth pixels.

@@ -204,7 +204,9 @@ impl CellKeys {
         }
         let Some(path) = calibration else {
             let key = ee_frame.map(|_| "ee_frame").or(table_joint.map(|_| "table_joint"));
-            return key.map_or(Ok((None, None)), |key| Err(format!("{key}: calibration=FILE must say where it is")));
+            return key.map_or(Ok((None, None)), |key| {
+                Err(format!("{key}: calibration=FILE, or `calibration` in cell.toml, must say where it is"))
+            });
         };
         let cell = CellCalibration::read(Path::new(&path)).map_err(|reason| format!("calibration={path}: {reason}"))?;
         if ee_frame.is_none() && table_joint.is_none() {

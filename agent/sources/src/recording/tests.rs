@@ -204,6 +204,10 @@ fn write_calibration(path: &Path, ee_from_camera: Option<Isometry3<f64>>, base_f
     };
     let record = CalibrationRecord {
         schema: CALIBRATION_SCHEMA,
+        made: None,
+        valid_days: None,
+        temperature_c: None,
+        temperature_range_k: None,
         ee_from_camera: ee_from_camera.map(calibrated),
         base_from_tablebase: base_from_tablebase.map(calibrated),
         captures: Vec::new(),

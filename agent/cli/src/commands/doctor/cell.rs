@@ -3,7 +3,10 @@
 use super::super::cell_section::CellSection;
 use super::super::source;
 use super::{Finding, Health, picture};
+use jiff::Timestamp;
+use semascan_formats::regular_file;
 use semascan_inspection::spec::InspectionSpec;
+use semascan_model::calibration::{CALIBRATION_SCHEMA, CalibrationRecord};
 use semascan_sources::OpenOptions;
 use semascan_sources::live::{LiveAddress, Probe, Trigger, probe};
 use serde_json::json;
@@ -25,9 +28,6 @@ pub(super) fn findings(cell: &CellSection, spec: &InspectionSpec, listened: Dura
         return (vec![Finding::wrong("source", Health::Warning, "the configuration names none", mend)], None);
     };
     let mut found = Vec::new();
-    if let Some(path) = &cell.calibration {
-        found.push(calibration(cell, path));
-    }
     if !LiveAddress::is_one(uri) {
         found.push(match source::open(uri, spec) {
             Ok(source) => Finding::ok("source", format!("{uri}: {}", source.info().part)),
@@ -56,23 +56,44 @@ pub(super) fn findings(cell: &CellSection, spec: &InspectionSpec, listened: Dura
     }
 }
 
-/// Whether the file of the calibration is there and of this cell.
-fn calibration(cell: &CellSection, path: &std::path::Path) -> Finding {
+/// The calibration: whether it can be read and is of this cell, and whether it is due.
+pub(super) fn calibration(cell: &CellSection, temperature: Option<f64>) -> Option<Finding> {
     let what = "calibration";
-    if !path.exists() {
-        let mend = "calibrate the cell: `semascan calibrate`, and name its file with cell.calibration";
-        return Finding::wrong(what, Health::Failed, format!("{}: there is no such file", path.display()), mend);
-    }
+    let path = cell.calibration.as_deref()?;
+    let name = path.display();
+    let read = || -> anyhow::Result<CalibrationRecord> {
+        let record: CalibrationRecord = serde_json::from_slice(&regular_file::read(path)?)?;
+        anyhow::ensure!(record.schema == CALIBRATION_SCHEMA, "is of version {}", record.schema);
+        Ok(record)
+    };
+    let record = match read() {
+        Ok(record) => record,
+        Err(error) => {
+            let mend =
+                "calibrate the cell: `semascan calibrate --write cell.toml`, or name its file with cell.calibration";
+            return Some(Finding::wrong(what, Health::Failed, format!("{name}: {error}"), mend));
+        }
+    };
     let mut spec = InspectionSpec::default();
     spec.source.uri = Some("ws://cell".to_owned());
     cell.complete(&mut spec);
-    match LiveAddress::read(spec.source.uri.as_deref().unwrap_or_default()) {
-        Ok(_) => Finding::ok(what, path.display().to_string()),
-        Err(reason) => {
-            let mend = "say in [cell.frames] what it is of: `ee`, or `base` and `table_joint`; or calibrate again";
-            Finding::wrong(what, Health::Failed, reason, mend)
-        }
+    if let Err(reason) = LiveAddress::read(spec.source.uri.as_deref().unwrap_or_default()) {
+        let mend = "say in [cell.frames] what it is of: `ee`, or `base` and `table_joint`; or calibrate again";
+        return Some(Finding::wrong(what, Health::Failed, reason, mend));
     }
+    let made = record.made.map_or_else(|| "nobody noted when".to_owned(), |made| made.to_string());
+    let weak: Vec<String> =
+        record.reminders(Timestamp::now(), temperature).into_iter().chain(record.warnings).collect();
+    let details = json!({ "made": record.made, "weak": weak });
+    let text = format!("{name}, made: {made}");
+    let found = match weak.is_empty() {
+        true => Finding::ok(what, text),
+        false => {
+            let text = format!("{text}: {}", weak.join("; "));
+            Finding::wrong(what, Health::Warning, text, "calibrate again: `semascan calibrate --help` says how")
+        }
+    };
+    Some(Finding { details, ..found })
 }
 
 /// What was heard, judged.

@@ -34,6 +34,9 @@ pub(crate) struct DoctorArgs {
     /// How long a live source is listened to
     #[arg(long, value_name = "SECONDS", default_value = "3", value_parser = numbers::pause, allow_negative_numbers = true)]
     seconds: f64,
+    /// Temperature of the cell now, degrees Celsius, to hold against that of its calibration
+    #[arg(long, value_name = "C", allow_negative_numbers = true)]
+    temperature: Option<f64>,
     /// Print one JSON object on stdout
     #[arg(long)]
     json: bool,
@@ -89,6 +92,7 @@ impl DoctorArgs {
         let mut findings = program::findings(&spec, embedded);
         // Without a configuration nothing is known of a cell.
         if self.config.is_some() {
+            findings.extend(cell::calibration(&config.cell, self.temperature));
             let (of_cell, stream) = cell::findings(&config.cell, &spec, Duration::from_secs_f64(self.seconds));
             findings.extend(of_cell);
             findings.push(disk::finding(&config.cell, stream));

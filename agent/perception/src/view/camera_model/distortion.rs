@@ -98,6 +98,30 @@ impl Distortion {
         Err(UnusableCamera::Model(name.to_owned()))
     }
 
+    /// Where a ray through `(x, y)` on the plane z = 1 goes by the model's equations, also where these mean nothing any more:
+    /// [`super::CameraModel`] knows how far they do.
+    pub fn bent(&self, x: f64, y: f64) -> (f64, f64) {
+        let square = x * x + y * y;
+        let (scale, tangential) = match self {
+            Self::None => return (x, y),
+            Self::BrownConrady { radial, tangential } => (even(radial, square), tangential),
+            Self::Rational { radial, divisor, tangential } => {
+                (even(radial, square) / even(divisor, square), tangential)
+            }
+            Self::Fisheye { radial } => {
+                let radius = square.sqrt();
+                let angle = radius.atan();
+                let scale = if radius > 0.0 { angle * even(radial, angle * angle) / radius } else { 1.0 };
+                return (x * scale, y * scale);
+            }
+        };
+        let [p1, p2] = *tangential;
+        (
+            x * scale + 2.0 * p1 * x * y + p2 * (square + 2.0 * x * x),
+            y * scale + p1 * (square + 2.0 * y * y) + 2.0 * p2 * x * y,
+        )
+    }
+
     /// All numbers of the model, in no particular order.
     pub(super) fn coefficients(&self) -> Vec<f64> {
         match self {
@@ -109,6 +133,11 @@ impl Distortion {
             Self::Fisheye { radial } => radial.to_vec(),
         }
     }
+}
+
+/// 1 + c1 s + c2 s^2 + ...
+fn even(coefficients: &[f64], square: f64) -> f64 {
+    coefficients.iter().rev().fold(0.0, |sum, coefficient| (sum + coefficient) * square) + 1.0
 }
 
 #[cfg(test)]

@@ -88,13 +88,10 @@ impl Lens {
         if !(0.0..=self.range).contains(&argument) {
             return None;
         }
-        let scale = if radius > 0.0 { self.radial(argument)?.value / radius } else { 1.0 };
-        let Some([p1, p2]) = self.tangential() else { return Some((x * scale, y * scale)) };
-        let square = radius * radius;
-        let bent = (
-            x * scale + 2.0 * p1 * x * y + p2 * (square + 2.0 * x * x),
-            y * scale + p1 * (square + 2.0 * y * y) + 2.0 * p2 * x * y,
-        );
+        let bent = self.distortion.bent(x, y);
+        if self.tangential().is_none() {
+            return (bent.0.is_finite() && bent.1.is_finite()).then_some(bent);
+        }
         (self.jacobian(x, y)?.determinant() > 0.0).then_some(bent)
     }
 
