@@ -1,6 +1,7 @@
 //! A source whose views are kept as they come, and one that goes on where an earlier run was cut off.
 
 use crate::journal::SharedCaptures;
+use crate::planning::SteeredCamera;
 use crate::source::{Source, SourceError, SourceInfo, TrueMesh};
 use semascan_perception::view::View;
 use std::sync::PoisonError;
@@ -58,6 +59,10 @@ impl Source for Recording {
             self.next = 0;
         }
         rewound
+    }
+
+    fn steered(&mut self) -> Option<&mut dyn SteeredCamera> {
+        self.source.steered()
     }
 
     fn truth(&self) -> Option<&TrueMesh> {

@@ -14,6 +14,7 @@ pub use keyframes::{KeyframeRule, Keyframes};
 pub use turntable::TurntableSource;
 pub use with_taxonomy::WithTaxonomy;
 
+use crate::planning::SteeredCamera;
 use nalgebra::Point3;
 use semascan_model::Taxonomy;
 use semascan_perception::view::View;
@@ -35,6 +36,12 @@ pub trait Source: Send {
     /// source cannot: a camera's views come once.
     fn rewind(&mut self) -> bool {
         false
+    }
+
+    /// The camera, where it can be sent to viewpoints; `None` where views come as they come. One that is sent nowhere takes
+    /// its views as ever.
+    fn steered(&mut self) -> Option<&mut dyn SteeredCamera> {
+        None
     }
 
     /// The true surface, where the source knows it.

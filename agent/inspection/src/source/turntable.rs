@@ -5,6 +5,7 @@
 //! is an error with its reason, as one that cannot be read. Views with poses keep them: only what stands still is left out,
 //! which a model in a frame that turns has no place for.
 
+use crate::planning::SteeredCamera;
 use crate::source::{Source, SourceError, SourceInfo, TrueMesh};
 use crate::spec::TurntableSpec;
 use nalgebra::{Isometry3, Matrix6};
@@ -245,6 +246,10 @@ impl Source for TurntableSource {
     fn rewind(&mut self) -> bool {
         (self.next, self.measured, self.left_out) = (0, 0, 0);
         self.source.rewind()
+    }
+
+    fn steered(&mut self) -> Option<&mut dyn SteeredCamera> {
+        self.source.steered()
     }
 
     fn truth(&self) -> Option<&TrueMesh> {

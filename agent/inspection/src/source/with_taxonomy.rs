@@ -1,5 +1,6 @@
 //! A source whose labels come from elsewhere: the same views, under the classes of whoever labels them.
 
+use crate::planning::SteeredCamera;
 use crate::source::{Source, SourceError, SourceInfo, TrueMesh};
 use semascan_model::Taxonomy;
 use semascan_perception::view::View;
@@ -32,6 +33,10 @@ impl Source for WithTaxonomy {
 
     fn rewind(&mut self) -> bool {
         self.source.rewind()
+    }
+
+    fn steered(&mut self) -> Option<&mut dyn SteeredCamera> {
+        self.source.steered()
     }
 
     fn truth(&self) -> Option<&TrueMesh> {
