@@ -20,6 +20,7 @@ use semascan_model::record::{
 };
 use semascan_model::{InspectionId, ModelFigures, SemanticCloud, SemanticMesh};
 use semascan_perception::fuse::FuseError;
+use semascan_perception::view::Intrinsics;
 use std::collections::BTreeMap;
 use std::thread::JoinHandle;
 
@@ -162,6 +163,11 @@ impl Inspection {
     #[must_use]
     pub fn with_earlier_findings(self, earlier: Vec<Finding>) -> Self {
         Self { earlier, ..self }
+    }
+
+    /// The camera, where the source can be steered.
+    pub fn steered_camera(&mut self) -> Option<Intrinsics> {
+        self.parts.source.steered().map(|camera| camera.intrinsics())
     }
 
     /// The same inspection with views from where `planner` says.

@@ -91,7 +91,9 @@ fn explained(error: &toml::de::Error) -> anyhow::Error {
 mod tests {
     use super::*;
     use proptest::prelude::*;
-    use semascan_inspection::spec::{NetworkSpec, PreparationSpec, RegionSpec, SourceSpec};
+    use semascan_inspection::spec::{
+        NetworkSpec, PlanSpec, PreparationSpec, ReachSpec, RegionSpec, SourceSpec, TargetSpec,
+    };
     use semascan_perception::fuse::OutlierFilter;
 
     #[test]
@@ -165,13 +167,16 @@ mod tests {
                 .fold(&table, |table, name| table[name].as_table().expect("a section"));
             section.keys().cloned().collect()
         };
-        let every: [(&str, &[&str]); 9] = [
+        let every: [(&str, &[&str]); 12] = [
             ("", serde_introspect::<InspectionSpec>()),
             ("source", serde_introspect::<SourceSpec>()),
             ("region", serde_introspect::<RegionSpec>()),
             ("preparation", serde_introspect::<PreparationSpec>()),
             ("network", serde_introspect::<NetworkSpec>()),
             ("outliers", serde_introspect::<OutlierFilter>()),
+            ("plan", serde_introspect::<PlanSpec>()),
+            ("plan.reach", serde_introspect::<ReachSpec>()),
+            ("plan.target", serde_introspect::<TargetSpec>()),
             (SERVE, serde_introspect::<ServeSection>()),
             ("serve.oidc", serde_introspect::<OidcSection>()),
             ("serve.limits", serde_introspect::<Limits>()),

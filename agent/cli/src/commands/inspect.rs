@@ -74,7 +74,7 @@ impl InspectArgs {
             (None, None) => return Err(Failure::Call(anyhow!("neither --out nor --data names a folder"))),
         };
         let out = target.path().to_owned();
-        let bar = if quiet { ProgressBar::hidden() } else { progress_bar(inspection.info().view_count) };
+        let bar = if quiet { ProgressBar::hidden() } else { progress_bar(inspection.views_expected()) };
         let mut running = run::start(inspection, Some(target), signals)?;
         let _in_span = running.span().entered();
         follow(&mut running, &bar);
@@ -129,6 +129,8 @@ fn progress_bar(views: Option<u32>) -> ProgressBar {
 fn follow(running: &mut Running, bar: &ProgressBar) {
     for event in &mut running.events {
         match &event.kind {
+            EventKind::Planned { view } => bar.suspend(|| tracing::debug!("{}", report::of_planned(view))),
+            EventKind::PlanEnded { why, .. } => bar.suspend(|| tracing::debug!("no more views are planned: {why}")),
             EventKind::Stage { view, stage, status: StageStatus::Started } => {
                 bar.set_message(format!("view {view}: {}", stage.name()));
                 bar.suspend(|| tracing::trace!("view {view}: {} begins", stage.name()));

@@ -31,6 +31,8 @@ mod numbers;
 mod oidc;
 mod password;
 mod past;
+mod plan;
+mod plan_args;
 mod photographs;
 #[cfg(feature = "demo")]
 mod photometric;
@@ -98,6 +100,8 @@ enum Command {
     Evaluate(evaluate::EvaluateArgs),
     /// Judge an inspection by criteria: accept, rework, reject, or a person decides
     Judge(judge::JudgeArgs),
+    /// Plan close looks at the findings and components of an inspection: poses of the camera and angles of the table
+    Plan(plan::PlanCommandArgs),
     /// Write what was found as a report or a table: HTML, CSV, Q-DAS ASCII, QIF
     Report(report_command::ReportArgs),
     /// Write the model of an inspection as a mesh or a cloud in other formats
@@ -268,6 +272,7 @@ impl Cli {
             #[cfg(feature = "demo")]
             Command::Evaluate(args) => args.run(),
             Command::Judge(args) => args.run(),
+            Command::Plan(args) => args.run(),
             Command::Report(args) => args.run(),
             Command::Export(args) => args.run(),
             Command::Convert(args) => args.run(),
