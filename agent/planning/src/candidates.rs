@@ -22,7 +22,7 @@ pub struct Orbit {
 
 impl Orbit {
     /// For views of the whole part.
-    pub const OVERALL: Self = Self { table: 30, azimuths: 3, polars: 6, distances: 2 };
+    pub const OVERALL: Self = Self { table: 24, azimuths: 3, polars: 5, distances: 2 };
     /// For close looks.
     pub const CLOSE: Self = Self { table: 48, azimuths: 3, polars: 8, distances: 2 };
 }

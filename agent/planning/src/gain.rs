@@ -1,5 +1,5 @@
 //! What a view from a pose would add to the model, in square metres of surface: surface that nothing is known of, weighted by
-//! its likelihood and the cosine of incidence; known surface that would be seen better; labels that it would tell more of. All of
+//! its likelihood and the incidence; known surface that would be seen better; labels that it would tell more of. All of
 //! it by how well the camera measures at that depth. A view that shows little of what is known, or of which the known part
 //! leaves directions open, can be registered badly and counts less. The way there costs time.
 
@@ -15,14 +15,20 @@ use std::f64::consts::{PI, TAU};
 pub(crate) const WELL_SEEN: f32 = 0.258_819;
 /// Cosine from which on a closer look adds nothing (45 degrees).
 const BEST: f32 = 0.707_107;
+/// Cosines under which a frontier promises nothing and all.
+const GRAZING: f32 = 0.1;
+const PROMISING: f32 = 0.5;
 /// Weight of a better look at surface that is well seen already.
 const BETTER: f64 = 0.2;
 /// Weight of labels.
 const LABELS: f64 = 0.5;
 /// Least share of known surface in a view that can be registered.
-const OVERLAP: f64 = 0.15;
+const OVERLAP: f64 = 0.03;
 /// Least share of the weakest direction in the normals of the known surface.
 const OBSERVABLE: f64 = 0.02;
+/// Share of its gain that a view loses which can be registered by the robot's pose alone: that is good to tenths of a degree, and
+/// a view of the other side has no other one.
+const LOST: f64 = 0.15;
 /// Speed of the camera in metres a second and of the table in radians a second.
 const SPEED: (f64, f64) = (0.25, 0.785);
 /// Price of a second, as a share of the known surface.
@@ -46,7 +52,7 @@ pub(crate) fn expected_gain(
         let measures = working(reach, seen.depth.into());
         if patch.is_frontier() {
             unknown += 1;
-            frontier += area * f64::from(patch.likelihood * seen.cosine) * measures;
+            frontier += area * f64::from(patch.likelihood * promise(seen.cosine)) * measures;
             continue;
         }
         known += 1;
@@ -64,12 +70,21 @@ pub(crate) fn expected_gain(
     let registrable = match measured > 0.0 {
         true => {
             let weakest = spread.symmetric_eigenvalues().min() / spread.trace().max(1e-9);
-            (overlap / OVERLAP).min(1.0) * (0.5 + 0.5 * (weakest / OBSERVABLE).clamp(0.0, 1.0))
+            let overlaps = (overlap / OVERLAP).min(1.0);
+            let observable = (weakest / OBSERVABLE).clamp(0.0, 1.0);
+            1.0 - LOST * (1.0 - 0.5 * (overlaps + observable))
         }
         false => 1.0,
     };
     let score = (frontier + quality + labels) * registrable - PRICE * measured * motion;
     ExpectedGain { frontier, quality, labels, overlap, motion, score }
+}
+
+/// How likely surface behind a frontier that is seen under a cosine of incidence is seen well: it lies across the frontier
+/// somehow, so that the angle says little, but for grazing looks. The cosine itself would make of the sum the silhouette of what
+/// is not known, which is as large from everywhere.
+fn promise(cosine: f32) -> f32 {
+    ((cosine - GRAZING) / (PROMISING - GRAZING)).clamp(0.0, 1.0)
 }
 
 /// How good a look under a cosine of incidence is, 0 to 1.

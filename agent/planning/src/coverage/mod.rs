@@ -17,9 +17,9 @@ use semascan_perception::fuse::{FuseError, KeptDepth, SemanticMap};
 use semascan_perception::view::Intrinsics;
 
 /// Cells along the longest edge of the volume at most.
-const MOST_CELLS: f64 = 84.0;
-/// Edge of a cell in pixels at the middle distance: so that a seen surface leaves no gaps.
-const PIXELS_A_CELL: f64 = 2.5;
+const MOST_CELLS: f64 = 96.0;
+/// Edge of a cell in pixels at the largest distance: so that a seen surface leaves no gaps.
+const PIXELS_A_CELL: f64 = 2.0;
 /// How much less likely surface becomes by a ray without a measurement: the share of surfaces that give none.
 const NO_RETURN: f32 = 0.3;
 /// Odds of surface in an unknown cell below which it counts as free.
@@ -92,8 +92,7 @@ impl Coverage {
     /// Nothing is known of the volume between two corners (metres, table frame) that `camera` will look at.
     pub fn new((low, high): (Point3<f64>, Point3<f64>), camera: &Intrinsics, reach: &Reach) -> Self {
         let longest = (high - low).max();
-        let middle = 0.5 * (reach.distance.0 + reach.distance.1);
-        let edge = (longest / MOST_CELLS).max(PIXELS_A_CELL * camera.footprint(middle));
+        let edge = (longest / MOST_CELLS).max(PIXELS_A_CELL * camera.footprint(reach.distance.1));
         let size = [0, 1, 2].map(|k| ((high[k] - low[k]) / edge).ceil().max(1.0) as usize);
         Self { low, size, edge, cells: vec![UNKNOWN; size.iter().product()], views: 0 }
     }

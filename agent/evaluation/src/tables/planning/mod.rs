@@ -57,6 +57,8 @@ pub struct Config {
     pub motors: Vec<u64>,
     /// Folder with [`MESHES`]; without it there are motors only.
     pub data: Option<PathBuf>,
+    /// How many of them.
+    pub meshes: usize,
     /// Most views of each.
     pub views: u32,
     /// Views after which models are compared.
@@ -79,6 +81,7 @@ impl Default for Config {
         Self {
             motors: (1001..=1010).collect(),
             data: None,
+            meshes: MESHES.len(),
             views: 12,
             compared: 6,
             size: (320, 240),
@@ -161,7 +164,7 @@ pub fn run(config: &Config, on_step: &dyn Fn(usize, usize)) -> Result<Report, Pl
     let size = format!("size={width}x{height}");
     let motors = config.motors.iter().map(|seed| (format!("virtual:starter-motor?seed={seed}&{size}&cell=2"), true));
     let meshes = config.data.iter().flat_map(|folder| {
-        MESHES.iter().map(|(path, unit)| {
+        MESHES.iter().take(config.meshes).map(|(path, unit)| {
             let path = percent(&folder.join(path));
             (format!("virtual:mesh?path={path}&unit={unit}&{size}"), false)
         })
