@@ -1,4 +1,4 @@
-//! What a view from a pose would add to the model, in square metres of surface: surface that nothing is known of, weighted by
+//! What a view from a pose would add to the model, in square metres of surface [Isler 2016]: surface that nothing is known of, weighted by
 //! its likelihood and the incidence; known surface that would be seen better; labels that it would tell more of. All of
 //! it by how well the camera measures at that depth. A view that shows little of what is known, or of which the known part
 //! leaves directions open, can be registered badly and counts less. The way there costs time.

@@ -35,9 +35,10 @@ impl RegionOfInterest {
     /// Longest edge of its box along the axes.
     pub fn extent(&self) -> f64 {
         let side = |k: usize| {
-            let ends = self.points.iter().fold((f32::INFINITY, f32::NEG_INFINITY), |(low, high), p| {
-                (low.min(p[k]), high.max(p[k]))
-            });
+            let ends = self
+                .points
+                .iter()
+                .fold((f32::INFINITY, f32::NEG_INFINITY), |(low, high), p| (low.min(p[k]), high.max(p[k])));
             f64::from(ends.1 - ends.0)
         };
         [0, 1, 2].map(side).into_iter().fold(0.0, f64::max)
@@ -59,9 +60,7 @@ pub fn defect_regions(mesh: &SemanticMesh, taxonomy: &Taxonomy, least: f64) -> V
         })
         .filter(|region| region.extent() >= least)
         .collect();
-    regions.sort_by(|a, b| {
-        (a.component, a.defect).cmp(&(b.component, b.defect)).then(b.area().total_cmp(&a.area()))
-    });
+    regions.sort_by(|a, b| (a.component, a.defect).cmp(&(b.component, b.defect)).then(b.area().total_cmp(&a.area())));
     regions
 }
 
@@ -75,7 +74,8 @@ pub fn named_components(
     names: &[String],
 ) -> Result<Vec<RegionOfInterest>, String> {
     let one = |wanted: &String| {
-        let class = taxonomy.components.iter().find(|c| c.name == *wanted && c.id != 0).ok_or_else(|| wanted.clone())?;
+        let class =
+            taxonomy.components.iter().find(|c| c.name == *wanted && c.id != 0).ok_or_else(|| wanted.clone())?;
         let vertices: Vec<u32> =
             (0..mesh.len() as u32).filter(|v| mesh.vertices.labels[*v as usize] == class.id).collect();
         Ok(region(mesh, wanted.clone(), (class.id, 0), &vertices))

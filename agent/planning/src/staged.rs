@@ -93,7 +93,9 @@ impl ViewPlanner for Staged {
             self.targeted = Some((decision, looks));
         }
         match &mut self.targeted {
-            Some((end, looks)) => looks.pop_front().map_or_else(|| end.clone(), |next| Decision::Capture(Box::new(next))),
+            Some((end, looks)) => {
+                looks.pop_front().map_or_else(|| end.clone(), |next| Decision::Capture(Box::new(next)))
+            }
             None => self.overall.next(model),
         }
     }

@@ -201,8 +201,7 @@ pub fn close_poses(regions: &[RegionOfInterest], reach: &Reach) -> Vec<Viewpoint
             // From behind nothing of a region is seen; of one that goes around the part its mean says nothing.
             let behind = (tablebase_from_table * mean).dot(&(eye - target)) < 0.0;
             let flat = mean.norm() > 0.5 * region.area();
-            let viewpoint =
-                Viewpoint { tablebase_from_camera: aimed(reach, *eye, target), table_angle: *table_angle };
+            let viewpoint = Viewpoint { tablebase_from_camera: aimed(reach, *eye, target), table_angle: *table_angle };
             (!(behind && flat) && reach.check(&viewpoint).is_ok()).then_some(viewpoint)
         });
         aimed.collect::<Vec<_>>()

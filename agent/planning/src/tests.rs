@@ -72,12 +72,7 @@ fn what_a_view_has_seen_of_a_ball_is_known_and_its_back_is_the_frontier() {
     let front = (Point3::from(pose.translation.vector) - centre).normalize().cast::<f32>();
     for _ in 0..2 {
         let metres = ball(&pose, centre, radius);
-        coverage.integrate(&KeptDepth {
-            index: 0,
-            intrinsics: CAMERA,
-            metres: metres.into(),
-            table_from_camera: pose,
-        });
+        coverage.integrate(&KeptDepth { index: 0, intrinsics: CAMERA, metres: metres.into(), table_from_camera: pose });
     }
     let patches = coverage.patches();
     let side = |p: &Patch| (Vector3::from(p.centre) - centre.coords.cast::<f32>()).dot(&front);

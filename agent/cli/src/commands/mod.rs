@@ -31,11 +31,11 @@ mod numbers;
 mod oidc;
 mod password;
 mod past;
-mod plan;
-mod plan_args;
 mod photographs;
 #[cfg(feature = "demo")]
 mod photometric;
+mod plan;
+mod plan_args;
 #[cfg(feature = "demo")]
 mod pose_truth;
 mod reach;

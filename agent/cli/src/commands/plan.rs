@@ -151,7 +151,8 @@ impl PlanCommandArgs {
         match (self.camera, known) {
             (camera, Some((own, volume))) => Ok((camera.unwrap_or(own), volume)),
             (Some(camera), None) => {
-                let (low, high) = of_model().ok_or_else(|| anyhow!("{}: nothing is labelled", self.folder.display()))?;
+                let (low, high) =
+                    of_model().ok_or_else(|| anyhow!("{}: nothing is labelled", self.folder.display()))?;
                 Ok((camera, (Point3::from(low), Point3::from(high))))
             }
             (None, None) => Err(Failure::Call(anyhow!(

@@ -3,8 +3,8 @@
 use super::findings_report;
 use crate::stderr::Stderr;
 use semascan_model::record::{
-    DomainRecord, InspectionRecord, LabelSource, NetworksRecord, PhotometricRecord, PlanPurpose, PlanRecord, PlannedView,
-    RegistrationRecord, TruthRecord, ViewRecord,
+    DomainRecord, InspectionRecord, LabelSource, NetworksRecord, PhotometricRecord, PlanPurpose, PlanRecord,
+    PlannedView, RegistrationRecord, TruthRecord, ViewRecord,
 };
 use semascan_perception::segment::network::UncertaintyFigures;
 use std::io::{self, Write};
@@ -81,7 +81,8 @@ fn print_plan(out: &mut impl Write, plan: &PlanRecord) -> io::Result<()> {
         plan.views.len() - targeted
     )?;
     if let Some(coverage) = &plan.coverage {
-        let share = |area: f64| 100.0 * area / (coverage.measured + coverage.frontier + coverage.unreachable).max(1e-12);
+        let share =
+            |area: f64| 100.0 * area / (coverage.measured + coverage.frontier + coverage.unreachable).max(1e-12);
         writeln!(
             out,
             "  surface measured {:.1} %, expected within reach {:.1} %, out of reach {:.1} % in {} larger pieces",

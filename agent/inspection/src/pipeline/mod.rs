@@ -115,7 +115,9 @@ pub(crate) fn run(
     std::thread::scope(|scope| {
         // What the stages say belongs to the same inspection.
         let [acquiring, segmenting] = [tracing::Span::current(), tracing::Span::current()];
-        scope.spawn(move || acquiring.in_scope(|| acquire(source, orders.as_ref(), config.pace, events, stop, &captured)));
+        scope.spawn(move || {
+            acquiring.in_scope(|| acquire(source, orders.as_ref(), config.pace, events, stop, &captured))
+        });
         scope.spawn(move || {
             segmenting.in_scope(|| segment(segmenter, region, events, stop, &to_segment, &segmented));
         });

@@ -65,7 +65,12 @@ impl FindingReached {
 }
 
 /// The close looks at the findings of `inspected`, with its own camera and with one whose pictures are [`FINE`] columns wide.
-pub(super) fn close_looks(inspected: &Inspected, looked: &Looked<'_>, truth: &TrueMesh, reach: &Reach) -> Vec<CloseLooks> {
+pub(super) fn close_looks(
+    inspected: &Inspected,
+    looked: &Looked<'_>,
+    truth: &TrueMesh,
+    reach: &Reach,
+) -> Vec<CloseLooks> {
     let target = TargetSpec::default();
     let taxonomy = &inspected.source.info().taxonomy;
     let regions = defect_regions(&inspected.mesh, taxonomy, 1e-3 * target.least_mm);
@@ -131,5 +136,8 @@ fn finest_of(looked: &Looked<'_>, camera: &Camera, poses: &[Isometry3<f64>], poi
     let least = camera.incidence.cos();
     let focal = (camera.intrinsics.fx * camera.intrinsics.fy).sqrt();
     let looks = poses.iter().filter_map(|pose| looked.look(pose, &camera.intrinsics, point));
-    looks.filter(|look| look.cosine >= least).map(|look| look.depth / (focal * look.cosine.sqrt())).min_by(f64::total_cmp)
+    looks
+        .filter(|look| look.cosine >= least)
+        .map(|look| look.depth / (focal * look.cosine.sqrt()))
+        .min_by(f64::total_cmp)
 }

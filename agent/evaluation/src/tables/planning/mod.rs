@@ -220,7 +220,8 @@ fn part(config: &Config, uri: &str, is_motor: bool) -> Result<Part, PlanningErro
         let plan = PlanSpec { strategy: Some(strategy), views, ..spec.clone() };
         let spec = InspectionSpec { labels: config.labels, plan, ..InspectionSpec::default() };
         let cell = VirtualCell::open(&VirtualCellSpec::parse(uri)?)?;
-        inspect_planned(spec, Box::new(cell)).map_err(|source| PlanningError::Inspect { part: info.part.clone(), source })
+        inspect_planned(spec, Box::new(cell))
+            .map_err(|source| PlanningError::Inspect { part: info.part.clone(), source })
     };
     let (mut stopped_after, mut planning_seconds) = (None, 0.0);
     let mut close = Vec::new();

@@ -104,7 +104,9 @@ pub(super) fn best_curve(looked: &Looked<'_>, reachable: &[bool], poses: &[Viewp
     for _ in 0..views {
         let gain = |seen: &Vec<bool>| seen.iter().zip(&left).filter(|(s, l)| **s && **l).count();
         let gains: Vec<usize> = seen.par_iter().map(gain).collect();
-        let Some(best) = (0..poses.len()).reduce(|best, i| if gains[i] > gains[best] { i } else { best }) else { break };
+        let Some(best) = (0..poses.len()).reduce(|best, i| if gains[i] > gains[best] { i } else { best }) else {
+            break;
+        };
         left.iter_mut().zip(&seen[best]).for_each(|(left, seen)| *left &= !seen);
         curve.push(1.0 - left.iter().filter(|l| **l).count() as f64 / all);
     }
