@@ -15,7 +15,7 @@ use semascan_perception::view::Intrinsics;
 use semascan_simulation::{VirtualCell, VirtualCellSpec};
 
 const VOLUME: (Point3<f64>, Point3<f64>) = (Point3::new(-0.06, -0.06, 0.0), Point3::new(0.06, 0.06, 0.2));
-const CAMERA: Intrinsics = Intrinsics { width: 160, height: 120, fx: 154.0, fy: 154.0, cx: 79.5, cy: 59.5 };
+const CAMERA: Intrinsics = Intrinsics { width: 320, height: 240, fx: 308.0, fy: 308.0, cx: 159.5, cy: 119.5 };
 
 fn reach() -> Reach {
     Reach::new(&ReachSpec::default(), VOLUME)
@@ -41,11 +41,13 @@ fn every_limit_of_the_cell_is_kept() {
     let mut aside = from(60.0, 60.0, 0.5);
     aside.tablebase_from_camera *= Isometry3::rotation(Vector3::x() * 0.3);
     assert_eq!(reach.check(&aside), Err(OutOfReach::Aim));
-    let table = Reach { table: (0.0, 0.2), ..reach.clone() };
+    let mut table = reach.clone();
+    table.table = (0.0, 0.2);
     assert_eq!(table.check(&from(60.0, 60.0, 0.5)), Err(OutOfReach::Table));
     let eye = Point3::from(from(60.0, 60.0, 0.5).tablebase_from_camera.translation.vector);
-    let obstacles = vec![(eye + Vector3::x() * 0.15, 0.08)];
-    assert_eq!(Reach { obstacles, ..reach.clone() }.check(&from(60.0, 60.0, 0.5)), Err(OutOfReach::Collision));
+    let mut blocked = reach.clone();
+    blocked.obstacles.push((eye + Vector3::x() * 0.15, 0.08));
+    assert_eq!(blocked.check(&from(60.0, 60.0, 0.5)), Err(OutOfReach::Collision));
 
     let poses = candidates(&reach, &Orbit::OVERALL);
     assert!(poses.len() > 100 && poses.iter().all(|pose| reach.check(pose).is_ok()));
@@ -81,7 +83,7 @@ fn what_a_view_has_seen_of_a_ball_is_known_and_its_back_is_the_frontier() {
     assert!(surface.len() > 100 && surface.iter().all(|p| side(p) > -0.005), "{area}");
     for patch in &surface {
         let outward = Vector3::from(patch.centre) - centre.coords.cast::<f32>();
-        assert!((outward.norm() - 0.045).abs() < 0.006 && outward.normalize().dot(&patch.normal.into()) > 0.8);
+        assert!((outward.norm() - 0.045).abs() < 0.006 && outward.normalize().dot(&Vector3::from(patch.normal)) > 0.8);
     }
     // The cone of rays that passed the ball is seen through, or nothing came back of it; behind the ball nothing is known.
     let frontier: Vec<&Patch> = patches.iter().filter(|p| p.is_frontier() && p.likelihood > 0.4).collect();
@@ -137,7 +139,7 @@ fn strip() -> (Vec<RegionOfInterest>, Vec<[f32; 3]>) {
 #[test]
 fn close_looks_keep_incidence_and_resolution() {
     let (regions, ball) = strip();
-    let fine = CAMERA.scaled(26.0);
+    let fine = CAMERA.scaled(13.0);
     let camera = Camera::new(fine, &TargetSpec::default());
     let plan = look_closely(&regions, (&ball, 2.4e-3), &camera, &reach(), 12);
     let outcome = &plan.regions[0];
