@@ -20,8 +20,6 @@ use serde::Serialize;
 
 /// Points of a region that poses are compared by.
 const POINTS: usize = 80;
-/// Vertices of a mesh lie closer than its voxels are wide: a grid of these would close narrow places.
-const DENSE: f64 = 0.6;
 /// Share of a region's area that a further view must add.
 const LEAST_SHARE: f64 = 0.02;
 
@@ -103,7 +101,7 @@ pub fn look_closely(
     reach: &Reach,
     views: u32,
 ) -> TargetedPlan {
-    let Some(occupancy) = Occupancy::of(vertices, DENSE * spacing) else {
+    let Some(occupancy) = Occupancy::of(vertices, spacing) else {
         return TargetedPlan { views: Vec::new(), regions: Vec::new() };
     };
     let points: Vec<Point> = regions.iter().enumerate().flat_map(|(i, region)| thinned(i, region)).collect();

@@ -17,9 +17,9 @@ use semascan_perception::fuse::{FuseError, KeptDepth, SemanticMap};
 use semascan_perception::view::Intrinsics;
 
 /// Cells along the longest edge of the volume at most.
-const MOST_CELLS: f64 = 112.0;
+const MOST_CELLS: f64 = 96.0;
 /// Edge of a cell in pixels at the largest distance: so that a seen surface leaves no gaps.
-const PIXELS_A_CELL: f64 = 1.4;
+const PIXELS_A_CELL: f64 = 2.0;
 /// How much less likely surface becomes by a ray without a measurement: the share of surfaces that give none.
 const NO_RETURN: f32 = 0.3;
 /// Odds of surface in an unknown cell below which it counts as free.

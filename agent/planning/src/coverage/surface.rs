@@ -7,6 +7,8 @@ use std::collections::BTreeMap;
 
 /// Least cosine of incidence of a point that counts: beyond, depth and normal are those of an edge.
 const LEAST_COSINE: f64 = 0.1;
+/// Points with normals that a cell needs: single ones are flying pixels.
+const LEAST_POINTS: u32 = 2;
 /// Largest difference of depth between the pixels of one normal, in cells.
 const STEP: f64 = 2.0;
 
@@ -58,6 +60,7 @@ pub(super) fn measured(coverage: &Coverage, view: &KeptDepth<'_>) -> BTreeMap<u3
             seen.points += 1;
         }
     }
+    cells.retain(|_, seen| seen.points >= LEAST_POINTS);
     for seen in cells.values_mut() {
         let points = seen.points as f32;
         seen.cosine /= points;

@@ -20,7 +20,7 @@ const NEAR: f32 = 2e-3;
 /// Share of what any pose sees closely that reaches a finding.
 const REACHED: f64 = 0.9;
 /// Columns of a picture, with the lens as it is, that is fine enough at the nearest working distance.
-const FINE: u32 = 5120;
+const FINE: u32 = 4096;
 
 /// The close looks at the findings of a part.
 #[derive(Clone, Debug, PartialEq, Serialize)]
