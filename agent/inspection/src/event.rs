@@ -7,7 +7,9 @@
 use crate::source::Turntable;
 use jiff::Timestamp;
 use semascan_model::finding::FindingsRecord;
-use semascan_model::record::{Outcome, PhotometricRecord, RefinementRecord, Stage, ViewPose, ViewRecord};
+use semascan_model::record::{
+    Outcome, PhotometricRecord, PlanCoverage, PlanStop, PlannedView, RefinementRecord, Stage, ViewPose, ViewRecord,
+};
 use semascan_model::{InspectionId, ModelFigures, Taxonomy};
 use semascan_perception::fuse::{SemanticMap, TouchedChunk};
 use semascan_perception::register::Registration;
@@ -45,6 +47,18 @@ pub enum EventKind {
         views_expected: Option<u32>,
         /// The turntable, if there is one.
         turntable: Option<Turntable>,
+    },
+    /// The next view was planned: it will be taken from there.
+    Planned {
+        /// From where, and why.
+        view: Box<PlannedView>,
+    },
+    /// No more views are planned.
+    PlanEnded {
+        /// Why.
+        why: PlanStop,
+        /// What was covered; absent where the planner does not look at the model.
+        coverage: Option<Box<PlanCoverage>>,
     },
     /// A stage of a view began, ended or failed.
     Stage {

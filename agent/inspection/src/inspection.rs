@@ -6,19 +6,21 @@ use crate::event::{EventKind, SharedModel};
 use crate::findings;
 use crate::journal::{Journal, Trouble};
 use crate::pipeline::{self, Modelled, PipelineConfig, Region, Stages};
+use crate::planning::ViewPlanner;
 use crate::record::{Recorded, Recorder, pose_record};
 use crate::source::{CaptureTrigger, Source, SourceInfo};
-use crate::spec::InspectionSpec;
+use crate::spec::{InspectionSpec, SpecError};
 use crate::stop::StopSwitch;
 use crate::summary::{Measured, measure, summarize};
 use jiff::Timestamp;
 use semascan_geometry::mesh::MeshError;
 use semascan_model::finding::Finding;
 use semascan_model::record::{
-    InspectionRecord, Outcome, RunRecord, SCHEMA_VERSION, Setting, SoftwareRecord, ViewRecord,
+    InspectionRecord, Outcome, PlanRecord, RunRecord, SCHEMA_VERSION, Setting, SoftwareRecord, ViewRecord,
 };
 use semascan_model::{InspectionId, ModelFigures, SemanticCloud, SemanticMesh};
 use semascan_perception::fuse::FuseError;
+use semascan_perception::view::Intrinsics;
 use std::collections::BTreeMap;
 use std::thread::JoinHandle;
 
@@ -51,6 +53,8 @@ pub struct Inspection {
     parts: Composition,
     events: EventBus,
     earlier: Vec<Finding>,
+    /// Chooses where views are taken from.
+    planner: Option<Box<dyn ViewPlanner>>,
     /// When it began, where that is known already.
     began: Option<Timestamp>,
 }
@@ -137,6 +141,7 @@ impl Inspection {
         let region = Region::new(&spec.region, config.voxel)?;
         let least_share = spec.least_share()?;
         spec.check_thresholds()?;
+        spec.plan.check()?;
         let parts = compose(&spec, source)?;
         let id = Self::new_id();
         Ok(Self {
@@ -148,6 +153,7 @@ impl Inspection {
             parts,
             events: EventBus::new(id),
             earlier: Vec::new(),
+            planner: None,
             began: None,
         })
     }
@@ -157,6 +163,29 @@ impl Inspection {
     #[must_use]
     pub fn with_earlier_findings(self, earlier: Vec<Finding>) -> Self {
         Self { earlier, ..self }
+    }
+
+    /// The camera, where the source can be steered.
+    pub fn steered_camera(&mut self) -> Option<Intrinsics> {
+        self.parts.source.steered().map(|camera| camera.intrinsics())
+    }
+
+    /// The same inspection with views from where `planner` says.
+    ///
+    /// # Errors
+    /// [`SetupFailure`] if the source cannot be steered.
+    pub fn planned_by(mut self, planner: Box<dyn ViewPlanner>) -> Result<Self, SetupFailure> {
+        if self.parts.source.steered().is_none() {
+            let reason = format!("{}: its views come as they come, and cannot be planned", self.info().uri);
+            return Err(SpecError { field: "plan".into(), reason }.into());
+        }
+        self.planner = Some(planner);
+        Ok(self)
+    }
+
+    /// Views that will come, if that is known; where they are planned, at most.
+    pub fn views_expected(&self) -> Option<u32> {
+        self.planner.as_ref().map(|planner| planner.most_views()).or(self.info().view_count)
     }
 
     /// An identifier for an inspection that begins now.
@@ -200,6 +229,13 @@ impl Inspection {
             base_from_table: None,
             refinement: None,
             photometric: None,
+            plan: self.planner.as_ref().map(|planner| PlanRecord {
+                strategy: planner.strategy(),
+                seed: planner.seed(),
+                views: Vec::new(),
+                stopped: None,
+                coverage: None,
+            }),
             run: None,
             views: Vec::new(),
             components: Vec::new(),
@@ -244,7 +280,8 @@ impl Inspection {
 
     fn run(self, stop: &StopSwitch) -> Result<Inspected, InspectionError> {
         let begun = self.record();
-        let Self { id: _, spec, config, mut region, least_share, parts, events, earlier, began } = self;
+        let views_expected = self.views_expected();
+        let Self { id: _, spec, config, mut region, least_share, parts, events, earlier, planner, began } = self;
         let Composition { mut source, mut segmenter, mut registrar, networks: _, looked_for } = parts;
         let info = source.info().clone();
         // The record is made by a subscriber like any other, which is done when the events are.
@@ -260,12 +297,12 @@ impl Inspection {
             part: info.part.clone(),
             source: info.uri.clone(),
             taxonomy: info.taxonomy.clone(),
-            views_expected: info.view_count,
+            views_expected,
             turntable: info.turntable,
         });
         let stages = Stages { segmenter: segmenter.as_mut(), region: &mut region, registrar: registrar.as_mut() };
         source.end_with(stop);
-        let modelled = pipeline::run(source.as_mut(), stages, &config, &events, stop.flag());
+        let modelled = pipeline::run(source.as_mut(), planner, stages, &config, &events, stop.flag());
         let (model, views, used, thinned, covariances) = match modelled {
             Ok(Modelled { model, views, used, thinned, covariances }) => {
                 (Ok(model), views, used, Some(thinned), covariances)
@@ -322,6 +359,12 @@ impl Inspection {
             base_from_table: recorded.base_from_table.as_ref().map(pose_record),
             refinement: recorded.refinement.clone(),
             photometric: recorded.photometric.clone(),
+            plan: begun.plan.map(|plan| PlanRecord {
+                views: recorded.planned.clone(),
+                stopped: recorded.plan_ended.as_ref().map(|(why, _)| *why),
+                coverage: recorded.plan_ended.as_ref().and_then(|(_, coverage)| coverage.clone()),
+                ..plan
+            }),
             findings: recorded.findings.clone(),
             run: Some(RunRecord {
                 surfaces_thinned: thinned.filter(|_| used > 0),

@@ -46,6 +46,8 @@ impl Journal {
         let kind = serde_json::to_string(&event.kind).unwrap_or_default();
         let name = match &event.kind {
             EventKind::Started { .. } => Some("started"),
+            EventKind::Planned { .. } => Some("planned"),
+            EventKind::PlanEnded { .. } => Some("plan_ended"),
             EventKind::ViewFinished { .. } => Some("view_finished"),
             EventKind::Refined { .. } => Some("refined"),
             EventKind::Measured { .. } => Some("measured"),

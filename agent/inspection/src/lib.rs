@@ -1,5 +1,5 @@
 //! An inspection: what it is run with ([`spec`]), where its views come from ([`source`]), the way of one view (the stages),
-//! what happens ([`event`]), what the model shows ([`summary`]) and what is found on it ([`findings`]), what follows from that
+//! where the next view is taken from ([`planning`]), what happens ([`event`]), what the model shows ([`summary`]) and what is found on it ([`findings`]), what follows from that
 //! ([`criteria`], [`judge`]), what people decide ([`review`]), the record that stays ([`record`]), and how all of it is kept ([`ports`], [`journal`],
 //! [`recording`]).
 //!
@@ -15,6 +15,7 @@ pub mod findings;
 mod inspection;
 pub mod journal;
 mod pipeline;
+pub mod planning;
 pub mod ports;
 pub mod record;
 pub mod recording;

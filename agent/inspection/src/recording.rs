@@ -1,6 +1,7 @@
 //! A source whose views are kept as they come, and one that goes on where an earlier run was cut off.
 
 use crate::journal::SharedCaptures;
+use crate::planning::SteeredCamera;
 use crate::source::{CaptureTrigger, Source, SourceError, SourceInfo, TrueMesh};
 use crate::stop::StopSwitch;
 use semascan_perception::view::View;
@@ -67,6 +68,10 @@ impl Source for Recording {
 
     fn capture_trigger(&self) -> Option<CaptureTrigger> {
         self.source.capture_trigger()
+    }
+
+    fn steered(&mut self) -> Option<&mut dyn SteeredCamera> {
+        self.source.steered()
     }
 
     fn truth(&self) -> Option<&TrueMesh> {

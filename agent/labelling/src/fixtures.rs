@@ -83,6 +83,7 @@ pub(crate) fn record(list: Vec<Finding>) -> InspectionRecord {
         base_from_table: None,
         refinement: None,
         photometric: None,
+        plan: None,
         run: None,
         views: Vec::new(),
         components: summaries(["none", "housing", "gear"]),

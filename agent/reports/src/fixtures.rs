@@ -140,6 +140,7 @@ pub(crate) fn record() -> InspectionRecord {
         base_from_table: None,
         refinement: None,
         photometric: None,
+        plan: None,
         run: Some(RunRecord::new(
             2,
             1,

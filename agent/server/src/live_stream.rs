@@ -200,6 +200,8 @@ pub(super) fn apply(live: &LiveModel, event: &InspectionEvent, attached: Attachm
             EventKind::ModelChanged { .. }
             | EventKind::ViewFinished { .. }
             | EventKind::Refined { .. }
+            | EventKind::Planned { .. }
+            | EventKind::PlanEnded { .. }
             | EventKind::Found { .. }
             | EventKind::Judged { .. },
             _,

@@ -142,6 +142,7 @@ mod tests {
             base_from_table: None,
             refinement: None,
             photometric: None,
+            plan: None,
             run: None,
             views: Vec::new(),
             components: Vec::new(),

@@ -33,7 +33,6 @@ mod station;
 mod stereo_camera;
 mod training;
 mod turntable;
-mod viewpoint;
 
 pub use datum::{Datum, DatumSurface};
 pub use domain::Domain;
@@ -49,8 +48,9 @@ use camera::Camera;
 use part::Scene;
 use random::Stream;
 use sampling::{Target, viewpoint};
+use semascan_inspection::planning::{SteeredCamera, Viewpoint};
 use semascan_inspection::source::{Source, SourceError, SourceInfo, TrueMesh};
-use semascan_perception::view::{PoseEvidence, View, ViewTruth};
+use semascan_perception::view::{Intrinsics, PoseEvidence, View, ViewTruth};
 use station::Station;
 use std::sync::Arc;
 
@@ -69,6 +69,8 @@ pub struct VirtualCell {
     camera: Camera,
     target: Target,
     next: u32,
+    /// Where the next view is taken from, if somebody said so.
+    ordered: Option<Viewpoint>,
 }
 
 impl VirtualCell {
@@ -106,6 +108,7 @@ impl VirtualCell {
             camera,
             target,
             next: 0,
+            ordered: None,
             spec: spec.clone(),
         })
     }
@@ -115,11 +118,20 @@ impl VirtualCell {
         if index >= self.spec.views {
             return None;
         }
-        let planned = viewpoint(self.spec.sampling, self.spec.seed, index, self.spec.views, &self.target);
-        let pose = self.station.move_to(&planned, index);
+        Some(self.view_from(&self.viewpoint(index), index))
+    }
+
+    /// Where view `index` is taken from, unless somebody says otherwise.
+    pub fn viewpoint(&self, index: u32) -> Viewpoint {
+        viewpoint(self.spec.sampling, self.spec.seed, index, self.spec.views, &self.target)
+    }
+
+    /// The view from `viewpoint` as number `index`, with the errors and the noise of that number.
+    pub fn view_from(&self, viewpoint: &Viewpoint, index: u32) -> View {
+        let pose = self.station.move_to(viewpoint, index);
         let seed = Stream::new(self.spec.seed, &format!("picture {index}")).word();
         let picture = self.camera.capture(&self.scene, &pose.table_from_camera, pose.table_angle, seed);
-        Some(View {
+        View {
             index,
             stamp: Some(f64::from(index) * CYCLE),
             intrinsics: self.camera.intrinsics,
@@ -128,7 +140,7 @@ impl VirtualCell {
             pose: PoseEvidence::Chain { chain: pose.chain, covariance: pose.covariance },
             labels: Some(Arc::new(picture.labels)),
             truth: Some(ViewTruth { table_from_camera: pose.table_from_camera }),
-        })
+        }
     }
 
     /// The planes and cylinders that the part was built of; none of a mesh from a file.
@@ -149,13 +161,31 @@ impl Source for VirtualCell {
     }
 
     fn next_view(&mut self) -> Option<Result<View, SourceError>> {
-        let view = self.view(self.next)?;
+        let view = match self.ordered.take() {
+            Some(viewpoint) => self.view_from(&viewpoint, self.next),
+            None => self.view(self.next)?,
+        };
         self.next += 1;
         Some(Ok(view))
     }
 
+    fn steered(&mut self) -> Option<&mut dyn SteeredCamera> {
+        Some(self)
+    }
+
     fn truth(&self) -> Option<&TrueMesh> {
         Some(&self.truth)
+    }
+}
+
+impl SteeredCamera for VirtualCell {
+    fn intrinsics(&self) -> Intrinsics {
+        self.camera.intrinsics
+    }
+
+    fn move_to(&mut self, viewpoint: &Viewpoint) -> Result<(), SourceError> {
+        self.ordered = Some(viewpoint.clone());
+        Ok(())
     }
 }
 

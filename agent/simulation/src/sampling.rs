@@ -4,7 +4,7 @@ use glam::Vec3;
 use nalgebra::{Point3, UnitQuaternion, Vector3};
 
 use super::random::Stream;
-use super::viewpoint::{Viewpoint, look_at};
+use semascan_inspection::planning::{Viewpoint, look_at};
 use semascan_perception::view::Intrinsics;
 
 /// How viewpoints are chosen.

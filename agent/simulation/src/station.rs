@@ -9,7 +9,7 @@
 use nalgebra::{Isometry3, Matrix6, Rotation3, Translation3, UnitQuaternion, Vector3, Vector6};
 
 use super::random::Stream;
-use super::viewpoint::Viewpoint;
+use semascan_inspection::planning::Viewpoint;
 use semascan_perception::view::Chain;
 
 /// Standard deviations of the station's errors, in radians and metres for each axis.
@@ -187,9 +187,9 @@ fn adjoint(a_from_b: &Isometry3<f64>) -> Matrix6<f64> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::viewpoint::look_at;
     use super::*;
     use nalgebra::Point3;
+    use semascan_inspection::planning::look_at;
 
     fn viewpoint(angle: f64) -> Viewpoint {
         let eye = Point3::new(0.2, 0.4, 0.3);

@@ -162,7 +162,9 @@ mod tests {
     use super::super::cell_section::{CameraSection, FramesSection};
     use super::*;
     use proptest::prelude::*;
-    use semascan_inspection::spec::{NetworkSpec, PreparationSpec, RegionSpec, SourceSpec};
+    use semascan_inspection::spec::{
+        NetworkSpec, PlanSpec, PreparationSpec, ReachSpec, RegionSpec, SourceSpec, TargetSpec,
+    };
     use semascan_perception::fuse::OutlierFilter;
 
     #[test]
@@ -240,7 +242,7 @@ mod tests {
                 .fold(&table, |table, name| table[name].as_table().expect("a section"));
             section.keys().cloned().collect()
         };
-        let every: [(&str, &[&str]); 12] = [
+        let every: [(&str, &[&str]); 15] = [
             ("cell", serde_introspect::<CellSection>()),
             ("cell.camera", serde_introspect::<CameraSection>()),
             ("cell.frames", serde_introspect::<FramesSection>()),
@@ -250,6 +252,9 @@ mod tests {
             ("preparation", serde_introspect::<PreparationSpec>()),
             ("network", serde_introspect::<NetworkSpec>()),
             ("outliers", serde_introspect::<OutlierFilter>()),
+            ("plan", serde_introspect::<PlanSpec>()),
+            ("plan.reach", serde_introspect::<ReachSpec>()),
+            ("plan.target", serde_introspect::<TargetSpec>()),
             (SERVE, serde_introspect::<ServeSection>()),
             ("serve.oidc", serde_introspect::<OidcSection>()),
             ("serve.limits", serde_introspect::<Limits>()),

@@ -80,7 +80,7 @@ impl InspectArgs {
             }
         };
         let out = target.path().to_owned();
-        let bar = if quiet { ProgressBar::hidden() } else { progress_bar(inspection.info().view_count) };
+        let bar = if quiet { ProgressBar::hidden() } else { progress_bar(inspection.views_expected()) };
         let mut running = run::start(inspection, Some(target), signals)?;
         if let Some(trigger) = running.trigger.take().filter(|_| std::io::stdin().is_terminal()) {
             bar.suspend(|| tracing::info!("Enter takes a view of what the camera sees"));
@@ -148,6 +148,8 @@ fn asked_by_lines(lines: impl BufRead, trigger: &CaptureTrigger) {
 fn follow(running: &mut Running, bar: &ProgressBar) {
     for event in &mut running.events {
         match &event.kind {
+            EventKind::Planned { view } => bar.suspend(|| tracing::debug!("{}", report::of_planned(view))),
+            EventKind::PlanEnded { why, .. } => bar.suspend(|| tracing::debug!("no more views are planned: {why}")),
             EventKind::Stage { view, stage, status: StageStatus::Started } => {
                 bar.set_message(format!("view {view}: {}", stage.name()));
                 bar.suspend(|| tracing::trace!("view {view}: {} begins", stage.name()));

@@ -13,6 +13,7 @@ use semascan_inspection::recording::{Continued, Recording};
 use semascan_inspection::source::Source;
 use semascan_inspection::spec::InspectionSpec;
 use semascan_inspection::{Inspection, inspected_taxonomy};
+use semascan_planning::planned;
 use semascan_sources::mcap::McapSource;
 use semascan_store::data::{DataFolder, Interrupted};
 use std::path::{Path, absolute};
@@ -111,7 +112,9 @@ fn begin(
         }
     };
     let recording = Recording::new(source, Arc::clone(&kept.captures));
-    let made = Inspection::new(spec, Box::new(recording)).map_err(Failure::from).and_then(|inspection| {
+    let plan = spec.plan.clone();
+    let planned = Inspection::new(spec, Box::new(recording)).and_then(|inspection| planned(inspection, &plan));
+    let made = planned.map_err(Failure::from).and_then(|inspection| {
         let inspection = inspection.continuing(row.id, row.began);
         inspection.keep(Journal::new(row.id, kept.catalogue, Arc::clone(&kept.captures))?, told);
         let folder = data.result_path(row.id);

@@ -36,6 +36,8 @@ mod past;
 mod photographs;
 #[cfg(feature = "demo")]
 mod photometric;
+mod plan;
+mod plan_args;
 #[cfg(feature = "demo")]
 mod pose_truth;
 mod reach;
@@ -100,6 +102,8 @@ enum Command {
     Evaluate(evaluate::EvaluateArgs),
     /// Judge an inspection by criteria: accept, rework, reject, or a person decides
     Judge(judge::JudgeArgs),
+    /// Plan close looks at the findings and components of an inspection: poses of the camera and angles of the table
+    Plan(plan::PlanCommandArgs),
     /// Write what was found as a report or a table: HTML, CSV, Q-DAS ASCII, QIF
     Report(report_command::ReportArgs),
     /// Write the model of an inspection as a mesh or a cloud in other formats
@@ -270,6 +274,7 @@ impl Cli {
             #[cfg(feature = "demo")]
             Command::Evaluate(args) => args.run(),
             Command::Judge(args) => args.run(),
+            Command::Plan(args) => args.run(),
             Command::Report(args) => args.run(),
             Command::Export(args) => args.run(),
             Command::Convert(args) => args.run(),

@@ -3,8 +3,8 @@
 use super::findings_report;
 use crate::stderr::Stderr;
 use semascan_model::record::{
-    DomainRecord, InspectionRecord, LabelSource, NetworksRecord, PhotometricRecord, RegistrationRecord, TruthRecord,
-    ViewRecord,
+    DomainRecord, InspectionRecord, LabelSource, NetworksRecord, PhotometricRecord, PlanPurpose, PlanRecord,
+    PlannedView, RegistrationRecord, TruthRecord, ViewRecord,
 };
 use semascan_perception::segment::network::UncertaintyFigures;
 use std::io::{self, Write};
@@ -30,6 +30,9 @@ pub(crate) fn print(record: &InspectionRecord, folder: &Path) -> io::Result<()> 
             out,
             "  {surface} points make up the surface; {rest} stray, uncertain or background ones are in cloud.ply only"
         )?;
+    }
+    if let Some(plan) = &record.plan {
+        print_plan(&mut out, plan)?;
     }
     print_poses(&mut out, &record.views)?;
     if let Some(photometric) = &record.photometric {
@@ -65,6 +68,45 @@ pub(crate) fn print(record: &InspectionRecord, folder: &Path) -> io::Result<()> 
         print_truth(&mut out, truth, record.labels != LabelSource::None)?;
     }
     writeln!(out, "written to {}", folder.display())
+}
+
+/// The views that were planned, and why no more were.
+fn print_plan(out: &mut impl Write, plan: &PlanRecord) -> io::Result<()> {
+    let targeted = plan.views.iter().filter(|view| matches!(view.purpose, PlanPurpose::Targeted { .. })).count();
+    let stopped = plan.stopped.map_or_else(|| "cut off".to_owned(), |why| why.to_string());
+    writeln!(
+        out,
+        "  views planned by {}: {} of the whole surface, {targeted} close looks; ended: {stopped}",
+        plan.strategy.name(),
+        plan.views.len() - targeted
+    )?;
+    if let Some(coverage) = &plan.coverage {
+        let share =
+            |area: f64| 100.0 * area / (coverage.measured + coverage.frontier + coverage.unreachable).max(1e-12);
+        writeln!(
+            out,
+            "  surface measured {:.1} %, expected within reach {:.1} %, out of reach {:.1} % in {} larger pieces",
+            share(coverage.measured),
+            share(coverage.frontier),
+            share(coverage.unreachable),
+            coverage.unreachable_regions.len()
+        )?;
+    }
+    Ok(())
+}
+
+/// A planned view, in one line.
+pub(crate) fn of_planned(view: &PlannedView) -> String {
+    let purpose = match &view.purpose {
+        PlanPurpose::Overall => "of the whole surface".to_owned(),
+        PlanPurpose::Targeted { regions } => format!("of {}", regions.join(", ")),
+    };
+    let gain = view.expected.map_or_else(String::new, |gain| {
+        let [frontier, quality, labels] = [gain.frontier, gain.quality, gain.labels].map(|area| 1e6 * area);
+        format!(": {frontier:.0} mm2 unknown, {quality:.0} mm2 better, {labels:.0} mm2 of labels")
+    });
+    let angle = view.table_angle.to_degrees();
+    format!("view {}, {purpose}, is planned with the table at {angle:.0} degrees{gain}", view.view)
 }
 
 /// What became of a view, in one line.

@@ -35,7 +35,8 @@ pub(crate) fn prepare(spec: InspectionSpec) -> Result<Inspection, Failure> {
     let uri = spec.source.uri.as_deref().ok_or_else(|| Failure::Call(anyhow!("no source is named")))?;
     check_labels(&spec)?;
     let source = open(uri, &spec)?;
-    Ok(Inspection::new(spec, source)?)
+    let plan = spec.plan.clone();
+    Ok(semascan_planning::planned(Inspection::new(spec, source)?, &plan)?)
 }
 
 /// Finds what is wrong with a specification before a source is opened, which may take long.

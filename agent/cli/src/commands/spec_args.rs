@@ -1,6 +1,7 @@
 //! Arguments of every command that inspects, to an [`InspectionSpec`].
 
 use super::numbers;
+use super::plan_args::PlanArgs;
 use clap::{Args, ValueEnum};
 use semascan_inspection::spec::{
     BackgroundMethod, CameraMask, DepthRange, InspectionSpec, LabelSource, LengthUnit, MaskRefinement,
@@ -86,6 +87,8 @@ pub(crate) struct SpecArgs {
     /// Least time between two captures in seconds [default: 0]
     #[arg(long, value_name = "SECONDS", value_parser = numbers::pause, allow_negative_numbers = true)]
     pace: Option<f64>,
+    #[command(flatten)]
+    plan: PlanArgs,
 }
 
 /// Where labels come from.
@@ -236,6 +239,7 @@ impl SpecArgs {
         spec.source.voxel_mm = self.voxel.or(spec.source.voxel_mm);
         spec.source.keyframes |= self.keyframes;
         set(&mut spec.source.pace_s, self.pace);
+        self.plan.apply(&mut spec.plan);
         spec
     }
 }
@@ -315,6 +319,7 @@ impl From<RegistrationArg> for RegistrationMethod {
 mod tests {
     use super::*;
     use clap::Parser;
+    use semascan_inspection::spec::PlanStrategy;
 
     #[derive(Parser)]
     struct Command {
@@ -343,6 +348,9 @@ mod tests {
         assert_eq!(changed.region.depth, Some(DepthRange { min: 0.2, max: 2.0 }));
         assert_eq!(changed.region.bounds, Some([-1.0, -1.0, 0.0, 1.0, 1.0, 0.5]));
         assert!(changed.region.labelled);
+        let planned = apply("--plan next-best --views 9 --refine --least-gain 0.02", InspectionSpec::default()).plan;
+        assert_eq!((planned.strategy, planned.views), (Some(PlanStrategy::NextBest), 9));
+        assert!(planned.refine && planned.least_gain == 0.02);
         let turning = apply("--turntable axis=0,0.1,0.6,0,-0.7,-0.7,step=-15", InspectionSpec::default());
         assert_eq!(turning.turntable.to_string(), "axis=0,0.1,0.6,0,-0.7,-0.7,step=-15");
         let wrong = [
@@ -358,6 +366,7 @@ mod tests {
             "--least-views inf",
             "--voxel 0",
             "--pace -1",
+            "--plan best",
             "--depth-scale nan",
             "--every 0",
             "--intrinsics 1,2,3",

@@ -1,4 +1,4 @@
-//! `semascan tables P0|P1|P2|findings|labels|measure|teach|texture`: reruns a paper's tables on the virtual cell, judges findings,
+//! `semascan tables P0|P1|P2|findings|labels|measure|planning|teach|texture`: reruns a paper's tables on the virtual cell, judges findings,
 //! measurements, labels that were corrected on the model, networks before and after they were trained on such labels, or textures. P0 is [Remanufacturing paper], P1
 //! [Eye-in-hand 2020], P2 [Wang 2023].
 
@@ -10,7 +10,7 @@ use anyhow::{Context, anyhow};
 use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
 use nalgebra::Isometry3;
-use semascan_evaluation::tables::{NetworkSetting, findings, labels, measure, p0, p1, p2, teach, texture};
+use semascan_evaluation::tables::{NetworkSetting, findings, labels, measure, p0, p1, p2, planning, teach, texture};
 use semascan_evaluation::{TestDomain, TestViews};
 use semascan_formats::regular_file;
 use semascan_labelling::ViewMasks;
@@ -41,6 +41,9 @@ enum Paper {
     Labels,
     /// No paper's: distances, radii and angles on models of unseen motors against truth, and how many of the stated intervals hold it
     Measure,
+    /// No paper's: planned views against truth: how much of the reachable surface so many views see, and the close looks of the second
+    /// stage
+    Planning,
     /// No paper's: a network before and after it was trained on such labels, in the shifted world and in its own
     Teach,
     /// No paper's: textures of the photographs and colours of vertices, against pictures from elsewhere
@@ -62,14 +65,14 @@ pub(crate) struct TablesArgs {
     /// Views of each [default: 5, in P1's Tables 3 to 5: 12; P1 itself took 16]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=360))]
     views: Option<u32>,
-    /// For findings, labels, measure, teach and texture: seed of the first motor [default: 1001, for teach 3001]
+    /// For findings, labels, measure, planning, teach and texture: seed of the first motor [default: 1001, for teach 3001]
     #[arg(long, value_name = "SEED")]
     first_seed: Option<u64>,
-    /// For findings, labels, measure, teach and texture: columns and rows of the pictures [default: 960x720 for findings, measure and
-    /// texture, else 640x480]
+    /// For findings, labels, measure, planning, teach and texture: columns and rows of the pictures [default: 960x720 for findings,
+    /// measure and texture, 320x240 for planning, else 640x480]
     #[arg(long, value_name = "WxH", value_parser = size)]
     size: Option<(u32, u32)>,
-    /// For findings and labels: where labels come from, source or network [default: source, for labels network]
+    /// For findings, labels and planning: where labels come from, source or network [default: source, for labels network]
     #[arg(long, value_name = "FROM", value_parser = label_source)]
     labels: Option<LabelSource>,
     /// For labels: the world that motors are seen in
@@ -165,6 +168,7 @@ impl TablesArgs {
             Paper::Findings => self.findings(quiet),
             Paper::Labels => self.labels(quiet),
             Paper::Measure => self.measure(quiet),
+            Paper::Planning => self.planning(quiet),
             Paper::Teach => self.teach(quiet),
             Paper::Texture => self.texture(quiet),
         }
@@ -314,6 +318,26 @@ impl TablesArgs {
         let report = watched(quiet, |on_step| labels::run(&config, on_step, &mut keep))?;
         set.map(|set| set.publish(&config)).transpose()?;
         labels::print(&mut Stderr::default(), &report)?;
+        self.write(&report)
+    }
+
+    /// Planned views against truth.
+    fn planning(self, quiet: bool) -> Result<(), Failure> {
+        self.not_p1()?;
+        if !self.tables.is_empty() || self.models.is_some() || self.sigma.is_some() {
+            return Err(Failure::Call(anyhow!("--table, --models and --sigma belong to the papers")));
+        }
+        let mut config = planning::Config { labels: self.labels.unwrap_or_default(), ..Default::default() };
+        self.choose(4, &mut config.motors, &mut config.views, &mut config.size);
+        config.compared = config.compared.min(config.views);
+        if !self.quick {
+            config.data = std::env::var_os("SEMASCAN_DATA").map(PathBuf::from).filter(|folder| folder.is_dir());
+            if config.data.is_none() {
+                tracing::warn!("SEMASCAN_DATA names no folder: the meshes of others are left out");
+            }
+        }
+        let report = watched(quiet, |on_step| planning::run(&config, on_step))?;
+        planning::print(&mut Stderr::default(), &report)?;
         self.write(&report)
     }
 

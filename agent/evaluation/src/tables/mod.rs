@@ -1,5 +1,5 @@
 //! The papers' tables, rerun on the virtual cell, and the tables of findings, of measurements, of corrected labels, of
-//! networks that were trained on them, and of textures.
+//! networks that were trained on them, of planned views, and of textures.
 
 pub mod findings;
 mod frozen_threshold;
@@ -8,6 +8,7 @@ pub mod measure;
 pub mod p0;
 pub mod p1;
 pub mod p2;
+pub mod planning;
 mod setting;
 pub mod teach;
 pub mod texture;
@@ -32,7 +33,17 @@ pub enum InspectError {
 
 /// Inspects a source as the product does; views that are left out go to the log.
 fn inspect(spec: InspectionSpec, source: Box<dyn Source>) -> Result<Inspected, InspectError> {
-    let inspected = Inspection::new(spec, source)?.start().wait()?;
+    finish(Inspection::new(spec, source)?)
+}
+
+/// The same with the views that `spec` plans.
+fn inspect_planned(spec: InspectionSpec, source: Box<dyn Source>) -> Result<Inspected, InspectError> {
+    let plan = spec.plan.clone();
+    finish(semascan_planning::planned(Inspection::new(spec, source)?, &plan)?)
+}
+
+fn finish(inspection: Inspection) -> Result<Inspected, InspectError> {
+    let inspected = inspection.start().wait()?;
     for rejection in inspected.recorded.rejections() {
         tracing::warn!("{rejection}");
     }

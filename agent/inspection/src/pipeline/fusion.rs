@@ -207,6 +207,11 @@ impl<'a> Fusion<'a> {
         Ok(result)
     }
 
+    /// The model so far; none before its first view.
+    pub(super) fn model(&self) -> Option<&SharedModel> {
+        self.model.as_ref()
+    }
+
     /// Views that are in the model.
     pub(super) fn used(&self) -> usize {
         self.accepted.len()

@@ -6,15 +6,18 @@
 //! A view that fails in any stage is reported with its reason and left out; the inspection goes on.
 
 mod fusion;
+mod plan;
 mod region;
 
 pub(crate) use region::Region;
 
 use crate::bus::EventBus;
 use crate::event::{EventKind, SharedModel, StageStatus};
+use crate::planning::{ViewPlanner, Viewpoint};
 use crate::source::Source;
 use fusion::{Finished, Fusion};
 use nalgebra::Matrix6;
+use plan::Plan;
 use semascan_model::record::{Stage, StageTime};
 use semascan_perception::fuse::{AssociationTest, FuseError, OutlierFilter, UncertaintyRule};
 use semascan_perception::organized::OrganizedCloud;
@@ -92,13 +95,15 @@ pub(crate) struct Modelled {
     pub(crate) covariances: BTreeMap<u32, Matrix6<f64>>,
 }
 
-/// Takes the views of `source` their way until the last one, the pixels outside the region left out. Once `stop` is set, the
+/// Takes the views of `source` their way until the last one, the pixels outside the region left out; with a `planner` those
+/// that it asks for, one after the other, as each depends on what the views before it made. Once `stop` is set, the
 /// views in work are finished and no other is begun, and poses are not refined.
 ///
 /// # Errors
 /// [`FuseError`] if the map cannot be set up; failing views are published to `events` instead.
 pub(crate) fn run(
     source: &mut dyn Source,
+    planner: Option<Box<dyn ViewPlanner>>,
     stages: Stages<'_>,
     config: &PipelineConfig,
     events: &EventBus,
@@ -108,21 +113,26 @@ pub(crate) fn run(
     let Stages { segmenter, region, registrar } = stages;
     let (captured, to_segment) = sync_channel(QUEUE);
     let (segmented, to_fuse) = sync_channel(QUEUE);
+    let (mut plan, orders) = planner.map(|planner| Plan::new(planner, events)).unzip();
     std::thread::scope(|scope| {
         // What the stages say belongs to the same inspection.
         let [acquiring, segmenting] = [tracing::Span::current(), tracing::Span::current()];
-        scope.spawn(move || acquiring.in_scope(|| acquire(source, config.pace, events, stop, &captured)));
+        scope.spawn(move || {
+            acquiring.in_scope(|| acquire(source, orders.as_ref(), config.pace, events, stop, &captured))
+        });
         scope.spawn(move || {
             segmenting.in_scope(|| segment(segmenter, region, events, stop, &to_segment, &segmented));
         });
         let mut fusion = Fusion::new(&info, config, events, registrar);
         let mut views = 0;
+        plan = plan.and_then(|plan| plan.ask(None));
         for view in to_fuse {
             if stop.load(Ordering::Relaxed) {
                 break;
             }
             fusion.add(view)?;
             views += 1;
+            plan = plan.and_then(|plan| plan.ask(fusion.model()));
         }
         let used = fusion.used();
         let (model, thinned, covariances) = match fusion.finish(stop.load(Ordering::Relaxed)) {
@@ -135,6 +145,7 @@ pub(crate) fn run(
 
 fn acquire(
     source: &mut dyn Source,
+    orders: Option<&Receiver<Viewpoint>>,
     pace: Duration,
     events: &EventBus,
     stop: &AtomicBool,
@@ -144,9 +155,15 @@ fn acquire(
         if stop.load(Ordering::Relaxed) {
             return;
         }
+        // Where views are planned, the source goes where it is sent; no more orders are the end.
+        let moved = match orders.map(Receiver::recv) {
+            Some(Err(_)) => return,
+            Some(Ok(viewpoint)) => source.steered().map_or(Ok(()), |camera| camera.move_to(&viewpoint)),
+            None => Ok(()),
+        };
         let begun = Instant::now();
         // The end of the source shows only when it is asked, so the stage is announced after the fact.
-        let Some(view) = source.next_view() else { return };
+        let Some(view) = moved.map_or_else(|error| Some(Err(error)), |()| source.next_view()) else { return };
         let seconds = begun.elapsed().as_secs_f64();
         publish_stage(events, index, Stage::Acquire, StageStatus::Started);
         // One count of the views: the inspection's.

@@ -5,7 +5,9 @@ use crate::event::{EventKind, InspectionEvent};
 use jiff::Timestamp;
 use nalgebra::Isometry3;
 use semascan_model::finding::FindingsRecord;
-use semascan_model::record::{Outcome, PhotometricRecord, RefinementRecord, ViewRecord};
+use semascan_model::record::{
+    Outcome, PhotometricRecord, PlanCoverage, PlanStop, PlannedView, RefinementRecord, ViewRecord,
+};
 use semascan_perception::view::PoseEvidence;
 
 /// Follows an inspection and keeps what its record is made of.
@@ -25,6 +27,10 @@ pub struct Recorded {
     pub outcome: Option<Outcome>,
     /// Every view, in capture order.
     pub views: Vec<ViewRecord>,
+    /// The views that were planned.
+    pub planned: Vec<PlannedView>,
+    /// Why no more were, and what was covered.
+    pub plan_ended: Option<(PlanStop, Option<PlanCoverage>)>,
     /// The refinement of all poses together.
     pub refinement: Option<RefinementRecord>,
     /// How well the poses agree with the pictures.
@@ -87,6 +93,10 @@ impl Recorder {
                     }
                 }
                 recorded.refinement = Some(refinement.clone());
+            }
+            EventKind::Planned { view } => recorded.planned.push((**view).clone()),
+            EventKind::PlanEnded { why, coverage } => {
+                recorded.plan_ended = Some((*why, coverage.as_deref().cloned()));
             }
             EventKind::Judged { photometric } => recorded.photometric = Some((**photometric).clone()),
             EventKind::Ended { outcome } => recorded.outcome = Some(outcome.clone()),

@@ -6,6 +6,7 @@
 //! no rule; this is the overlap test of keyframe-based mapping [Mur-Artal 2017] on depth. What is skipped is counted,
 //! and a view without a pose or that cannot be read is passed on: others judge that.
 
+use crate::planning::SteeredCamera;
 use crate::source::{CaptureTrigger, Source, SourceError, SourceInfo, TrueMesh};
 use crate::stop::StopSwitch;
 use nalgebra::{Isometry3, Point3};
@@ -163,6 +164,10 @@ impl Source for Keyframes {
 
     fn capture_trigger(&self) -> Option<CaptureTrigger> {
         self.source.capture_trigger()
+    }
+
+    fn steered(&mut self) -> Option<&mut dyn SteeredCamera> {
+        self.source.steered()
     }
 
     fn truth(&self) -> Option<&TrueMesh> {

@@ -16,6 +16,7 @@ pub use keyframes::{KeyframeRule, Keyframes};
 pub use turntable::TurntableSource;
 pub use with_taxonomy::WithTaxonomy;
 
+use crate::planning::SteeredCamera;
 use crate::stop::StopSwitch;
 use nalgebra::Point3;
 use semascan_model::Taxonomy;
@@ -46,6 +47,12 @@ pub trait Source: Send {
 
     /// What a view can be asked for with at any time; `None` where its views come when they come.
     fn capture_trigger(&self) -> Option<CaptureTrigger> {
+        None
+    }
+
+    /// The camera, where it can be sent to viewpoints; `None` where views come as they come. One that is sent nowhere takes
+    /// its views as ever.
+    fn steered(&mut self) -> Option<&mut dyn SteeredCamera> {
         None
     }
 

@@ -5,6 +5,7 @@
 //! is an error with its reason, as one that cannot be read. Views with poses keep them: only what stands still is left out,
 //! which a model in a frame that turns has no place for.
 
+use crate::planning::SteeredCamera;
 use crate::source::{CaptureTrigger, Source, SourceError, SourceInfo, TrueMesh};
 use crate::spec::TurntableSpec;
 use crate::stop::StopSwitch;
@@ -254,6 +255,10 @@ impl Source for TurntableSource {
 
     fn capture_trigger(&self) -> Option<CaptureTrigger> {
         self.source.capture_trigger()
+    }
+
+    fn steered(&mut self) -> Option<&mut dyn SteeredCamera> {
+        self.source.steered()
     }
 
     fn truth(&self) -> Option<&TrueMesh> {

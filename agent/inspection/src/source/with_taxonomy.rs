@@ -1,5 +1,6 @@
 //! A source whose labels come from elsewhere: the same views, under the classes of whoever labels them.
 
+use crate::planning::SteeredCamera;
 use crate::source::{CaptureTrigger, Source, SourceError, SourceInfo, TrueMesh};
 use crate::stop::StopSwitch;
 use semascan_model::Taxonomy;
@@ -41,6 +42,10 @@ impl Source for WithTaxonomy {
 
     fn capture_trigger(&self) -> Option<CaptureTrigger> {
         self.source.capture_trigger()
+    }
+
+    fn steered(&mut self) -> Option<&mut dyn SteeredCamera> {
+        self.source.steered()
     }
 
     fn truth(&self) -> Option<&TrueMesh> {

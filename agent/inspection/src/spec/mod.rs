@@ -4,13 +4,15 @@
 //! mistake is noticed.
 
 mod network;
+mod plan;
 mod region;
 mod turntable;
 
 pub use network::NetworkSpec;
+pub use plan::{PlanSpec, ReachSpec, TargetSpec};
 pub use region::{Corners, DepthRange, RegionSpec};
 pub use semascan_model::LengthUnit;
-pub use semascan_model::record::LabelSource;
+pub use semascan_model::record::{LabelSource, PlanStrategy};
 pub use turntable::TurntableSpec;
 
 use semascan_perception::fuse::{AssociationTest, OutlierFilter};
@@ -51,6 +53,8 @@ pub struct InspectionSpec {
     pub registration: RegistrationMethod,
     /// When a point of the model is an outlier.
     pub outliers: OutlierFilter,
+    /// Where views are taken from, where the source can be steered.
+    pub plan: PlanSpec,
 }
 
 /// What is inspected.

@@ -76,6 +76,7 @@ pub(crate) fn record(list: Vec<Finding>) -> InspectionRecord {
         base_from_table: None,
         refinement: None,
         photometric: None,
+        plan: None,
         run: Some(RunRecord::new(5, 5, 0.5, RegionRecord::default())),
         views: Vec::new(),
         components: Vec::new(),

@@ -25,8 +25,8 @@ use super::part::{Dress, Scene, Tag};
 use super::random::Stream;
 use super::scene;
 use super::stereo_camera;
-use super::viewpoint::look_at;
 use parts::{PART, Solids};
+use semascan_inspection::planning::look_at;
 use semascan_inspection::source::{Source, SourceError, SourceInfo};
 use semascan_model::Taxonomy;
 use semascan_perception::view::{

@@ -9,6 +9,7 @@
 //! | `run.rs` | how many views were used, what the region of interest left out |
 //! | `stage.rs` | the stages of a view, and how an inspection ends |
 //! | `networks.rs` | the networks, and what they said of a view |
+//! | `plan.rs` | the views that were planned, and why no more were |
 //! | `photometric.rs` | the poses against the pictures |
 //! | `truth.rs` | the model against truth |
 //! | `reader.rs` | reading it back; version 1 is upgraded |
@@ -16,6 +17,7 @@
 mod files;
 mod networks;
 mod photometric;
+mod plan;
 mod reader;
 mod run;
 mod stage;
@@ -28,6 +30,9 @@ pub use networks::{
     Provider, Region, Statistic, Task, Uncertain, UncertaintyFigures, ViewNetworksRecord, WeightsFile, WindowRecord,
 };
 pub use photometric::PhotometricRecord;
+pub use plan::{
+    ExpectedGain, PlanCoverage, PlanPurpose, PlanRecord, PlanStop, PlanStrategy, PlannedView, UnreachableRegion,
+};
 pub use reader::RecordError;
 pub use run::{RegionRecord, RunRecord};
 pub use stage::{Outcome, Stage};
@@ -93,6 +98,9 @@ pub struct InspectionRecord {
     /// How well the poses agree with the pictures; absent in records that did not keep it, and while it runs.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub photometric: Option<PhotometricRecord>,
+    /// The views that were planned; absent where they came as they came.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub plan: Option<PlanRecord>,
     /// How the run went; absent in records that did not keep it, and while it runs.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub run: Option<RunRecord>,
