@@ -27,11 +27,12 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 /// The packages that have benchmarks.
-const PACKAGES: [&str; 6] = [
+const PACKAGES: [&str; 7] = [
     "semascan-protocol",
     "semascan-geometry",
     "semascan-perception",
     "semascan-simulation",
+    "semascan-sources",
     "semascan-cli",
     "semascan-tests",
 ];
@@ -158,6 +159,10 @@ fn beside_rivals(workspace: &Workspace, folder: &Path, package: &str, bench: &st
     let inputs = folder.join(bench);
     fs::create_dir_all(&inputs)?;
     let mut rows = measure(workspace, folder, package, bench, bench, &[&inputs])?;
+    if rows.is_empty() {
+        // What it needs is not there, which it has said, and it has left nothing.
+        return Ok(rows);
+    }
     let python = rivals::python(workspace)?;
     let ours = folder.join(format!("{bench}.json"));
     rows.extend(keep(Command::new(python).arg(script).arg(inputs).arg(ours), folder, &format!("{bench}-rivals"))?);

@@ -35,7 +35,7 @@ const LEVELS: [Level; 3] = [
     Level { thin: 2, picture: 0, cosine: 0.8, rounds: 4 },
 ];
 /// Longest pair at the finest level, metres a metre of distance.
-const FINE_GATE: f64 = 0.012;
+const FINE_GATE: f64 = 0.015;
 /// Longest pair at which a surface counts as seen by both, metres a metre of distance.
 const SEEN: f64 = 0.03;
 /// Tukey's constant in standard deviations.
@@ -50,6 +50,8 @@ const FEWEST_PAIRS: u32 = 60;
 const STILL: f64 = 5e-5;
 /// Every so many points are looked up to see how much a keyframe shows.
 const PROBE: usize = 16;
+/// Fewest of these that have to lie on a keyframe for it to show anything of the frame.
+const FEWEST_PROBES: u32 = 20;
 /// Fewest points that two pictures are compared in.
 const FEWEST_COMPARED: u32 = 200;
 
@@ -128,7 +130,8 @@ pub(super) fn align(frame: &Frame, targets: &[Target<'_>], search: &Search) -> O
     })
 }
 
-/// Share of `points`, seen from `world_from_camera`, that lie on what any of `surfaces` shows: within [`SEEN`].
+/// Share of `points`, seen from `world_from_camera`, that lie on what any of `surfaces` shows: within [`SEEN`]. A point of which
+/// no surface says anything, because nothing was measured there, does not count; one beyond the rim of all pictures does.
 pub(super) fn covered(
     points: &SourcePoints,
     surfaces: &[&ModelView],
@@ -138,17 +141,25 @@ pub(super) fn covered(
         .iter()
         .map(|s| (*s, IntoPicture::new(&(s.table_from_camera.inverse() * world_from_camera), &s.intrinsics)))
         .collect();
-    let shows = |(surface, way): &(&ModelView, IntoPicture), point: [f32; 3]| {
-        let p = way.place(point);
-        way.pixel(p).is_some_and(|at| {
+    let (mut on_surface, mut elsewhere) = (0_u32, 0_u32);
+    for point in points.points.iter().step_by(PROBE) {
+        let (mut is_shown, mut is_blank) = (false, false);
+        for (surface, way) in &ways {
+            let p = way.place(*point);
+            let Some(at) = way.pixel(p) else { continue };
             let q = surface.points[at];
             let d = sub(p, q);
-            q[2] > 0.0 && dot(d, d) < (SEEN as f32 * p[2]).powi(2)
-        })
-    };
-    let probes = || points.points.iter().step_by(PROBE);
-    let found = probes().filter(|p| ways.iter().any(|way| shows(way, **p))).count();
-    found as f64 / probes().count().max(1) as f64
+            // Nothing was measured in that pixel.
+            is_blank |= q[2] <= 0.0;
+            is_shown |= q[2] > 0.0 && dot(d, d) < (SEEN as f32 * p[2]).powi(2);
+        }
+        match (is_shown, is_blank) {
+            (true, _) => on_surface += 1,
+            (false, true) => {}
+            (false, false) => elsewhere += 1,
+        }
+    }
+    if on_surface < FEWEST_PROBES { 0.0 } else { f64::from(on_surface) / f64::from(on_surface + elsewhere) }
 }
 
 /// Correlation of the frame's picture with those of the targets.

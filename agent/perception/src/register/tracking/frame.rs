@@ -10,11 +10,14 @@ use super::thumbnail::Thumbnail;
 use crate::organized::OrganizedCloud;
 use crate::view::{DepthImage, Intrinsics, View};
 use nalgebra::{Isometry3, Point3};
+use rayon::prelude::*;
 
 /// Columns of the grid, at most.
 const COLUMNS: usize = 320;
 /// Depths within a block of pixels that differ by less, as a share, are of one surface.
 const SAME_SURFACE: f32 = 0.02;
+/// Half the window over which depth is smoothed, pixels of the grid.
+const HALF_WINDOW: usize = 2;
 /// Every so many columns and rows of the grid are aligned.
 const STRIDE: usize = 2;
 /// Points of its picture that are aligned, at most.
@@ -45,6 +48,7 @@ impl Frame {
     pub(super) fn new(view: &View) -> Option<Self> {
         let stride = (view.intrinsics.width as usize).div_ceil(COLUMNS).max(1);
         let (intrinsics, depth) = shrunk(&view.intrinsics, &view.depth, stride);
+        let depth = smoothed(&depth);
         let (cloud, picture) = rayon::join(
             || OrganizedCloud::new(intrinsics, &depth, None),
             || Texture::new(&view.rgb, &view.intrinsics, stride),
@@ -90,6 +94,34 @@ fn shrunk(camera: &Intrinsics, depth: &DepthImage, factor: usize) -> (Intrinsics
     let (width, height) = (width as u32, height as u32);
     let intrinsics = Intrinsics { width, height, ..camera.scaled(1.0 / factor as f64) };
     (intrinsics, DepthImage { width, height, metres })
+}
+
+/// The depth picture with each value the mean of its surface around it ([Newcombe 2011], section 3.1): cameras whose depth comes in
+/// steps show a plane as a staircase, on which no normal can be fitted. Inverse depths are averaged, in which planes are planes.
+fn smoothed(depth: &DepthImage) -> DepthImage {
+    let (width, height) = (depth.width as usize, depth.height as usize);
+    let mut metres = vec![0.0; width * height];
+    metres.par_chunks_mut(width.max(1)).enumerate().for_each(|(row, out)| {
+        let rows = row.saturating_sub(HALF_WINDOW)..(row + HALF_WINDOW + 1).min(height);
+        for (column, out) in out.iter_mut().enumerate() {
+            let own = depth.metres[row * width + column];
+            if own <= 0.0 {
+                continue;
+            }
+            let columns = column.saturating_sub(HALF_WINDOW)..(column + HALF_WINDOW + 1).min(width);
+            let (mut sum, mut count) = (0.0, 0.0);
+            for line in rows.clone() {
+                for z in &depth.metres[line * width + columns.start..line * width + columns.end] {
+                    if (z - own).abs() < SAME_SURFACE * own {
+                        sum += 1.0 / z;
+                        count += 1.0;
+                    }
+                }
+            }
+            *out = count / sum;
+        }
+    });
+    DepthImage { width: depth.width, height: depth.height, metres }
 }
 
 #[cfg(test)]

@@ -8,7 +8,7 @@ use nalgebra::Isometry3;
 /// Share of a frame's points that must lie on the model.
 const LEAST_OVERLAP: f64 = 0.3;
 /// Largest standard deviation of the distances, metres a metre of distance.
-const LARGEST_SIGMA: f64 = 0.01;
+const LARGEST_SIGMA: f64 = 0.02;
 /// Farthest that a frame may lie from where it was foreseen, in standard deviations, and what is never too far: radians, metres.
 const FARTHEST: f64 = 8.0;
 const NEAR: (f64, f64) = (0.12, 0.12);

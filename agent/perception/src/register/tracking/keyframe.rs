@@ -16,7 +16,7 @@ use rayon::prelude::*;
 use semascan_geometry::vector::{dot, sub, unit};
 
 /// Distance from the surface up to which a frame's point is a measurement of it, metres a metre of distance.
-const SAME_SURFACE: f32 = 0.012;
+const SAME_SURFACE: f32 = 0.02;
 /// Smallest cosine between the normals of one surface.
 const SAME_NORMAL: f32 = 0.8;
 /// Frames after which the mean follows new ones as a sliding one: what has moved is forgotten.

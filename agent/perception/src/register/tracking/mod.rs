@@ -55,7 +55,7 @@ const BY_LOOKS: usize = 2;
 const LINKED: f64 = 0.3;
 /// Least likeness of the thumbnails of a place that is seen again, and of the pictures then.
 const ALIKE: f32 = 0.55;
-const SAME_PICTURE: f64 = 0.3;
+const SAME_PICTURE: f64 = 0.5;
 /// Standard deviations that the way between two keyframes is believed to have at least, radians and metres: depth cameras bend
 /// what they see.
 const LINK_FLOOR: (f64, f64) = (1e-3, 2e-3);
