@@ -96,3 +96,27 @@ impl Source for TrackedSource {
         self.source.truth()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::source::fixtures::Counting;
+
+    #[test]
+    fn keyframes_have_tracked_poses_whatever_the_source_says_and_the_rest_is_counted() {
+        let mut source = TrackedSource::new(Box::new(Counting::default()));
+        let setting = |source: &TrackedSource| {
+            source.info().settings.iter().find(|(key, _)| key == SETTING).map(|(_, value)| value.clone()).expect("counted")
+        };
+        for _ in 0..2 {
+            let first = source.next_view().expect("a keyframe").expect("a view");
+            // The source says that the camera moves; nothing of the blank wall that it sees does.
+            assert_eq!(first.pose.table_from_camera(), Some(nalgebra::Isometry3::identity()));
+            assert!(source.next_view().is_none(), "nothing new is seen");
+            assert!(setting(&source).starts_with("1 keyframes of 3 frames"), "{}", setting(&source));
+            assert_eq!(source.info().settings.iter().filter(|(key, _)| key == Counting::SETTING).count(), 1);
+            assert!(source.rewind());
+        }
+        assert!(setting(&source).starts_with("0 keyframes of 0 frames"), "{}", setting(&source));
+    }
+}

@@ -8,12 +8,12 @@ use super::super::se3::{adjoint, exp, log};
 use nalgebra::{DVector, Isometry3, Matrix6, Vector6};
 
 /// Gauss-Newton steps, at most.
-const ROUNDS: usize = 4;
+const ROUNDS: usize = 8;
 /// Conjugate gradients: steps at most, and the share of the residual that may stay.
 const STEPS: usize = 120;
 const ACCURACY: f64 = 1e-8;
 /// Squares of the way in standard deviations at which a link counts half: those that contradict all others fade out.
-const CAUCHY: f64 = 25.0;
+const CAUCHY: f64 = 400.0;
 /// Stiffness of the first keyframe, which stays where it is.
 const FIXED: f64 = 1e12;
 /// A round that moves no camera by more is the last, metres and radians.

@@ -79,7 +79,7 @@ fn error(first: &Isometry3<f64>, truth: &Isometry3<f64>, found: &Isometry3<f64>)
 
 #[test]
 fn a_camera_that_turns_all_around_comes_back_to_where_it_was_on_any_number_of_threads() {
-    let frames = 96;
+    let frames = 72;
     let turn = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
         pool.install(|| {
@@ -93,9 +93,9 @@ fn a_camera_that_turns_all_around_comes_back_to_where_it_was_on_any_number_of_th
     for (i, pose) in trajectory.iter().enumerate() {
         let pose = pose.unwrap_or_else(|| panic!("frame {i} is lost"));
         let off = error(&handheld(0.0), &handheld(i as f64 / f64::from(frames)), &pose);
-        assert!(off < 8e-3, "frame {i}: {off} m");
+        assert!(off < 0.012, "frame {i}: {off} m");
     }
-    assert!((8..60).contains(&keyframes) && loops > 0, "{keyframes} keyframes, {loops} loops");
+    assert!((8..50).contains(&keyframes) && loops > 0, "{keyframes} keyframes, {loops} loops");
     assert_eq!(turn(3).0, trajectory);
 }
 
