@@ -3,7 +3,9 @@
 use crate::source::{
     KeyframeRule, Keyframes, Source, SourceError, SourceInfo, TrackedSource, TurntableSource, WithTaxonomy,
 };
-use crate::spec::{BackgroundMethod, InspectionSpec, MaskRefinement, NetworkSpec, RegistrationMethod, SpecError, TurntableSpec};
+use crate::spec::{
+    BackgroundMethod, InspectionSpec, MaskRefinement, NetworkSpec, RegistrationMethod, SpecError, TurntableSpec,
+};
 use rayon::prelude::*;
 use semascan_model::Taxonomy;
 use semascan_model::finding::NamedClass;

@@ -106,7 +106,13 @@ mod tests {
     fn keyframes_have_tracked_poses_whatever_the_source_says_and_the_rest_is_counted() {
         let mut source = TrackedSource::new(Box::new(Counting::default()));
         let setting = |source: &TrackedSource| {
-            source.info().settings.iter().find(|(key, _)| key == SETTING).map(|(_, value)| value.clone()).expect("counted")
+            source
+                .info()
+                .settings
+                .iter()
+                .find(|(key, _)| key == SETTING)
+                .map(|(_, value)| value.clone())
+                .expect("counted")
         };
         for _ in 0..2 {
             let first = source.next_view().expect("a keyframe").expect("a view");

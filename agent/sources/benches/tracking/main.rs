@@ -45,7 +45,8 @@ fn main() {
 
 /// The frames of a sequence, each with its true pose.
 fn frames(uri: &str, most: usize) -> impl Iterator<Item = (View, Isometry3<f64>)> {
-    let mut source = semascan_sources::open(uri, semascan_sources::OpenOptions::default()).expect("SEMASCAN_TRACKING is a recording");
+    let mut source = semascan_sources::open(uri, semascan_sources::OpenOptions::default())
+        .expect("SEMASCAN_TRACKING is a recording");
     let views = std::iter::from_fn(move || source.next_view());
     views.map(|view| view.expect("a whole frame")).take(most).map(|view| {
         let pose = view.pose.table_from_camera().expect("the sequence has poses");
@@ -112,7 +113,8 @@ fn absolute_error(found: &[Option<Isometry3<f64>>], truth: &[Isometry3<f64>]) ->
         .filter_map(|(found, truth)| Some((found.as_ref()?.translation.vector, truth.translation.vector)))
         .collect();
     let count = pairs.len() as f64;
-    let means = pairs.iter().fold((Vector3::zeros(), Vector3::zeros()), |(a, b), (p, q)| (a + p / count, b + q / count));
+    let means =
+        pairs.iter().fold((Vector3::zeros(), Vector3::zeros()), |(a, b), (p, q)| (a + p / count, b + q / count));
     let product: Matrix3<f64> = pairs.iter().map(|(p, q)| (p - means.0) * (q - means.1).transpose()).sum();
     let svd = product.svd(true, true);
     let (u, v_t) = (svd.u?, svd.v_t?);

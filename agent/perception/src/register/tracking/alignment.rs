@@ -42,6 +42,9 @@ const SEEN: f64 = 0.03;
 const TUKEY: f64 = 4.685;
 /// Smallest standard deviations that residuals are believed to have: metres, and normalised grey values.
 const SIGMA_FLOOR: (f64, f64) = (2e-4, 0.05);
+/// What pictures err together, in variances of their noise: colour and depth come from two cameras, which are never quite registered
+/// to each other, nor in time.
+const PICTURES_ERR: f64 = 10.0;
 /// Eigenvalue below which a direction is left to the pictures.
 const WEAKEST: f64 = 6e-3;
 /// Fewest pairs that say anything.
@@ -132,11 +135,7 @@ pub(super) fn align(frame: &Frame, targets: &[Target<'_>], search: &Search) -> O
 
 /// Share of `points`, seen from `world_from_camera`, that lie on what any of `surfaces` shows: within [`SEEN`]. A point of which
 /// no surface says anything, because nothing was measured there, does not count; one beyond the rim of all pictures does.
-pub(super) fn covered(
-    points: &SourcePoints,
-    surfaces: &[&ModelView],
-    world_from_camera: &Isometry3<f64>,
-) -> f64 {
+pub(super) fn covered(points: &SourcePoints, surfaces: &[&ModelView], world_from_camera: &Isometry3<f64>) -> f64 {
     let ways: Vec<(&ModelView, IntoPicture)> = surfaces
         .iter()
         .map(|s| (*s, IntoPicture::new(&(s.table_from_camera.inverse() * world_from_camera), &s.intrinsics)))
@@ -216,13 +215,8 @@ impl Problem<'_> {
         }
         let geometric = deviations.value()?;
         let carry = about(centre);
-        let observable = project_out_degenerate(
-            &surfaces.hessian,
-            &surfaces.gradient,
-            surfaces.weight,
-            self.frame.radius,
-            WEAKEST,
-        );
+        let observable =
+            project_out_degenerate(&surfaces.hessian, &surfaces.gradient, surfaces.weight, self.frame.radius, WEAKEST);
         let (mut hessian, mut gradient) =
             (carry.transpose() * observable.hessian * carry, carry.transpose() * observable.gradient);
         // Pictures: of the keyframe that shows most.
@@ -230,7 +224,7 @@ impl Problem<'_> {
         if let Some((at, target_from_frame)) = self.pictures(pose, centre) {
             photometric = at.sigma;
             let mut pictures = Sum::default();
-            pictures.add(&at, &target_from_frame, at.sigma.max(SIGMA_FLOOR.1));
+            pictures.add(&at, &target_from_frame, at.sigma.max(SIGMA_FLOOR.1) * PICTURES_ERR.sqrt());
             hessian += carry.transpose() * pictures.hessian * carry;
             gradient += carry.transpose() * pictures.gradient;
         }

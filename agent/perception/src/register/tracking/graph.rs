@@ -192,7 +192,11 @@ mod tests {
     fn a_closed_loop_spreads_the_drift() {
         let (truth, poses, mut links) = circle(40, &Vector6::new(0.0, 0.0, 0.002, 0.001, 0.0, 0.0));
         let error = |poses: &[Isometry3<f64>]| {
-            poses.iter().zip(&truth).map(|(p, t)| (p.translation.vector - t.translation.vector).norm()).fold(0.0, f64::max)
+            poses
+                .iter()
+                .zip(&truth)
+                .map(|(p, t)| (p.translation.vector - t.translation.vector).norm())
+                .fold(0.0, f64::max)
         };
         let open = error(&Graph { links: links.clone() }.optimised(&poses));
         assert!((open - error(&poses)).abs() < 1e-6, "an open chain has nothing to correct");

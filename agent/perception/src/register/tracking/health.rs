@@ -1,8 +1,8 @@
 //! How well a camera is tracked, and why it is lost.
 
+use super::super::se3::log;
 use super::alignment::Alignment;
 use super::motion::Motion;
-use super::super::se3::log;
 use nalgebra::Isometry3;
 
 /// Share of a frame's points that must lie on the model.

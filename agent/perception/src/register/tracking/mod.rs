@@ -156,7 +156,7 @@ impl Tracker {
 
     /// The first frame says where the world is.
     fn begin(&mut self, frame: &Frame) -> Tracked {
-        self.keyframes.push(Keyframe::new(frame, Isometry3::identity(), &[]));
+        self.keyframes.push(Keyframe::new(frame, Isometry3::identity()));
         self.reference_from_camera = Isometry3::identity();
         self.remember(frame);
         let health = Health { overlap: 1.0, sigma: 0.0, alike: None, left_open: 0 };
@@ -243,11 +243,8 @@ impl Tracker {
         let mut failure = Lost::Nowhere;
         for guess in guesses {
             let start = self.place_of(&guess);
-            let search = Search {
-                start,
-                covariance: covariance_of_prior(rotation, translation),
-                reach: WIDE * frame.centre.z,
-            };
+            let search =
+                Search { start, covariance: covariance_of_prior(rotation, translation), reach: WIDE * frame.centre.z };
             let Some(alignment) = align(frame, &self.targets(frame, &start, guess.keyframe), &search) else { continue };
             match Health::of(&alignment, frame.centre.z) {
                 Ok(health) if health.overlap < FOUND => {
@@ -308,8 +305,7 @@ impl Tracker {
     fn add_keyframe(&mut self, frame: &Frame, pose: Isometry3<f64>) -> usize {
         let new = self.keyframes.len();
         let local: Vec<usize> = self.shown(frame, &pose, self.reference).into_iter().map(|(_, i)| i).collect();
-        let lenders: Vec<&Keyframe> = local.iter().take(TARGETS).map(|i| &self.keyframes[*i]).collect();
-        let keyframe = Keyframe::new(frame, pose, &lenders);
+        let keyframe = Keyframe::new(frame, pose);
         let links = self.links(frame, &pose, new, &local);
         let loops = links.iter().filter(|link| !local.contains(&link.a)).count();
         self.keyframes.push(keyframe);

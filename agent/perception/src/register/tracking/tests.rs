@@ -48,7 +48,8 @@ impl Place {
         let rgb = RgbImage::from_fn(width, height, |u, v| {
             let i = v * width + u;
             let p = eye + ray(i) * f64::from(metres[i as usize]);
-            let print = (p.x * 21.0 + p.z * 5.0).sin() * (p.y * 17.0 - p.z * 13.0).cos() + 0.5 * (p.x * 9.0 + p.y * 33.0 + p.z * 27.0).sin();
+            let print = (p.x * 21.0 + p.z * 5.0).sin() * (p.y * 17.0 - p.z * 13.0).cos()
+                + 0.5 * (p.x * 9.0 + p.y * 33.0 + p.z * 27.0).sin();
             Rgb([if self == Self::BlankWall { 90 } else { (110.0 + 60.0 * print) as u8 }; 3])
         });
         View {
@@ -84,8 +85,9 @@ fn a_camera_that_turns_all_around_comes_back_to_where_it_was_on_any_number_of_th
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
         pool.install(|| {
             let mut tracker = Tracker::default();
-            let loops: usize =
-                (0..=frames).map(|i| tracker.track(&Place::Room.view(&handheld(f64::from(i) / f64::from(frames)))).loops).sum();
+            let loops: usize = (0..=frames)
+                .map(|i| tracker.track(&Place::Room.view(&handheld(f64::from(i) / f64::from(frames)))).loops)
+                .sum();
             (tracker.trajectory(), loops, tracker.keyframes())
         })
     };

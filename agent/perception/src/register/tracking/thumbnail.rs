@@ -81,7 +81,8 @@ mod tests {
         let here = picture(1.0, 0.0);
         assert!(here.alike(&picture(0.6, 0.0)) > 0.95);
         assert!(here.alike(&picture(1.0, 40.0)) < 0.7, "{}", here.alike(&picture(1.0, 40.0)));
-        let dark = Thumbnail::new(&RgbImage::new(160, 120), &DepthImage { width: 160, height: 120, metres: vec![0.0; 19200] });
+        let dark =
+            Thumbnail::new(&RgbImage::new(160, 120), &DepthImage { width: 160, height: 120, metres: vec![0.0; 19200] });
         assert_eq!(here.alike(&dark), 0.0);
     }
 }
