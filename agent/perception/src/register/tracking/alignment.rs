@@ -44,7 +44,7 @@ const TUKEY: f64 = 4.685;
 const SIGMA_FLOOR: (f64, f64) = (2e-4, 0.05);
 /// What pictures err together, in variances of their noise: colour and depth come from two cameras, which are never quite registered
 /// to each other, nor in time.
-const PICTURES_ERR: f64 = 10.0;
+const REGISTRATION_ERROR: f64 = 10.0;
 /// Eigenvalue below which a direction is left to the pictures.
 const WEAKEST: f64 = 6e-3;
 /// Fewest pairs that say anything.
@@ -224,7 +224,7 @@ impl Problem<'_> {
         if let Some((at, target_from_frame)) = self.pictures(pose, centre) {
             photometric = at.sigma;
             let mut pictures = Sum::default();
-            pictures.add(&at, &target_from_frame, at.sigma.max(SIGMA_FLOOR.1) * PICTURES_ERR.sqrt());
+            pictures.add(&at, &target_from_frame, at.sigma.max(SIGMA_FLOOR.1) * REGISTRATION_ERROR.sqrt());
             hessian += carry.transpose() * pictures.hessian * carry;
             gradient += carry.transpose() * pictures.gradient;
         }

@@ -2,8 +2,9 @@
 //!
 //! All keyframes together are the model that is tracked against. Within a keyframe the surface is a depth picture that
 //! frames are averaged into, along the rays of its pixels, as a volume averages distances ([Newcombe 2011], section 3.3;
-//! [Engel 2013] for a picture in place of a volume). Unlike a volume, the model bends where a loop closes: its keyframes
-//! move. What one keyframe knows is not handed on to the next: errors of the ways between them would add up in the surface.
+//! [Engel 2013] for a picture in place of a volume); a new keyframe takes over what earlier ones know of its surface, so
+//! that it is tracked against the mean of all frames and not against the last one. Unlike a volume, the model bends where a
+//! loop closes: its keyframes move.
 
 use super::super::into_picture::IntoPicture;
 use super::super::model_view::ModelView;
@@ -20,6 +21,8 @@ const SAME_SURFACE: f32 = 0.02;
 const SAME_NORMAL: f32 = 0.8;
 /// Frames after which the mean follows new ones as a sliding one: what has moved is forgotten.
 const MOST_FRAMES: f32 = 60.0;
+/// Share of their certainty that another keyframe's points keep: its pose is not exact.
+const TAKEN_OVER: f32 = 0.5;
 
 /// A surface with its picture and its place.
 pub(super) struct Keyframe {
@@ -32,12 +35,16 @@ pub(super) struct Keyframe {
 }
 
 impl Keyframe {
-    /// Of a frame at `world_from_camera`.
-    pub(super) fn new(frame: &Frame, world_from_camera: Isometry3<f64>) -> Self {
+    /// Of a frame at `world_from_camera`; `earlier` keyframes that show the same surface lend what they know of it.
+    pub(super) fn new(frame: &Frame, world_from_camera: Isometry3<f64>, earlier: &[&Self]) -> Self {
         let mut surface = frame.surface.clone();
         surface.table_from_camera = world_from_camera;
         let weights = surface.points.iter().zip(&surface.normals).map(|(p, n)| worth(*p, *n)).collect();
-        Self { surface, weights, texture: frame.texture.clone() }
+        let mut keyframe = Self { surface, weights, texture: frame.texture.clone() };
+        for other in earlier {
+            keyframe.average(&other.surface, Some(&other.weights));
+        }
+        keyframe
     }
 
     /// The pose: `world_from_camera`.
@@ -52,9 +59,16 @@ impl Keyframe {
 
     /// Averages a frame that was found at `world_from_camera` into the surface.
     pub(super) fn fuse(&mut self, frame: &Frame, world_from_camera: &Isometry3<f64>) {
-        let (other, own) = (&frame.surface, self.pose());
-        let there = IntoPicture::new(&(world_from_camera.inverse() * own), &other.intrinsics);
-        let back = IntoPicture::new(&(own.inverse() * world_from_camera), &other.intrinsics);
+        let mut surface = frame.surface.clone();
+        surface.table_from_camera = *world_from_camera;
+        self.average(&surface, None);
+    }
+
+    /// Averages `other` into the surface, whose points count by `weights`, or by what one frame's are worth.
+    fn average(&mut self, other: &ModelView, weights: Option<&[f32]>) {
+        let own = self.surface.table_from_camera;
+        let there = IntoPicture::new(&(other.table_from_camera.inverse() * own), &other.intrinsics);
+        let back = IntoPicture::new(&(own.inverse() * other.table_from_camera), &other.intrinsics);
         let width = self.surface.intrinsics.width.max(1) as usize;
         self.surface
             .points
@@ -76,7 +90,10 @@ impl Keyframe {
                     if dot(*n, m) < SAME_NORMAL || off.abs() > SAME_SURFACE * p[2] || along > -0.1 * p[2] {
                         continue;
                     }
-                    let added = worth(other.points[at], other.normals[at]);
+                    let added = match weights {
+                        Some(weights) => TAKEN_OVER * weights[at],
+                        None => worth(other.points[at], other.normals[at]),
+                    };
                     let share = added / (*w + added).max(f32::MIN_POSITIVE);
                     let stretch = 1.0 + share * off / along;
                     *p = p.map(|x| x * stretch);

@@ -53,9 +53,11 @@ const BY_SURFACE: usize = 4;
 const BY_LOOKS: usize = 2;
 /// Share of a keyframe that another has to show of it to be linked.
 const LINKED: f64 = 0.3;
-/// Least likeness of the thumbnails of a place that is seen again, and of the pictures then.
+/// Least likeness of the thumbnails of a place that is seen again, and correlation of the pictures of a lost camera that is found there.
 const ALIKE: f32 = 0.55;
 const SAME_PICTURE: f64 = 0.5;
+/// The same of a loop that is closed.
+const SURELY_ALIKE: f64 = 0.7;
 /// Standard deviations that the way between two keyframes is believed to have at least, radians and metres: depth cameras bend
 /// what they see.
 const LINK_FLOOR: (f64, f64) = (1e-3, 2e-3);
@@ -156,7 +158,7 @@ impl Tracker {
 
     /// The first frame says where the world is.
     fn begin(&mut self, frame: &Frame) -> Tracked {
-        self.keyframes.push(Keyframe::new(frame, Isometry3::identity()));
+        self.keyframes.push(Keyframe::new(frame, Isometry3::identity(), &[]));
         self.reference_from_camera = Isometry3::identity();
         self.remember(frame);
         let health = Health { overlap: 1.0, sigma: 0.0, alike: None, left_open: 0 };
@@ -305,7 +307,8 @@ impl Tracker {
     fn add_keyframe(&mut self, frame: &Frame, pose: Isometry3<f64>) -> usize {
         let new = self.keyframes.len();
         let local: Vec<usize> = self.shown(frame, &pose, self.reference).into_iter().map(|(_, i)| i).collect();
-        let keyframe = Keyframe::new(frame, pose);
+        let lenders: Vec<&Keyframe> = local.iter().take(TARGETS).map(|i| &self.keyframes[*i]).collect();
+        let keyframe = Keyframe::new(frame, pose, &lenders);
         let links = self.links(frame, &pose, new, &local);
         let loops = links.iter().filter(|link| !local.contains(&link.a)).count();
         self.keyframes.push(keyframe);
@@ -347,8 +350,9 @@ impl Tracker {
             let search = Search { start: *pose, covariance: covariance_of_prior(rotation, translation), reach };
             let found = align(frame, &[self.keyframes[earlier].target()], &search)?;
             let health = Health::of(&found, distance).ok()?;
-            let is_alike = health.alike.is_none_or(|alike| alike > SAME_PICTURE);
-            (health.left_open == 0 && (is_local || is_alike)).then_some(found)
+            // A loop that is none costs more than one that is missed.
+            let is_sure = health.overlap > FOUND && health.alike.is_some_and(|alike| alike > SURELY_ALIKE);
+            (health.left_open == 0 && (is_local || is_sure)).then_some(found)
         };
         let floor = covariance_of_prior(LINK_FLOOR.0, LINK_FLOOR.1);
         let link = |earlier: usize, found: &Isometry3<f64>, data: Option<Matrix6<f64>>| {
