@@ -171,6 +171,10 @@ fn beside_rivals(workspace: &Workspace, folder: &Path, package: &str, bench: &st
     let inputs = folder.join(bench);
     fs::create_dir_all(&inputs)?;
     let mut rows = measure(workspace, folder, package, bench, bench, &[&inputs])?;
+    if rows.is_empty() {
+        // What it needs is not there, which it has said, and it has left nothing.
+        return Ok(rows);
+    }
     let python = rivals::python(workspace)?;
     let ours = folder.join(format!("{bench}.json"));
     rows.extend(keep(Command::new(python).arg(script).arg(inputs).arg(ours), folder, &format!("{bench}-rivals"))?);

@@ -1,7 +1,11 @@
 //! From a specification to the stages that do it: the one place that puts segmenter and registrar together.
 
-use crate::source::{KeyframeRule, Keyframes, Source, SourceError, SourceInfo, TurntableSource, WithTaxonomy};
-use crate::spec::{BackgroundMethod, InspectionSpec, MaskRefinement, NetworkSpec, RegistrationMethod, SpecError};
+use crate::source::{
+    KeyframeRule, Keyframes, Source, SourceError, SourceInfo, TrackedSource, TurntableSource, WithTaxonomy,
+};
+use crate::spec::{
+    BackgroundMethod, InspectionSpec, MaskRefinement, NetworkSpec, RegistrationMethod, SpecError, TurntableSpec,
+};
 use rayon::prelude::*;
 use semascan_model::Taxonomy;
 use semascan_model::finding::NamedClass;
@@ -61,8 +65,7 @@ pub(crate) fn compose(spec: &InspectionSpec, source: Box<dyn Source>) -> Result<
         let reason = "only labelled pixels are asked for, but no labels: none would be left".to_owned();
         return Err(SpecError { field: "region.labelled".into(), reason }.into());
     }
-    source = TurntableSource::wrap(source, spec.turntable)
-        .map_err(|reason| SpecError { field: "turntable".into(), reason })?;
+    source = posed(spec, source)?;
     if spec.source.keyframes {
         source = Box::new(Keyframes::new(source, KeyframeRule::default()));
     }
@@ -87,6 +90,18 @@ pub(crate) fn compose(spec: &InspectionSpec, source: Box<dyn Source>) -> Result<
     let registrar = registrar(spec.registration, info);
     let looked_for = looked_for(spec.labels, &models, &source.info().taxonomy);
     Ok(Composition { source, segmenter, registrar, networks, looked_for })
+}
+
+/// The source with the poses that looking at it gives: of a camera that is tracked, or before a turntable.
+fn posed(spec: &InspectionSpec, source: Box<dyn Source>) -> Result<Box<dyn Source>, SpecError> {
+    let turntable = |reason| SpecError { field: "turntable".into(), reason };
+    match spec.turntable {
+        TurntableSpec::Known { .. } if spec.source.track => {
+            Err(turntable("a camera that is tracked moves, and one before a turntable stands still".into()))
+        }
+        _ if spec.source.track => Ok(Box::new(TrackedSource::new(source))),
+        _ => TurntableSource::wrap(source, spec.turntable).map_err(turntable),
+    }
 }
 
 /// The classes that an inspection of `source` as `spec` says names, known before it is set up.

@@ -42,7 +42,7 @@ impl Remake for FromCaptures {
             .map_err(|error| PortError::new(place(), format!("its settings cannot be read: {error}")))?;
         // Views that were captured and not inspected any more are not made part of it now.
         let was_cut = matches!(row.state, InspectionState::Stopped | InspectionState::Interrupted);
-        let views = if was_cut && !spec.source.keyframes { row.views } else { u32::MAX };
+        let views = if was_cut && !spec.source.leaves_out() { row.views } else { u32::MAX };
         let path = self.0.capture_path(id);
         let source = McapSource::first_views(&path, views).map_err(|error| PortError::new(path.display(), error))?;
         // The pauses between captures are over.

@@ -84,6 +84,9 @@ pub(crate) struct SpecArgs {
     /// Inspect only the views of a moving camera that show something new (keyframes)
     #[arg(long)]
     keyframes: bool,
+    /// Follow a handheld camera from frame to frame by what it sees; its keyframes are inspected
+    #[arg(long)]
+    track: bool,
     /// Least time between two captures in seconds [default: 0]
     #[arg(long, value_name = "SECONDS", value_parser = numbers::pause, allow_negative_numbers = true)]
     pace: Option<f64>,
@@ -238,6 +241,7 @@ impl SpecArgs {
         set(&mut spec.association, self.association);
         spec.source.voxel_mm = self.voxel.or(spec.source.voxel_mm);
         spec.source.keyframes |= self.keyframes;
+        spec.source.track |= self.track;
         set(&mut spec.source.pace_s, self.pace);
         self.plan.apply(&mut spec.plan);
         spec

@@ -7,12 +7,14 @@ mod error;
 #[cfg(test)]
 pub(crate) mod fixtures;
 mod keyframes;
+mod tracked;
 mod turntable;
 mod with_taxonomy;
 
 pub use capture_trigger::CaptureTrigger;
 pub use error::SourceError;
 pub use keyframes::{KeyframeRule, Keyframes};
+pub use tracked::TrackedSource;
 pub use turntable::TurntableSource;
 pub use with_taxonomy::WithTaxonomy;
 

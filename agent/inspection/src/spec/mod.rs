@@ -77,8 +77,18 @@ pub struct SourceSpec {
     pub voxel_mm: Option<f64>,
     /// Inspect only the views of a moving camera that show something new (keyframes); the rest is counted.
     pub keyframes: bool,
+    /// Follow a handheld camera from frame to frame (30 a second) by what it sees, whatever poses the source says; its keyframes
+    /// are inspected, the rest is counted.
+    pub track: bool,
     /// Least time between two captures in seconds, so that people can watch.
     pub pace_s: f64,
+}
+
+impl SourceSpec {
+    /// Whether some views of the source are not inspected though nothing is wrong with them.
+    pub fn leaves_out(&self) -> bool {
+        self.keyframes || self.track
+    }
 }
 
 /// What is known to show the robot itself in every view.
@@ -280,10 +290,11 @@ mod tests {
         let text = "labels = \"network\"\nmasks = \"lcccp\"\nassociation = \"gravity-centre\"\nturntable = \"step=15\"\n\
             registration = \"segment-icp\"\nleast_views = 0.8\n[region]\ndepth = \"0.2..1.5\"\n\
             box = [-0.1, -0.1, 0.0, 0.1, 0.1, 0.2]\nlabelled = true\nfootprint_voxels = 3\n[source]\nuri = \"scene\"\ncamera_mask = \"gripper.png\"\nvoxel_mm = 1.5\n\
-            keyframes = true\nunit = \"cm\"\ndepth_scale_mm = 0.25\npace_s = 0.5\n[preparation]\ndenoise = true\nbackground = \"volume\"\n\
+            keyframes = true\ntrack = true\nunit = \"cm\"\ndepth_scale_mm = 0.25\npace_s = 0.5\n[preparation]\ndenoise = true\nbackground = \"volume\"\n\
             [outliers]\nmin_neighbours = 4\n[network]\nmodels = [\"ud-net-edge\"]\nthreshold = 0.3\n";
         let spec: InspectionSpec = toml::from_str(text).expect("right");
         assert_eq!(spec.source.camera_mask, CameraMask::File("gripper.png".into()));
+        assert!(spec.source.track && spec.source.leaves_out());
         assert_eq!(spec.voxel(), Ok(Some(1.5e-3)));
         assert_eq!(spec.pace(), Ok(Duration::from_millis(500)));
         assert_eq!((spec.outliers.min_neighbours, spec.outliers.radius), (4, OutlierFilter::default().radius));

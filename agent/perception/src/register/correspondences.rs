@@ -82,7 +82,8 @@ impl<'a> Pairing<'a> {
                 continue;
             }
             let d = sub(p, q);
-            if dot(d, d) > reach {
+            let certainty = source.certainty.get(i).copied().unwrap_or(1.0);
+            if dot(d, d) * certainty * certainty > reach {
                 continue;
             }
             let (np, nq) = (self.into_target.turn(source.normals[i]), self.target.normals[at]);
@@ -95,7 +96,7 @@ impl<'a> Pairing<'a> {
                     continue;
                 }
             }
-            let n: [f32; 3] = std::array::from_fn(|a| 0.5 * (np[a] + nq[a]));
+            let n: [f32; 3] = std::array::from_fn(|a| 0.5 * certainty * (np[a] + nq[a]));
             let r = dot(n, d);
             sums.pairs += 1;
             sums.histogram[((r.abs() * bin) as usize).min(BINS - 1)] += 1;

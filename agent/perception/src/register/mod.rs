@@ -31,6 +31,7 @@ mod selection;
 mod source_points;
 mod surfels;
 mod texture;
+pub mod tracking;
 pub mod turntable;
 mod visibility;
 

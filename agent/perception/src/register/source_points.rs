@@ -15,13 +15,17 @@ pub struct SourcePoints {
     pub normals: Vec<[f32; 3]>,
     /// Component classes, 0 = none or unknown.
     pub labels: Vec<u16>,
+    /// How certain each point's depth is, relative to the others: the inverse of its standard deviation. Empty where all are
+    /// alike. Distances are scaled by it before they are compared with gates and squared.
+    pub certainty: Vec<f32>,
     /// Pixels of the picture that a point stands for.
     pub pixels_per_point: f64,
 }
 
 impl Default for SourcePoints {
     fn default() -> Self {
-        Self { points: Vec::new(), normals: Vec::new(), labels: Vec::new(), pixels_per_point: 1.0 }
+        let (points, normals, labels, certainty) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        Self { points, normals, labels, certainty, pixels_per_point: 1.0 }
     }
 }
 
@@ -57,6 +61,7 @@ impl SourcePoints {
             points: self.points.iter().copied().step_by(step).collect(),
             normals: self.normals.iter().copied().step_by(step).collect(),
             labels: self.labels.iter().copied().step_by(step).collect(),
+            certainty: self.certainty.iter().copied().step_by(step).collect(),
             pixels_per_point: self.pixels_per_point * step as f64,
         }
     }

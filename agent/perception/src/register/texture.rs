@@ -100,11 +100,12 @@ impl Texture {
 
 impl TexturedPoints {
     /// The pixels of `cloud` (every `stride`-th column and row) where `texture` has structure, a normal is known and
-    /// `wanted` (row-major pixel index) agrees; `None` where they are too few to align by.
+    /// `wanted` (row-major pixel index) agrees, thinned to at most `most`; `None` where they are too few to align by.
     pub(super) fn select(
         cloud: &OrganizedCloud,
         texture: &Texture,
         stride: usize,
+        most: usize,
         wanted: impl Fn(usize) -> bool,
     ) -> Option<Self> {
         let (width, height) = (cloud.intrinsics.width as usize, cloud.intrinsics.height as usize);
@@ -127,7 +128,7 @@ impl TexturedPoints {
                 all.samples.push([fine, middle, coarse]);
             }
         }
-        let step = all.points.len().div_ceil(KEPT_POINTS).max(1);
+        let step = all.points.len().div_ceil(most).max(1);
         let points: Vec<[f32; 3]> = all.points.into_iter().step_by(step).collect();
         let samples = all.samples.into_iter().step_by(step).collect();
         (points.len() >= FEWEST_POINTS).then_some(Self { points, samples })
@@ -150,7 +151,13 @@ impl ViewTexture {
         wanted: impl Fn(usize) -> bool,
     ) -> Option<Self> {
         let picture = Texture::new(rgb, &cloud.intrinsics, stride);
-        let points = TexturedPoints::select(cloud, &picture, stride, wanted)?;
+        let points = TexturedPoints::select(cloud, &picture, stride, KEPT_POINTS, wanted)?;
+        Some(Self { picture, points })
+    }
+
+    /// Of a picture with the columns and rows of `cloud`, and at most `most` of its points.
+    pub(super) fn on(picture: Texture, cloud: &OrganizedCloud, most: usize) -> Option<Self> {
+        let points = TexturedPoints::select(cloud, &picture, 1, most, |_| true)?;
         Some(Self { picture, points })
     }
 }

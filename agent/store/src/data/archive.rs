@@ -119,7 +119,7 @@ impl Archive for DataFolder {
         }
         let spec: InspectionSpec = serde_json::from_str(&row.spec)
             .map_err(|error| PortError::new(format!("the settings of inspection {id}"), error))?;
-        let wanted = if spec.source.keyframes {
+        let wanted = if spec.source.leaves_out() {
             // Views that showed nothing new were captured and not inspected: they are counted in one order, not in the other.
             let views = self.catalogue().views(id)?;
             let Some(view) = views.into_iter().find(|view| view.index == index) else { return Ok(None) };
