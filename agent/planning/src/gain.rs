@@ -14,7 +14,7 @@ use std::f64::consts::{PI, TAU};
 /// Cosine of the largest incidence under which surface counts as well seen (75 degrees).
 pub(crate) const WELL_SEEN: f32 = 0.258_819;
 /// Cosine from which on a closer look adds nothing (45 degrees).
-const BEST: f32 = 0.707_107;
+const BEST: f32 = std::f32::consts::FRAC_1_SQRT_2;
 /// Cosines under which a frontier promises nothing and all.
 const GRAZING: f32 = 0.1;
 const PROMISING: f32 = 0.5;

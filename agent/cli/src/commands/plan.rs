@@ -52,6 +52,9 @@ pub(crate) struct PlanCommandArgs {
     json: bool,
 }
 
+/// Two corners of a box in metres, table frame.
+type Corners = (Point3<f64>, Point3<f64>);
+
 /// The poses, for other programs. Metres, radians.
 #[derive(Serialize)]
 struct Printed {
@@ -135,7 +138,7 @@ impl PlanCommandArgs {
         record: &InspectionRecord,
         spec: &InspectionSpec,
         mesh: &SemanticMesh,
-    ) -> Result<(Intrinsics, (Point3<f64>, Point3<f64>)), Failure> {
+    ) -> Result<(Intrinsics, Corners), Failure> {
         let known = source::open(&record.source, spec).ok().and_then(|mut source| {
             let camera = source.steered()?.intrinsics();
             Some((camera, source.info().volume?))
