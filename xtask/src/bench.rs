@@ -27,7 +27,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 /// The packages that have benchmarks.
-const PACKAGES: [&str; 7] = [
+const PACKAGES: [&str; 8] = [
     "semascan-protocol",
     "semascan-geometry",
     "semascan-perception",
