@@ -1,7 +1,7 @@
 //! The corners of a board in a picture.
 
 use crate::print::UnknownDictionary;
-use crate::{april_grid, charuco, chessboard};
+use crate::{charuco, chessboard};
 use calib_targets_core::{DetectorConfig, GrayImageView, ImageRefiner, default_chess_config};
 use image::GrayImage;
 use semascan_calibration::{Board, Corner};
@@ -28,7 +28,6 @@ pub fn detect(board: &Board, picture: &GrayImage) -> Result<Vec<Corner>, DetectE
     match board {
         Board::Charuco { .. } => charuco::detect(board, picture),
         Board::Chessboard { columns, rows, square_mm } => chessboard::detect((*columns, *rows), *square_mm, picture),
-        Board::AprilGrid { .. } => april_grid::detect(board, picture),
     }
 }
 

@@ -1,9 +1,9 @@
-//! Boards in pictures: the corners of ChArUco boards, chessboards and grids of AprilTags.
+//! Boards in pictures: the corners of ChArUco boards and chessboards.
 //!
 //! | file | what |
 //! |---|---|
 //! | `detect.rs` | the corners of a board in a picture |
-//! | `charuco.rs`, `chessboard.rs`, `april_grid.rs` | the same for each kind of board |
+//! | `charuco.rs`, `chessboard.rs` | the same for each kind of board |
 //! | `print.rs` | what is printed on a board |
 //! | `rendered.rs` | a picture of a board, whose truth is known |
 //!
@@ -11,7 +11,6 @@
 //! placed by the saddle point of the grey values. A board is described by [`semascan_calibration::Board`], which also says
 //! where its frame is, and corners that were taken for others are kept out there ([`semascan_calibration::board_view`]).
 
-mod april_grid;
 mod charuco;
 mod chessboard;
 mod detect;

@@ -26,9 +26,7 @@ impl<'a> Print<'a> {
     /// [`UnknownDictionary`].
     pub fn new(board: &'a Board) -> Result<Self, UnknownDictionary> {
         let dictionary = match board {
-            Board::Charuco { dictionary: name, .. } | Board::AprilGrid { dictionary: name, .. } => {
-                Some(dictionary(name)?)
-            }
+            Board::Charuco { dictionary: name, .. } => Some(dictionary(name)?),
             Board::Chessboard { .. } => None,
         };
         Ok(Self { board, dictionary })
@@ -57,22 +55,6 @@ impl<'a> Print<'a> {
                 let margin = 0.5 * (square_mm - marker_mm);
                 let inside = [x - f64::from(i) * square_mm - margin, y - f64::from(j) * square_mm - margin];
                 self.is_marker_black(before + i / 2, inside.map(|at| at / marker_mm))
-            }
-            Board::AprilGrid { tag_mm, gap_mm, .. } => {
-                let pitch = tag_mm + gap_mm;
-                let [(i, right), (j, down)] = [x, y].map(|at| {
-                    let cell = (at / pitch).floor();
-                    (cell, at - cell * pitch)
-                });
-                match (right < *tag_mm, down < *tag_mm) {
-                    (true, true) => {
-                        let is_tag = i >= 0.0 && j >= 0.0 && i < f64::from(columns) && j < f64::from(rows);
-                        is_tag && self.is_marker_black(j as u32 * columns + i as u32, [right / tag_mm, down / tag_mm])
-                    }
-                    // The small squares, around the outermost tags, too.
-                    (false, false) => i >= -1.0 && j >= -1.0 && i < f64::from(columns) && j < f64::from(rows),
-                    _ => false,
-                }
             }
         }
     }

@@ -58,9 +58,12 @@ fn found(board: &Board, views: usize) -> (f64, f64, f64) {
 
 #[test]
 fn corners_of_charuco_boards_are_found() {
-    for dictionary in ["DICT_4X4_50", "DICT_APRILTAG_36h11"] {
+    // Bits of markers are five pixels wide at least.
+    for (columns, rows, square, marker, dictionary) in
+        [(9, 7, 20, 15, "DICT_4X4_50"), (7, 5, 28, 22, "DICT_APRILTAG_36h11")]
+    {
         let board = board(&format!(
-            r#"{{"type":"charuco","columns":9,"rows":7,"square_mm":20,"marker_mm":15,"dictionary":"{dictionary}"}}"#
+            r#"{{"type":"charuco","columns":{columns},"rows":{rows},"square_mm":{square},"marker_mm":{marker},"dictionary":"{dictionary}"}}"#
         ));
         let (share, median, p95) = found(&board, 4);
         assert!(share > 0.9 && median < 0.06 && p95 < 0.15, "{dictionary}: {share} {median} {p95}");
@@ -75,25 +78,14 @@ fn corners_of_chessboards_are_found() {
 }
 
 #[test]
-fn corners_of_grids_of_tags_are_found() {
-    let board =
-        board(r#"{"type":"aprilgrid","columns":5,"rows":4,"tag_mm":26,"gap_mm":8,"dictionary":"DICT_APRILTAG_36h11"}"#);
-    let (share, median, p95) = found(&board, 4);
-    assert!(share > 0.9 && median < 0.06 && p95 < 0.15, "{share} {median} {p95}");
-}
-
-#[test]
 fn a_picture_without_the_board_has_none() {
     let charuco =
         board(r#"{"type":"charuco","columns":9,"rows":7,"square_mm":20,"marker_mm":15,"dictionary":"DICT_4X4_50"}"#);
     let chessboard = board(r#"{"type":"chessboard","columns":10,"rows":7,"square_mm":18}"#);
-    let tags =
-        board(r#"{"type":"aprilgrid","columns":5,"rows":4,"tag_mm":26,"gap_mm":8,"dictionary":"DICT_APRILTAG_36h11"}"#);
     let of_charuco = picture(&Renderer::new(&camera()), &charuco, &pose(&charuco, 0.2, 0.3), 1);
     assert!(matches!(detect(&chessboard, &of_charuco), Err(DetectError::Unseen(_))));
-    assert!(matches!(detect(&tags, &of_charuco), Err(DetectError::Unseen(_))));
     let grey = GrayImage::from_pixel(640, 480, image::Luma([120]));
-    for any in [&charuco, &chessboard, &tags] {
+    for any in [&charuco, &chessboard] {
         assert!(matches!(detect(any, &grey), Err(DetectError::Unseen(_))));
     }
     let unknown =

@@ -1,9 +1,9 @@
 //! Boards that calibrations are made with, as people describe them. The frame of a board: the origin at the outer corner of its
-//! first square (or tag), x along its rows, y down its columns, so that z points into the board as seen from before it.
+//! first square, x along its rows, y down its columns, so that z points into the board as seen from before it.
 
 use serde::Deserialize;
 
-/// Fewest squares or tags along an edge, and the most: nobody prints more.
+/// Fewest squares along an edge, and the most: nobody prints more.
 const SIZES: std::ops::RangeInclusive<u32> = 2..=200;
 
 /// A flat board.
@@ -33,20 +33,6 @@ pub enum Board {
         rows: u32,
         /// Edge of a square, millimetres.
         square_mm: f64,
-    },
-    /// A grid of AprilTags with small black squares between their corners, as Kalibr prints it.
-    #[serde(rename = "aprilgrid")]
-    AprilGrid {
-        /// Tags along a row.
-        columns: u32,
-        /// Rows of tags.
-        rows: u32,
-        /// Edge of a tag with its black border, millimetres.
-        tag_mm: f64,
-        /// Gap between two tags, millimetres.
-        gap_mm: f64,
-        /// The tags' dictionary, by OpenCV's name: Kalibr's is `DICT_APRILTAG_36h11`.
-        dictionary: String,
     },
 }
 
@@ -83,51 +69,35 @@ impl Board {
                     return Err(("rows", reason));
                 }
             }
-            Self::AprilGrid { tag_mm, gap_mm, .. } => {
-                length("tag_mm", *tag_mm)?;
-                length("gap_mm", *gap_mm)?;
-            }
         }
         Ok(())
     }
 
-    /// Squares or tags along a row, and rows.
+    /// Squares along a row, and rows.
     pub fn sizes(&self) -> (u32, u32) {
         match self {
-            Self::Charuco { columns, rows, .. }
-            | Self::Chessboard { columns, rows, .. }
-            | Self::AprilGrid { columns, rows, .. } => (*columns, *rows),
+            Self::Charuco { columns, rows, .. } | Self::Chessboard { columns, rows, .. } => (*columns, *rows),
+        }
+    }
+
+    /// Edge of a square, millimetres.
+    pub fn square_mm(&self) -> f64 {
+        match self {
+            Self::Charuco { square_mm, .. } | Self::Chessboard { square_mm, .. } => *square_mm,
         }
     }
 
     /// Width and height of what is printed, millimetres.
     pub fn extent_mm(&self) -> [f64; 2] {
         let (columns, rows) = self.sizes();
-        let of = |count: u32| match self {
-            Self::Charuco { square_mm, .. } | Self::Chessboard { square_mm, .. } => f64::from(count) * square_mm,
-            Self::AprilGrid { tag_mm, gap_mm, .. } => f64::from(count) * tag_mm + f64::from(count - 1) * gap_mm,
-        };
-        [of(columns), of(rows)]
+        [columns, rows].map(|count| f64::from(count) * self.square_mm())
     }
 
-    /// All corners that a detector can find, millimetres: those of squares inside of the board, of tags the four outer ones.
+    /// All corners that a detector can find, millimetres: those inside of the board, row by row.
     pub fn corners_mm(&self) -> Vec<[f64; 2]> {
-        let (columns, rows) = self.sizes();
-        let grid = |xs: Vec<f64>, ys: Vec<f64>| ys.iter().flat_map(|y| xs.iter().map(|x| [*x, *y])).collect();
-        match self {
-            Self::Charuco { square_mm, .. } | Self::Chessboard { square_mm, .. } => {
-                let inner = |count: u32| (1..count).map(|k| f64::from(k) * square_mm).collect();
-                grid(inner(columns), inner(rows))
-            }
-            Self::AprilGrid { tag_mm, gap_mm, .. } => {
-                let edges = |count: u32| {
-                    (0..count)
-                        .flat_map(|k| [0.0, *tag_mm].map(|edge| f64::from(k) * (tag_mm + gap_mm) + edge))
-                        .collect()
-                };
-                grid(edges(columns), edges(rows))
-            }
-        }
+        let ((columns, rows), square) = (self.sizes(), self.square_mm());
+        let place = |k: u32| f64::from(k) * square;
+        (1..rows).flat_map(|row| (1..columns).map(move |column| [place(column), place(row)])).collect()
     }
 }
 
@@ -148,11 +118,6 @@ mod tests {
         assert_eq!(charuco.extent_mm(), [80.0, 60.0]);
         let corners = charuco.corners_mm();
         assert_eq!((corners.len(), corners[0], corners[5]), (6, [20.0, 20.0], [60.0, 40.0]));
-        let tags = board(
-            r#"{"type":"aprilgrid","columns":2,"rows":2,"tag_mm":10,"gap_mm":3,"dictionary":"DICT_APRILTAG_36h11"}"#,
-        );
-        assert_eq!(tags.extent_mm(), [23.0, 23.0]);
-        assert_eq!((tags.corners_mm().len(), tags.corners_mm()[2]), (16, [13.0, 0.0]));
     }
 
     #[test]

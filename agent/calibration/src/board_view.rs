@@ -123,8 +123,8 @@ mod tests {
             })
             .collect();
         // A third are taken for the one beside them, as at a board whose edge is not seen.
-        for k in 0..18 {
-            corners[k].board_mm[0] += 20.0;
+        for corner in &mut corners[..18] {
+            corner.board_mm[0] += 20.0;
         }
         let found = board_view(&corners, &camera).expect("seen");
         assert_eq!((found.mistaken.len(), found.corners.len()), (18, 36));

@@ -5,6 +5,7 @@
 //! compared with what is in the file, message by message. Memory is that of this process while the stream runs.
 //!
 //! `--seconds N` says how long (600), `--registration kinematic` leaves the alignment of the views out. Prints one JSON object on stdout.
+#![allow(clippy::print_stdout)] // A benchmark prints its figures.
 
 mod camera;
 mod process;

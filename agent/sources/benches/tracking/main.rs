@@ -7,6 +7,7 @@
 //! and milliseconds a frame: those of the tracker, without reading files.
 #![allow(clippy::print_stdout)]
 
+#[allow(dead_code)] // Other benchmarks compare the cheapest of several runs.
 #[path = "../../../../shared/geometry/benches/metrics/cpu.rs"]
 mod cpu;
 

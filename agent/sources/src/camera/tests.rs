@@ -55,7 +55,10 @@ fn capture(number: u8) -> Capture {
     }
 }
 
-fn views(timing: &Timing, steps: &[Step]) -> (Vec<Result<View, SourceError>>, Vec<(String, String)>) {
+/// What a source says of itself.
+type Settings = Vec<(String, String)>;
+
+fn views(timing: &Timing, steps: &[Step]) -> (Vec<Result<View, SourceError>>, Settings) {
     let steps = Arc::new(Mutex::new(VecDeque::from(steps.to_vec())));
     let connect = move || -> Result<Box<dyn Camera>, String> {
         let is_missing = matches!(steps.lock().expect("no panic").front(), Some(Step::Missing));

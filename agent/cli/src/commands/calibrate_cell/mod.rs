@@ -88,8 +88,7 @@ A sample of the captures' file; poses are in metres, pixels those of the picture
       "picture": "00.png" } ] }
 
 Boards: "charuco" (also with AprilTags), as OpenCV prints it since 4.6; "chessboard" with "columns", "rows" and "square_mm", one size odd
-and one even, all of it in the picture; "aprilgrid" with "columns", "rows", "tag_mm", "gap_mm" and "dictionary", as Kalibr prints it.
-Sizes are those in squares or tags.
+and one even, all of it in the picture. Sizes are those in squares.
 
 In place of `picture` a capture may have corners, "corners": [ { "board_mm": [0, 0], "pixel": [412.31, 377.05] } ], or the board's pose,
 "camera_from_board", as a detector gives them."#;
