@@ -177,7 +177,7 @@ impl Views {
     }
 
     /// The views in order.
-    pub fn iter(&self) -> impl ExactSizeIterator<Item = &ViewEntry> + DoubleEndedIterator {
+    pub fn iter(&self) -> std::slice::Iter<'_, ViewEntry> {
         self.list.iter()
     }
 

@@ -14,6 +14,8 @@ const FACTORS: [(f64, &str); 4] = [
     (0.1, "it is in tenths of what it is taken for"),
     (0.25, "it is in quarters of millimetres, as an L515 has it"),
 ];
+/// Depth that is off the expected range by less than this factor is no matter of units.
+const BESIDE: f64 = 2.0;
 /// Share of the pixels that are measured at least.
 const LEAST_MEASURED: f64 = 0.2;
 /// Values that are as good as white and as good as black.
@@ -61,7 +63,9 @@ fn depth(depth: &DepthImage, distance: Option<[f64; 2]>) -> Finding {
         }
     } else {
         let expected = format!("{text}, and {least} m to {most} m are expected");
-        match FACTORS.into_iter().find(|(factor, _)| within(median * factor)) {
+        // So near to the range the camera may just stand elsewhere.
+        let is_beside = (least / BESIDE..=most * BESIDE).contains(&median);
+        match FACTORS.into_iter().find(|(factor, _)| !is_beside && within(median * factor)) {
             Some((factor, why)) => {
                 let times = if factor < 1.0 {
                     format!("{} times too large", 1.0 / factor)

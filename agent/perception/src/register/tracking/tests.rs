@@ -92,12 +92,12 @@ fn a_camera_that_turns_all_around_comes_back_to_where_it_was_on_any_number_of_th
         })
     };
     let (trajectory, loops, keyframes) = turn(1);
+    assert!((8..50).contains(&keyframes) && loops > 0, "{keyframes} keyframes, {loops} loops");
     for (i, pose) in trajectory.iter().enumerate() {
         let pose = pose.unwrap_or_else(|| panic!("frame {i} is lost"));
         let off = error(&handheld(0.0), &handheld(i as f64 / f64::from(frames)), &pose);
-        assert!(off < 0.02, "frame {i}: {off} m");
+        assert!(off < 0.03, "frame {i}: {off} m");
     }
-    assert!((8..50).contains(&keyframes) && loops > 0, "{keyframes} keyframes, {loops} loops");
     assert_eq!(turn(3).0, trajectory);
 }
 
