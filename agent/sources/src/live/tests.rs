@@ -39,7 +39,7 @@ fn pairs_become_views_with_the_poses_of_their_times_though_connections_are_cut()
             steps.push(calibration());
         }
     }
-    let (found, settings) = views(&format!("{}?silence_s=2", server(steps)));
+    let (found, settings) = views(&format!("{}?silence_s=3", server(steps)));
     let expected: Vec<_> = (0..8).map(|n| (n, 500 + u32::from(n), Some(10 * i32::from(n)))).collect();
     assert_eq!(found, expected);
     let stream = settings.iter().find(|(name, _)| name == "stream").map(|(_, text)| text.clone()).expect("said");
