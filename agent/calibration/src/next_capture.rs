@@ -46,7 +46,8 @@ pub struct NextCapture {
     pub camera_from_board: Isometry3<f64>,
     /// Angle between line of sight and the board's normal, radians.
     pub tilt: f64,
-    /// The camera's predicted expanded uncertainty with it and those before it: radians, metres.
+    /// The camera's predicted expanded uncertainty with it and those before it: radians, metres; `None` where it is not estimated, or
+    /// cannot be predicted.
     pub hand_eye: Option<(f64, f64)>,
     /// The same of the axis.
     pub turntable: Option<(f64, f64)>,
@@ -76,7 +77,15 @@ pub fn next_captures(
             Some((capture, information_of(&refined.cell, &capture, &weight)))
         })
         .collect();
-    let Some(mut information) = refined.covariance.clone().cholesky().map(|c| c.inverse()) else { return Vec::new() };
+    // Poses alone have their covariance from how few captures differ, which need not span all that is estimated: what each capture says
+    // then tells which one would help, and not how much.
+    let by_covariance = refined.covariance.clone().cholesky().map(|c| c.inverse());
+    let is_predicted = by_covariance.is_some();
+    let by_captures = || -> Option<DMatrix<f64>> {
+        let weight = (mean_covariance(refined) * refined.excess).try_inverse()?;
+        used.iter().map(|capture| information_of(&refined.cell, capture, &weight)).reduce(|sum, one| sum + one)
+    };
+    let Some(mut information) = by_covariance.or_else(by_captures) else { return Vec::new() };
     let mut chosen = Vec::new();
     for _ in 0..count {
         let mut best: Option<(f64, DMatrix<f64>, &Capture)> = None;
@@ -97,8 +106,8 @@ pub fn next_captures(
             table_angle: capture.table_angle,
             camera_from_board: capture.camera_from_board,
             tilt: tilt(&capture.camera_from_board, sight),
-            hand_eye: hand_eye.map(|found| found.expanded_uncertainty()),
-            turntable: turntable.map(|found| found.expanded_uncertainty()),
+            hand_eye: hand_eye.filter(|_| is_predicted).map(|found| found.expanded_uncertainty()),
+            turntable: turntable.filter(|_| is_predicted).map(|found| found.expanded_uncertainty()),
         });
         information = with;
     }

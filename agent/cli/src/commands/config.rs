@@ -97,10 +97,13 @@ fn section<'a, T: Default + Deserialize<'a>>(table: &mut Spanned<DeTable<'a>>, n
     T::deserialize(ValueDeserializer::from(section)).map_err(|error| placed(error, text).context(format!("[{name}]")))
 }
 
-/// The error of a reader, with its line in the text.
-fn placed(mut error: toml::de::Error, text: &str) -> anyhow::Error {
-    error.set_input(Some(text));
-    explained(&error)
+/// The error of a reader, with its line and section. The line itself is not shown: it may hold a secret.
+fn placed(error: toml::de::Error, text: &str) -> anyhow::Error {
+    let before = error.span().and_then(|span| text.get(..span.start)).unwrap_or_default();
+    let header = before.lines().rev().map(str::trim).find(|line| line.starts_with('['));
+    let line = before.matches('\n').count() + 1;
+    let place = header.map_or_else(|| format!("line {line}"), |header| format!("line {line}, {header}"));
+    explained(&error).context(place)
 }
 
 /// The error of a reader.

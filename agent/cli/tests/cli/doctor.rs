@@ -43,7 +43,7 @@ fn file(picture: &DynamicImage, format: ImageFormat) -> Vec<u8> {
 
 /// A board of fields of 8 pixels, or what a bad lens makes of it.
 fn color(wrong: Wrong) -> Vec<u8> {
-    let (blur, bright) = if wrong == Wrong::Blurred { (5_i32, 200.0) } else { (0, 200.0) };
+    let (blur, bright) = if wrong == Wrong::Blurred { (3_i32, 200.0) } else { (0, 200.0) };
     let bright = if wrong == Wrong::BurntOut { 255.0 } else { bright };
     let grey = |x: i32, y: i32| if (x.div_euclid(8) + y.div_euclid(8)) % 2 == 0 { bright } else { 40.0 };
     let picture = RgbImage::from_fn(SIZE.0, SIZE.1, |x, y| {

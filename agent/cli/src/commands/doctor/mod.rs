@@ -87,12 +87,17 @@ impl Finding {
 
 impl DoctorArgs {
     pub(crate) fn run(self, embedded: EmbeddedFiles) -> Result<(), Failure> {
-        let config = config::read(self.config.as_deref()).map_err(Failure::Call)?;
+        let mut config = config::read(self.config.as_deref()).map_err(Failure::Call)?;
+        // The source is looked at all the same where the calibration cannot be used.
+        let calibration = cell::calibration(&config.cell, self.temperature);
+        if calibration.as_ref().is_some_and(|found| found.health == Health::Failed) {
+            config.cell.calibration = None;
+        }
         let spec = config.complete(config.inspection.clone(), None);
         let mut findings = program::findings(&spec, embedded);
         // Without a configuration nothing is known of a cell.
         if self.config.is_some() {
-            findings.extend(cell::calibration(&config.cell, self.temperature));
+            findings.extend(calibration);
             let (of_cell, stream) = cell::findings(&config.cell, &spec, Duration::from_secs_f64(self.seconds));
             findings.extend(of_cell);
             findings.push(disk::finding(&config.cell, stream));
