@@ -57,7 +57,7 @@ const LINKED: f64 = 0.3;
 const ALIKE: f32 = 0.55;
 const SAME_PICTURE: f64 = 0.5;
 /// The same of a loop that is closed.
-const SURELY_ALIKE: f64 = 0.6;
+const SURELY_ALIKE: f64 = 0.7;
 /// Standard deviations that the way between two keyframes is believed to have at least, radians and metres: depth cameras bend
 /// what they see.
 const LINK_FLOOR: (f64, f64) = (1e-3, 2e-3);
