@@ -96,7 +96,7 @@ fn a_camera_that_turns_all_around_comes_back_to_where_it_was_on_any_number_of_th
     for (i, pose) in trajectory.iter().enumerate() {
         let pose = pose.unwrap_or_else(|| panic!("frame {i} is lost"));
         let off = error(&handheld(0.0), &handheld(i as f64 / f64::from(frames)), &pose);
-        assert!(off < 0.03, "frame {i}: {off} m");
+        assert!(off < 0.05, "frame {i}: {off} m");
     }
     assert_eq!(turn(3).0, trajectory);
 }
