@@ -12,7 +12,7 @@ use super::joint_equations::{Edge, Equations};
 use super::model_view::ModelView;
 use super::normal_equations::Linearised;
 use super::photometric::{self, PhotometricGate, RANGE};
-use super::se3::{about, exp, halves, log};
+use super::se3::{about, advance, halves, log};
 use super::source_points::SourcePoints;
 use super::texture::ViewTexture;
 use nalgebra::{Isometry3, Matrix6, Point3};
@@ -384,7 +384,7 @@ impl Problem<'_> {
         let mut most = 0.0_f64;
         for (i, pose) in poses.iter_mut().enumerate() {
             let twist = step.fixed_rows::<6>(6 * i).into_owned();
-            *pose *= exp(&twist);
+            *pose = advance(pose, &twist);
             let (w, v) = halves(&(about(&self.centred[i].0) * twist));
             most = most.max(v.norm() + w.norm() * self.centred[i].1);
         }

@@ -9,7 +9,7 @@ use super::correspondences::{Gate, linearise};
 use super::degeneracy::{Degeneracy, ObservableEquations, project_out_degenerate};
 use super::model_view::{ModelSurface, ModelView};
 use super::normal_equations::Linearised;
-use super::se3::{about, exp, halves, log, turned};
+use super::se3::{about, advance, halves, log, turned};
 use super::source_points::SourcePoints;
 use crate::view::Intrinsics;
 use nalgebra::{Isometry3, Matrix6, Point3, Vector6};
@@ -170,7 +170,7 @@ pub fn align(
             let at = problem.linearise(&points, &rendered, &pose, &gate);
             iterations += 1;
             let Some(step) = problem.step(&at, &rendered, &pose) else { break };
-            pose *= exp(&step);
+            pose = advance(&pose, &step);
             // The residuals' own spread decides what counts as an outlier in the next round.
             gate.tukey = ((TUKEY * at.sigma.max(SIGMA_FLOOR)) as f32).min(gate.distance);
             if problem.moved(&step) < STILL.0.max(STILL.1 * at.sigma) {

@@ -11,10 +11,11 @@ use super::super::into_picture::IntoPicture;
 use super::super::model_view::ModelView;
 use super::super::normal_equations::Linearised;
 use super::super::photometric::{self, Alikeness, PhotometricGate, RANGE};
-use super::super::se3::{about, exp, halves, log, turned};
+use super::super::se3::{about, advance, halves, log, turned};
 use super::super::source_points::SourcePoints;
 use super::super::texture::{LEVELS as PICTURE_LEVELS, ViewTexture};
 use super::frame::Frame;
+use crate::view::covariance_of_prior;
 use nalgebra::{Isometry3, Matrix6, Point3, Vector6};
 use semascan_geometry::vector::{dot, sub};
 
@@ -42,9 +43,9 @@ const SEEN: f64 = 0.03;
 const TUKEY: f64 = 4.685;
 /// Smallest standard deviations that residuals are believed to have: metres, and normalised grey values.
 const SIGMA_FLOOR: (f64, f64) = (2e-4, 0.05);
-/// What pictures err together, in variances of their noise: colour and depth come from two cameras, which are never quite registered
-/// to each other, nor in time.
-const REGISTRATION_ERROR: f64 = 10.0;
+/// What pictures err together, radians, and metres a metre of distance: colour and depth come from two cameras, which are never
+/// registered to each other to a pixel, nor in time. However many pixels agree, they do not know the pose better.
+const MISREGISTRATION: f64 = 3e-3;
 /// Eigenvalue below which a direction is left to the pictures.
 const WEAKEST: f64 = 6e-3;
 /// Fewest pairs that say anything.
@@ -112,7 +113,7 @@ pub(super) fn align(frame: &Frame, targets: &[Target<'_>], search: &Search) -> O
             let from_start = log(&search.start, &pose);
             let gradient = at.gradient + stiffness * from_start;
             let step = -(at.hessian + stiffness).cholesky()?.solve(&gradient);
-            pose *= exp(&step);
+            pose = advance(&pose, &step);
             let (turn, shift) = halves(&(about(&frame.centre) * step));
             last = Some(at);
             if shift.norm() + turn.norm() * frame.radius < STILL * distance {
@@ -224,11 +225,14 @@ impl Problem<'_> {
         if let Some((at, target_from_frame)) = self.pictures(pose, centre) {
             photometric = at.sigma;
             let mut pictures = Sum::default();
-            pictures.add(&at, &target_from_frame, at.sigma.max(SIGMA_FLOOR.1) * REGISTRATION_ERROR.sqrt());
-            hessian += carry.transpose() * pictures.hessian * carry;
-            gradient += carry.transpose() * pictures.gradient;
+            pictures.add(&at, &target_from_frame, at.sigma.max(SIGMA_FLOOR.1));
+            let misregistration = covariance_of_prior(MISREGISTRATION, MISREGISTRATION * centre.z);
+            let left = left_of(&pictures.hessian, &misregistration);
+            hessian += carry.transpose() * left * pictures.hessian * carry;
+            gradient += carry.transpose() * left * pictures.gradient;
         }
         let left_open = observable.degeneracy.frozen.len();
+        let hessian = 0.5 * (hessian + hessian.transpose());
         Some(Equations { hessian, gradient, noise: Noise { geometric, photometric }, left_open })
     }
 
@@ -244,6 +248,12 @@ impl Problem<'_> {
             photometric::linearise(&own.points, target.texture?, target.surface, &target_from_frame, centre, &gate);
         (at.pairs >= FEWEST_PAIRS).then_some((at, target_from_frame))
     }
+}
+
+/// What is left of normal equations whose residuals share an error of covariance `common`, as a factor from the left: the
+/// information is then `(information^-1 + common)^-1`, also where `information` is singular.
+pub(super) fn left_of(information: &Matrix6<f64>, common: &Matrix6<f64>) -> Matrix6<f64> {
+    (Matrix6::identity() + information * common).try_inverse().unwrap_or_else(Matrix6::zeros)
 }
 
 /// Normal equations over a twist about the frame's centre, in its axes, in units of information.

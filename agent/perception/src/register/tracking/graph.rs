@@ -4,7 +4,7 @@
 //! Gauss-Newton with robust weights; each step is solved by conjugate gradients with the diagonal blocks as preconditioner,
 //! which costs a few milliseconds for hundreds of keyframes that are linked with a few neighbours each.
 
-use super::super::se3::{adjoint, exp, log};
+use super::super::se3::{adjoint, advance, log};
 use nalgebra::{DVector, Isometry3, Matrix6, Vector6};
 
 /// Gauss-Newton steps, at most.
@@ -54,7 +54,7 @@ impl Graph {
             let mut most = 0.0_f64;
             for (i, pose) in poses.iter_mut().enumerate() {
                 let twist: Vector6<f64> = step.fixed_rows::<6>(6 * i).into_owned();
-                *pose *= exp(&twist);
+                *pose = advance(pose, &twist);
                 most = most.max(twist.norm());
             }
             if most < STILL {
@@ -166,6 +166,7 @@ impl System {
 
 #[cfg(test)]
 mod tests {
+    use super::super::super::se3::exp;
     use super::*;
     use crate::view::covariance_of_prior;
     use nalgebra::Vector3;

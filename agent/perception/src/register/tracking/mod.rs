@@ -24,7 +24,7 @@ mod thumbnail;
 pub use health::{Health, Lost};
 
 use crate::view::{View, covariance_of_prior};
-use alignment::{Search, Target, align, covered};
+use alignment::{Alignment, Search, Target, align, covered, left_of};
 use frame::Frame;
 use graph::{Graph, Link};
 use health::plausible;
@@ -38,7 +38,7 @@ const TARGETS: usize = 3;
 /// Share of a frame that a keyframe has to show to be aligned with.
 const SHARED: f64 = 0.25;
 /// A frame of which its keyframe shows less becomes a keyframe.
-const NEW: f64 = 0.72;
+const NEW: f64 = 0.55;
 /// By how much more another keyframe has to show of a frame to take it over.
 const MORE: f64 = 0.08;
 /// The search of a frame, in standard deviations of the prediction, and at least: metres a metre of distance.
@@ -57,10 +57,12 @@ const LINKED: f64 = 0.3;
 const ALIKE: f32 = 0.55;
 const SAME_PICTURE: f64 = 0.5;
 /// The same of a loop that is closed.
-const SURELY_ALIKE: f64 = 0.7;
+const SURELY_ALIKE: f64 = 0.6;
 /// Standard deviations that the way between two keyframes is believed to have at least, radians and metres: depth cameras bend
 /// what they see.
 const LINK_FLOOR: (f64, f64) = (1e-3, 2e-3);
+/// Information of a way that is taken as it is, before the floor.
+const STIFF: f64 = 1e12;
 /// A frame that looks less alike than this to every remembered place is remembered as one.
 const FAMILIAR: f32 = 0.85;
 /// Places from which a lost camera is looked for, in each frame.
@@ -324,7 +326,6 @@ impl Tracker {
     /// The ways from earlier keyframes to the frame at `pose` that becomes keyframe `new`: from those that show most of it, and
     /// from those that look alike, each aligned by itself. That from the reference is always there.
     fn links(&self, frame: &Frame, pose: &Isometry3<f64>, new: usize, local: &[usize]) -> Vec<Link> {
-        let distance = frame.centre.z;
         let mut candidates: Vec<usize> = self
             .shares(frame, pose, (0..new).collect())
             .into_iter()
@@ -344,33 +345,43 @@ impl Tracker {
         candidates.extend(looks.into_iter().map(|(_, keyframe)| keyframe).take(BY_LOOKS));
         candidates.sort_unstable();
         candidates.dedup();
-        let measured = |earlier: usize, is_local: bool| {
-            let (rotation, translation) = GUESS;
-            let reach = if is_local { LEAST_REACH * distance } else { WIDE * distance };
-            let search = Search { start: *pose, covariance: covariance_of_prior(rotation, translation), reach };
-            let found = align(frame, &[self.keyframes[earlier].target()], &search)?;
-            let health = Health::of(&found, distance).ok()?;
-            // A loop that is none costs more than one that is missed.
-            let is_sure = health.overlap > FOUND && health.alike.is_some_and(|alike| alike > SURELY_ALIKE);
-            (health.left_open == 0 && (is_local || is_sure)).then_some(found)
-        };
-        let floor = covariance_of_prior(LINK_FLOOR.0, LINK_FLOOR.1);
-        let link = |earlier: usize, found: &Isometry3<f64>, data: Option<Matrix6<f64>>| {
-            let covariance = data.and_then(|information| information.try_inverse()).unwrap_or_else(Matrix6::zeros);
-            let information = (covariance + floor).try_inverse().unwrap_or_else(Matrix6::identity);
-            Link { a: earlier, b: new, a_from_b: self.keyframes[earlier].pose().inverse() * found, information }
-        };
-        let of_reference = measured(self.reference, true);
+        // That from the reference holds the chain together: where it leaves a direction open, the pose stands that was found among all.
+        let of_reference = self.measured(frame, pose, self.reference, true).filter(|found| found.left_open == 0);
         let mut links = vec![match &of_reference {
-            Some(found) => link(self.reference, &found.world_from_camera, Some(found.information)),
-            None => link(self.reference, pose, None),
+            Some(found) => self.link(self.reference, new, found),
+            None => self.link_of(self.reference, new, pose, &(Matrix6::identity() * STIFF)),
         }];
         for earlier in candidates {
-            if let Some(found) = measured(earlier, local.contains(&earlier)) {
-                links.push(link(earlier, &found.world_from_camera, Some(found.information)));
+            if let Some(found) = self.measured(frame, pose, earlier, local.contains(&earlier)) {
+                links.push(self.link(earlier, new, &found));
             }
         }
         links
+    }
+
+    /// Aligns a frame at about `pose` with one earlier keyframe; `None` where the two are not sure to show the same place.
+    fn measured(&self, frame: &Frame, pose: &Isometry3<f64>, earlier: usize, is_local: bool) -> Option<Alignment> {
+        let (rotation, translation) = GUESS;
+        let reach = if is_local { LEAST_REACH } else { WIDE } * frame.centre.z;
+        let search = Search { start: *pose, covariance: covariance_of_prior(rotation, translation), reach };
+        let found = align(frame, &[self.keyframes[earlier].target()], &search)?;
+        let health = Health::of(&found, frame.centre.z).ok()?;
+        // A loop that is none costs more than one that is missed.
+        let is_sure = health.overlap > FOUND && health.alike.is_some_and(|alike| alike > SURELY_ALIKE);
+        (is_local || is_sure).then_some(found)
+    }
+
+    /// The way from keyframe `earlier` to the frame that becomes keyframe `new`, which was found at `world_from_new`. `data` is
+    /// the inverse covariance, singular where something is left open.
+    fn link_of(&self, earlier: usize, new: usize, world_from_new: &Isometry3<f64>, data: &Matrix6<f64>) -> Link {
+        let floor = covariance_of_prior(LINK_FLOOR.0, LINK_FLOOR.1);
+        let information = left_of(data, &floor) * data;
+        let information = 0.5 * (information + information.transpose());
+        Link { a: earlier, b: new, a_from_b: self.keyframes[earlier].pose().inverse() * world_from_new, information }
+    }
+
+    fn link(&self, earlier: usize, new: usize, found: &Alignment) -> Link {
+        self.link_of(earlier, new, &found.world_from_camera, &found.information)
     }
 
     /// Remembers a place that looks new.

@@ -1,7 +1,7 @@
 //! Where a moving camera will be: it goes on as it went, and how far it has strayed from that says how far to look
 //! (constant velocity and adaptive threshold, [Vizzo 2023], sections III.A and III.C).
 
-use super::super::se3::{exp, log};
+use super::super::se3::{advance, log};
 use crate::view::covariance_of_prior;
 use nalgebra::{Isometry3, Matrix6, Vector6};
 
@@ -30,7 +30,7 @@ impl Default for Motion {
 impl Motion {
     /// Where a camera will be that was at `last`.
     pub(super) fn predict(&self, last: &Isometry3<f64>) -> Isometry3<f64> {
-        last * exp(&self.velocity)
+        advance(last, &self.velocity)
     }
 
     /// Standard deviations of the prediction: radians and metres.
@@ -58,6 +58,7 @@ impl Motion {
 
 #[cfg(test)]
 mod tests {
+    use super::super::super::se3::exp;
     use super::*;
 
     #[test]
