@@ -2,13 +2,17 @@
 // shows the one that its address names.
 
 import assert from 'node:assert/strict';
-import { readFile } from 'node:fs/promises';
+import { execFile } from 'node:child_process';
+import { mkdtemp, readFile, rm } from 'node:fs/promises';
 import { createServer } from 'node:http';
 import { createRequire } from 'node:module';
 import { once } from 'node:events';
 import { extname, join } from 'node:path';
 import { after, before, it } from 'node:test';
 import { fileURLToPath } from 'node:url';
+import { tmpdir } from 'node:os';
+import { promisify } from 'node:util';
+import { BINARY, SOURCE } from './support/agent.mjs';
 import { Ply } from './support/ply.mjs';
 import { LIMIT, onEveryBackend } from './support/session.mjs';
 import { Viewer } from './support/viewer.mjs';
@@ -167,12 +171,31 @@ onEveryBackend(
       await seen('sheet', [png, file('sheet.mtl', 'newmtl skin\nmap_Kd skin.png\n'), file('sheet.obj', sheetObj())]);
     });
 
-    it('names what of a scene it cannot show, and what a recording of views is', LIMIT, async () => {
+    it('shows the views of a recording as their camera measured them', LIMIT, async () => {
+      const folder = await mkdtemp(join(tmpdir(), 'semascan-recording-'));
+      try {
+        const path = join(folder, 'views.mcap');
+        await promisify(execFile)(BINARY, ['convert', SOURCE, path]);
+        const remark = page.getByText('the points of 5 views').waitFor({ timeout: 60_000 });
+        await page.getByTestId('open-file').setInputFiles(path);
+        await Promise.all([opened(viewer, 'views'), remark]);
+      } finally {
+        await rm(folder, { recursive: true });
+      }
+      await viewer.colorMode('appearance');
+      const points = Number((await viewer.state()).points);
+      assert.ok(points > 20_000, `${points} points`);
+      await page.keyboard.press('f');
+      const drawn = (await viewer.picture()).drawn();
+      assert.ok(drawn > 2000, `${drawn} pixels`);
+    });
+
+    it('names what of a scene it cannot show, and a recording of which it can show nothing', LIMIT, async () => {
       await open('packed.glb', sheet(Buffer.from([1]), { extensions: { KHR_texture_basisu: { source: 0 } } }));
       await opened(viewer, 'packed');
       await page.getByText('KTX2 (KHR_texture_basisu) is not read').first().waitFor({ timeout: 10_000 });
-      await open('views.mcap', Buffer.from('\x89MCAP0\r\n'));
-      await page.getByText('is a recording of views (MCAP)').first().waitFor({ timeout: 10_000 });
+      await open('cut.mcap', Buffer.from('\x89MCAP0\r\n', 'latin1'));
+      await page.getByText('cut.mcap holds a recording (MCAP) of which nothing can be shown').first().waitFor({ timeout: 20_000 });
       await part(viewer, 'packed');
       await open('box.obj', Buffer.from(OBJ));
       await opened(viewer, 'box');

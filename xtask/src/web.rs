@@ -19,6 +19,8 @@ use wasm_bindgen_cli_support::Bindgen;
 
 /// Name of the built files: `semascan_viewer.js`, `semascan_viewer_bg.wasm`.
 pub(crate) const VIEWER: &str = "semascan_viewer";
+/// The same of the module that reads recordings, which the page loads when one is opened.
+const RECORDING: &str = "semascan_recording";
 
 /// How the viewer is built.
 #[derive(Args, Clone, Copy, Default)]
@@ -34,14 +36,16 @@ pub(crate) fn run(options: &Options) -> Result<Workspace> {
     let workspace = workspace::Workspace::find()?;
     let start = Instant::now();
 
-    let wasm = compile(&workspace, options.dev)?;
+    let folder = compile(&workspace, options.dev)?;
     let compiled = start.elapsed();
 
     let mut files = dist::read(&workspace.www(), &["dist"]).context("the page of the viewer is missing")?;
     if !files.contains_key("index.html") {
         bail!("{} has no index.html", workspace.www().display());
     }
-    files.extend(glue(&wasm, &workspace.target.join("web-glue"), options.dev)?);
+    for module in [VIEWER, RECORDING] {
+        files.extend(glue(module, &folder, &workspace.target.join("web-glue"), options.dev)?);
+    }
     let written = dist::update(&workspace.dist(), &files)?;
     let glued = start.elapsed();
 
@@ -62,27 +66,30 @@ pub(crate) fn run(options: &Options) -> Result<Workspace> {
     Ok(workspace)
 }
 
-/// Compiles the viewer; cargo decides whether anything has to be done.
+/// Compiles the modules, and says which folder they are in; cargo decides whether anything has to be done.
 fn compile(workspace: &Workspace, dev: bool) -> Result<std::path::PathBuf> {
     let toolchain = Toolchain::prepare(workspace)?;
     let profile = if dev { "web-dev" } else { "web" };
     run_command(toolchain.cargo_build().current_dir(&workspace.root).args([
         "--package",
         "semascan-viewer",
+        "--package",
+        "semascan-recording",
         "--lib",
         "--profile",
         profile,
     ]))?;
-    Ok(toolchain.target_dir(workspace).join(TARGET).join(profile).join(format!("{VIEWER}.wasm")))
+    Ok(toolchain.target_dir(workspace).join(TARGET).join(profile))
 }
 
-/// Runs wasm-bindgen over the compiled module and reads back what it wrote.
-fn glue(wasm: &Path, scratch: &Path, dev: bool) -> Result<Files> {
+/// Runs wasm-bindgen over the compiled `module` in `folder` and reads back what it wrote.
+fn glue(module: &str, folder: &Path, scratch: &Path, dev: bool) -> Result<Files> {
+    let wasm = folder.join(format!("{module}.wasm"));
     let _ = fs::remove_dir_all(scratch);
     Bindgen::new()
-        .input_path(wasm)
+        .input_path(&wasm)
         .web(true)?
-        .out_name(VIEWER)
+        .out_name(module)
         .typescript(false)
         // `init()` without an argument finds the module beside the script, as with the command-line tool.
         .omit_default_module_path(false)

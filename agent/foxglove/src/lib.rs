@@ -3,7 +3,6 @@
 //!
 //! | file | what |
 //! |---|---|
-//! | `schema.rs` | the messages of the schemas in `proto/`, and their descriptors |
 //! | `topic.rs` | what is published: topics and their schemas |
 //! | `protocol.rs`, `client.rs` | the protocol's texts and frames, from both sides |
 //! | `scene.rs` | what the live stream has said of the inspection by now |
@@ -14,11 +13,11 @@ mod drawing;
 mod packed_points;
 pub mod protocol;
 mod scene;
-pub mod schema;
 mod topic;
 
 pub use drawing::{findings, mesh};
 pub use scene::Scene;
+pub use semascan_foxglove_schema as schema;
 pub use topic::{TOPICS, Topic};
 
 /// The frame that everything is published in: that of the turntable, z up.

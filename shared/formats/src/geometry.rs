@@ -75,7 +75,8 @@ pub struct Texture {
 }
 
 impl Geometry {
-    /// Reads a file by the ending of its name: `ply`, `obj`, `stl`, `gltf`, `glb` or `pcd`.
+    /// Reads a file by the ending of its name: `ply`, `obj`, `stl`, `gltf`, `glb` or `pcd`, with the feature `scanners`
+    /// also `e57`, `las` or `laz`.
     ///
     /// # Errors
     /// [`ReadError::Format`] for other endings, if the file is not what it should be, or if a triangle names a vertex
@@ -89,8 +90,13 @@ impl Geometry {
             "stl" => stl::read(name, bytes)?,
             "gltf" | "glb" => gltf::read(name, bytes, files)?,
             "pcd" => pcd::read(name, bytes)?.into_geometry(),
+            #[cfg(feature = "scanners")]
+            "e57" => crate::e57::read(name, bytes)?,
+            #[cfg(feature = "scanners")]
+            "las" | "laz" => crate::las::read(name, bytes)?,
             _ => {
-                let reason = "is none of .ply, .obj, .stl, .gltf, .glb, .pcd".to_owned();
+                let scanners = if cfg!(feature = "scanners") { ", .e57, .las, .laz" } else { "" };
+                let reason = format!("is none of .ply, .obj, .stl, .gltf, .glb, .pcd{scanners}");
                 return Err(ReadError::Format { file: name.to_owned(), reason });
             }
         };

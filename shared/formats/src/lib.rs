@@ -15,16 +15,21 @@
 //! | [`stl`] | meshes without more |
 //! | [`gltf`] | scenes: glTF 2.0, text or binary |
 //! | [`pcd`] | point clouds of the Point Cloud Library (read only) |
+//! | `e57`, `las` | clouds of laser scanners (read only; the feature `scanners`) |
 //! | [`drawing`] | plane sections as SVG and DXF (write only) |
 
 mod component;
 pub mod drawing;
+#[cfg(feature = "scanners")]
+pub mod e57;
 mod error;
 mod file_frame;
 mod files;
 mod filter;
 mod geometry;
 pub mod gltf;
+#[cfg(feature = "scanners")]
+pub mod las;
 mod levels;
 mod mesh_texture;
 pub mod obj;

@@ -44,6 +44,8 @@ mod listeners;
 #[cfg(target_arch = "wasm32")]
 mod open_file;
 #[cfg(target_arch = "wasm32")]
+mod open_recording;
+#[cfg(target_arch = "wasm32")]
 mod painting;
 #[cfg(target_arch = "wasm32")]
 mod pane;

@@ -1,6 +1,7 @@
 //! Files that are looked at without an agent: what a person chooses or drops onto the page, or its address names. Models are read in
-//! the mesh worker, inspections played by a worker of their own; from then on the page follows the agent no more.
+//! the mesh worker, recordings and inspections by workers of their own; from then on the page follows the agent no more.
 
+use super::open_recording;
 use super::play_file::{Followed, is_inspection, show_file};
 use super::viewport::Viewport;
 use crate::display::Representation;
@@ -52,9 +53,7 @@ pub(super) fn open(viewport: &Rc<Viewport>, followed: &Followed, files: &FileLis
     let file = files.remove(main);
     let (ui, name) = (viewport.ui, file.name());
     ui.retract(Topic::File);
-    if has_ending(&name, &["mcap"]) {
-        return refuse(&viewport, &t!("file.recording", name));
-    }
+    ui.retract(Topic::Recording);
     if files.iter().map(|beside| beside.size()).sum::<f64>() + file.size() > LARGEST {
         let text = t!("file.too_large", name);
         ui.notify(Level::Error, Topic::File, text);
@@ -98,12 +97,13 @@ async fn contents(file: &File, beside: &[File]) -> Result<(ArrayBuffer, Vec<Besi
 ///
 /// * `beside`: the files that were opened with it.
 fn take(viewport: &Rc<Viewport>, followed: &Followed, name: String, buffer: &ArrayBuffer, beside: Vec<Beside>) {
-    let taken = match is_inspection(&name) {
-        true => show_file(viewport, followed, &name, buffer),
-        false => {
-            let bytes = Uint8Array::new(buffer).to_vec().into();
-            viewport.mesh_worker.send(&Request::Open { name, bytes, beside })
-        }
+    let taken = if is_inspection(&name) {
+        show_file(viewport, followed, &name, buffer)
+    } else if has_ending(&name, &["mcap"]) {
+        open_recording::open(viewport, &name, buffer)
+    } else {
+        let bytes = Uint8Array::new(buffer).to_vec().into();
+        viewport.mesh_worker.send(&Request::Open { name, bytes, beside })
     };
     if let Err(reason) = taken {
         refuse(viewport, &reason);
@@ -178,7 +178,7 @@ fn show(viewport: &Viewport, model: &OpenedModel) {
 }
 
 /// A file that cannot be shown: what is shown stays, if anything is.
-fn refuse(viewport: &Viewport, reason: &str) {
+pub(super) fn refuse(viewport: &Viewport, reason: &str) {
     let ui = viewport.ui;
     if ui.read(|s| s.connection.is_file() && !s.has_model()) {
         ui.send(Event::from(LinkEvent::Broken { reason: reason.to_owned() }));

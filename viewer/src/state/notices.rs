@@ -50,6 +50,8 @@ pub enum Topic {
     Reference,
     /// A file that is opened.
     File,
+    /// What of a recording is shown.
+    Recording,
     /// A file that is saved.
     Export,
     /// Earlier views, which the agent is asked for.

@@ -22,7 +22,7 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 /// Extensions that can be read.
-const FORMATS: [&str; 6] = ["ply", "pcd", "obj", "stl", "gltf", "glb"];
+const FORMATS: [&str; 9] = ["ply", "pcd", "obj", "stl", "gltf", "glb", "e57", "las", "laz"];
 
 /// B has surface that A lacks if the 95th percentile of distances from B to A is so many times that from A to B.
 const UNSEEN: f64 = 3.0;
@@ -30,7 +30,7 @@ const UNSEEN: f64 = 3.0;
 /// Arguments of `semascan evaluate`.
 #[derive(Debug, Args)]
 pub(crate) struct EvaluateArgs {
-    /// The model: a cloud (PLY, PCD) or a mesh (PLY, OBJ, STL, glTF, GLB); with --photometric, or where B is a truth.json, the
+    /// The model: a cloud (PLY, PCD, E57, LAS, LAZ) or a mesh (PLY, OBJ, STL, glTF, GLB); with --photometric, or where B is a truth.json, the
     /// folder of an inspection
     a: PathBuf,
     /// The reference it is judged against, likewise; with --photometric the source that was inspected; or the truth.json of a

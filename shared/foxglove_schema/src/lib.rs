@@ -1,4 +1,5 @@
-//! Messages of the schemas in `proto/`, as prost generates them, and the `FileDescriptorSet` of each.
+//! Messages of Foxglove's schemas (<https://docs.foxglove.dev/docs/sdk/schemas>), as prost generates them from `proto/`, and the
+//! `FileDescriptorSet` of each, by which any reader can decode them.
 
 pub use generated::*;
 
