@@ -30,6 +30,9 @@ const CHUNK_POINTS = 1024;
 /** Sizes of the page: its panels leave 1920 x 1080 and 1280 x 720 to the canvas. */
 const PAGES = { hardware: { width: 2296, height: 1232 }, software: { width: 1656, height: 872 } };
 
+/** Names of adapters that are no hardware. */
+const SOFTWARE = /swiftshader|llvmpipe|basic render/i;
+
 /** Where the camera begins and what it looks at, metres, table frame. */
 const EYE = { motor: [0.32, -0.28, 0.28], planes: [0.32, -0.18, 0.28] };
 const TARGET = { motor: [0, 0, 0.05], planes: [0.1, 0.1, 0] };
@@ -146,7 +149,10 @@ async function start(agent, backend, kind) {
   for (const hardware of [true, false]) {
     const browser = await launch(backend, { hardware });
     try {
-      return { browser, viewer: await open(browser, agent, backend, hardware ? PAGES.hardware : PAGES.software, kind) };
+      const viewer = await open(browser, agent, backend, hardware ? PAGES.hardware : PAGES.software, kind);
+      const name = await adapter(viewer, backend);
+      if (hardware && SOFTWARE.test(name)) throw new Error(`it is ${name}`);
+      return { browser, viewer };
     } catch (error) {
       await browser.close();
       if (!hardware) throw error;

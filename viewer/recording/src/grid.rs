@@ -1,10 +1,11 @@
-//! The mean of the points in each voxel. Voxels grow until what is held is no more than a page shows with ease.
+//! The mean of the points in each voxel. Voxels are as large as a pixel of the first view sees, and grow until what is held is no more than
+//! a page shows with ease.
 
 use glam::{DVec3, IVec3};
 use semascan_model::{SemanticCloud, SemanticPoint};
 use std::collections::HashMap;
 
-/// Edge of the first voxels, metres.
+/// Edge of voxels of which nothing else is known, metres.
 const FINEST: f64 = 5e-4;
 /// Most voxels.
 const MOST: usize = 1_500_000;
@@ -36,6 +37,13 @@ impl Default for Grid {
 }
 
 impl Grid {
+    /// The edge of the voxels, metres, while there are none.
+    pub(crate) fn begin(&mut self, voxel: f64) {
+        if self.sums.is_empty() && voxel.is_finite() {
+            self.voxel = voxel.max(FINEST);
+        }
+    }
+
     /// A point of the `view`-th view, metres; one beyond what voxels can be counted for is left out.
     pub(crate) fn add(&mut self, position: DVec3, color: [u8; 3], view: u32) {
         let Some(at) = self.voxel_of(position) else { return };

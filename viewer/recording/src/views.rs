@@ -11,6 +11,8 @@ use std::collections::{BTreeMap, VecDeque};
 const GREY: [u8; 3] = [0xb4, 0xb8, 0xbe];
 /// Farthest that is shown, metres: beyond, depth cameras guess.
 const FARTHEST: f64 = 10.0;
+/// Every so many columns and rows tell how far a view looks.
+const PROBE: usize = 8;
 /// Longest time between a colour and a depth picture of one view, seconds.
 const TOGETHER: f64 = 0.1;
 /// Colour pictures among which that of a depth picture is looked for.
@@ -77,6 +79,14 @@ impl Views {
         let nearest = self.colors.iter().min_by(|a, b| (seconds(a) - time).abs().total_cmp(&(seconds(b) - time).abs()));
         let color = nearest.filter(|color| (seconds(color) - time).abs() <= TOGETHER && shows_the_same(color, &depth));
         let view = self.shown + self.nowhere;
+        let mut distances: Vec<f64> = (0..depth.height)
+            .step_by(PROBE)
+            .flat_map(|row| (0..depth.width).step_by(PROBE).map(move |column| (column, row)))
+            .filter_map(|(column, row)| metres(&depth, column, row))
+            .filter(|z| *z > 0.0 && *z < FARTHEST)
+            .collect();
+        distances.sort_by(f64::total_cmp);
+        self.grid.begin(distances.get(distances.len() / 2).map_or(f64::NAN, |z| z / camera.fx));
         for row in 0..depth.height {
             for column in 0..depth.width {
                 let Some(z) = metres(&depth, column, row).filter(|z| *z > 0.0 && *z < FARTHEST) else { continue };

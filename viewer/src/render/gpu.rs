@@ -2,6 +2,7 @@
 
 use super::device_lost::DeviceLost;
 use super::error::RenderError;
+use glam::Vec2;
 use std::sync::Arc;
 use wasm_bindgen::prelude::*;
 use web_sys::HtmlCanvasElement;
@@ -39,6 +40,8 @@ pub(super) struct Gpu {
     pub(super) surface: Surface<'static>,
     pub(super) config: SurfaceConfiguration,
     pub(super) lost: DeviceLost,
+    /// Whether the canvas does not have the size of the configuration yet.
+    is_resized: bool,
     on_context_lost: Closure<dyn FnMut(JsValue)>,
 }
 
@@ -101,7 +104,7 @@ impl Gpu {
         canvas
             .add_event_listener_with_callback(CONTEXT_LOST, listener)
             .map_err(|e| fail("canvas", format!("{e:?}")))?;
-        Ok(Self { backend, canvas, device, queue, surface, config, lost, on_context_lost })
+        Ok(Self { backend, canvas, device, queue, surface, config, lost, is_resized: false, on_context_lost })
     }
 
     /// Sets the size of the picture in device pixels.
@@ -110,6 +113,18 @@ impl Gpu {
         let (width, height) = (width.clamp(1, most), height.clamp(1, most));
         if (width, height) != (self.config.width, self.config.height) {
             (self.config.width, self.config.height) = (width, height);
+            self.is_resized = true;
+        }
+    }
+
+    /// Columns and rows of the picture.
+    pub(super) fn size(&self) -> Vec2 {
+        Vec2::new(self.config.width as f32, self.config.height as f32)
+    }
+
+    /// Gives the canvas the size of the picture that is about to come onto it: until then it shows the one before, of another size.
+    pub(super) fn bring_to_size(&mut self) {
+        if std::mem::take(&mut self.is_resized) {
             self.surface.configure(&self.device, &self.config);
         }
     }

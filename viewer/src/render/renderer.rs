@@ -74,6 +74,9 @@ struct Unfinished {
 struct Asked {
     reading: Reading,
     drawn: Drawn,
+    /// Columns and rows of the picture that was asked about, and how many of them a CSS pixel had.
+    picture: Vec2,
+    scale: f32,
     /// Middle of the pixel that was asked for, device pixels.
     pixel: Vec2,
     /// Changes of the model, and meshes, until then.
@@ -195,7 +198,7 @@ impl Renderer {
         wasm_bindgen_futures::spawn_local(async move { on_lost(lost.wait().await) });
     }
 
-    /// Sets the size of the picture in CSS pixels and how many device pixels one of them has.
+    /// Sets the size of the picture in CSS pixels and how many pixels of the picture one of them has; with the next frame that is whole.
     pub fn resize(&mut self, width: f32, height: f32, device_pixel_ratio: f32) {
         let scale = if device_pixel_ratio.is_finite() { device_pixel_ratio.clamp(0.25, 8.0) } else { 1.0 };
         self.scale = scale;
@@ -250,13 +253,14 @@ impl Renderer {
     /// of it; in the place of what was asked before. [`Renderer::picked`] answers.
     pub fn pick(&mut self, at: Vec2) {
         let Some(drawn) = self.drawn else { return };
-        let picture = Vec2::new(self.gpu.config.width as f32, self.gpu.config.height as f32);
+        let picture = self.gpu.size();
         let pixel = (at / drawn.camera.viewport() * picture).floor() + 0.5;
         let (gpu, frame) = (&self.gpu, &self.frame);
         let pickable = Pickable { points: &self.points, mesh: &self.mesh, cap: &self.cap };
         let pick = self.pick.get_or_insert_with(|| Pick::new(gpu, frame, pickable));
         let reading = pick.begin(gpu, frame, pickable, drawn.of_mesh, pixel);
-        self.asked = Some(Asked { reading, drawn, pixel, sequence: self.sequence, meshes: self.meshes });
+        let (sequence, meshes) = (self.sequence, self.meshes);
+        self.asked = Some(Asked { reading, drawn, picture, scale: self.scale, pixel, sequence, meshes });
     }
 
     /// Whether an answer is on its way.
@@ -266,7 +270,8 @@ impl Renderer {
 
     /// The answer to [`Renderer::pick`], once it is there; it never waits for it.
     pub fn picked(&mut self) -> Option<Seen> {
-        let hit = self.asked.as_ref()?.reading.poll(&self.gpu, self.scale)?;
+        let asked = self.asked.as_ref()?;
+        let hit = asked.reading.poll(&self.gpu, asked.scale)?;
         let asked = self.asked.take()?;
         Some(hit.map_or(Seen::Nothing, |hit| self.seen(&asked, hit)))
     }
@@ -286,9 +291,8 @@ impl Renderer {
         if self.cleared > asked.sequence {
             return Seen::Changed;
         }
-        let picture = Vec2::new(self.gpu.config.width as f32, self.gpu.config.height as f32);
         let camera = asked.drawn.camera;
-        let at = (asked.pixel + hit.offset) / picture * camera.viewport();
+        let at = (asked.pixel + hit.offset) / asked.picture * camera.viewport();
         Seen::Surface { of, place: camera.unproject(at, hit.distance), distance: hit.distance }
     }
 
@@ -461,7 +465,8 @@ impl Renderer {
         (side * 3.0 < width.min(height) as f32).then_some((side, AXES_MARGIN * scale))
     }
 
-    fn acquire(&self) -> Result<SurfaceTexture, RenderError> {
+    fn acquire(&mut self) -> Result<SurfaceTexture, RenderError> {
+        self.gpu.bring_to_size();
         match self.gpu.surface.get_current_texture() {
             CurrentSurfaceTexture::Success(texture) | CurrentSurfaceTexture::Suboptimal(texture) => Ok(texture),
             // Once more with a fresh configuration, then give up.

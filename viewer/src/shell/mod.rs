@@ -4,7 +4,7 @@
 //! |---|---|
 //! | [`options`] | what the page's address asks for |
 //! | [`permalink`] | links that lead others to what one sees |
-//! | [`point_budget`] | how many points a frame may have while the camera moves |
+//! | [`moving_detail`] | how finely a frame is drawn while the camera moves |
 //! | [`pick_queue`] | which picks are asked for, and in which order |
 //! | [`action`] | what a key or a command asks for |
 //! | [`shortcuts`] | what a key does |
@@ -27,10 +27,10 @@
 
 pub mod action;
 pub mod commands;
+pub mod moving_detail;
 pub mod options;
 pub mod permalink;
 pub mod pick_queue;
-pub mod point_budget;
 pub mod shortcuts;
 
 #[cfg(target_arch = "wasm32")]

@@ -4,7 +4,7 @@
 use super::open_recording;
 use super::play_file::{Followed, is_inspection, show_file};
 use super::viewport::Viewport;
-use crate::display::Representation;
+use crate::display::{ColorMode, Representation};
 use crate::features::mesh::MeshEvent;
 use crate::features::timeline::TimelineEvent;
 use crate::link::LinkEvent;
@@ -171,6 +171,11 @@ fn show(viewport: &Viewport, model: &OpenedModel) {
     }
     if !model.mesh.triangles.is_empty() {
         ui.send_feature(MeshEvent::Show(Representation::Mesh));
+    }
+    // Where no classes are told apart, their colours are one grey.
+    let has_classes = model.mesh.vertices.labels.iter().any(|label| *label != 0);
+    if !has_classes && ui.read(|state| state.display.color_mode) == ColorMode::Component {
+        ui.send(Event::ColorMode(ColorMode::Appearance));
     }
     for remark in &model.remarks {
         ui.notify(Level::Info, Topic::File, format!("{}: {}", model.name, units::sentence(remark)));

@@ -1,10 +1,10 @@
 //! The 3D view: model, mesh, camera and renderer; draws a frame when one is due, and no other.
 
 use super::graphics::{Graphics, Size};
+use super::moving_detail::{Detail, MovingDetail};
 use super::painting::Painting;
 use super::permalink::Permalink;
 use super::pick_queue::{PickQueue, Purpose, Wanted};
-use super::point_budget::PointBudget;
 use super::ticker::Ticker;
 use super::{anchors, canvas_data};
 use crate::camera::{Button, CameraInput, OrbitCamera, PointerInput, Puck};
@@ -71,7 +71,7 @@ pub(super) struct Viewport {
     /// What a link cuts away, until then.
     linked_cut: RefCell<Option<SectionEvent>>,
     size: Cell<Size>,
-    point_budget: Cell<PointBudget>,
+    moving_detail: Cell<MovingDetail>,
     /// The person moved the camera since the last frame.
     steered: Cell<bool>,
     /// Time of the last frame, and of the last one that followed an input, in the clock of animation frames.
@@ -125,7 +125,7 @@ impl Viewport {
                 linked_camera: Cell::default(),
                 linked_cut: RefCell::default(),
                 size: Cell::default(),
-                point_budget: Cell::default(),
+                moving_detail: Cell::default(),
                 steered: Cell::default(),
                 now: Cell::default(),
                 moved_at: Cell::new(f64::NEG_INFINITY),
@@ -364,7 +364,7 @@ impl Viewport {
 
     /// Draws the picture of now as finely as can be, at once.
     pub(super) fn draw_finely(&self) {
-        self.draw(None, true, None);
+        self.draw(Detail::WHOLE, true, None);
     }
 
     /// The canvas, while something draws on it.
@@ -486,27 +486,29 @@ impl Viewport {
         }
         let points = self.model.borrow().point_count();
         let moving = now - self.moved_at.get() < MOVING_MS;
-        let mut point_budget = self.point_budget.get();
-        let budget = if moving { point_budget.moving(now, points) } else { point_budget.at_once(points) };
+        let mut moving_detail = self.moving_detail.get();
+        let size = self.size.get();
+        let pixels = (size.width * size.height * size.ratio * size.ratio) as usize;
+        let detail = if moving { moving_detail.moving(now, points, pixels) } else { moving_detail.at_once(points) };
         if !moving {
-            point_budget.still();
+            moving_detail.still();
         }
         // A sample of a fine picture costs as much as a pixel of a coarse one.
-        let step = budget.map(|budget| budget / 2);
-        self.point_budget.set(point_budget);
+        let step = detail.points.map(|points| points / 2);
+        self.moving_detail.set(moving_detail);
         if self.draw_due.replace(false) {
-            self.draw(budget, false, None);
+            self.draw(detail, false, None);
             self.coarse_since.set(Some(now));
             self.probe_due.set(true);
         }
         if moving {
             // Once it stands still the picture is drawn with every point.
-            self.draw_due.set(self.draw_due.get() || budget.is_some());
+            self.draw_due.set(self.draw_due.get() || detail != Detail::WHOLE);
             self.ticker.request();
         } else if let Some(since) = self.coarse_since.get() {
             if now - since >= STILL_MS && !self.graphics.is_busy() {
                 self.coarse_since.set(None);
-                self.draw(None, true, step);
+                self.draw(Detail::WHOLE, true, step);
             } else {
                 self.ticker.request();
             }
@@ -591,7 +593,7 @@ impl Viewport {
     }
 
     /// Draws a picture, or the first step of it, of so many points.
-    fn draw(&self, point_budget: Option<usize>, is_still: bool, step: Option<usize>) {
+    fn draw(&self, detail: Detail, is_still: bool, step: Option<usize>) {
         let size = self.size.get();
         if size.width < 1.0 || size.height < 1.0 {
             return;
@@ -615,7 +617,8 @@ impl Viewport {
             self.camera.set(camera);
         }
         let content = self.ui.read(frame_content);
-        let request = DrawRequest { camera, focus, bounds, voxel, point_budget, is_still, content };
+        let request = DrawRequest { camera, focus, bounds, voxel, point_budget: detail.points, is_still, content };
+        let size = Size { ratio: size.ratio / detail.coarseness as f32, ..size };
         self.graphics.draw(&request, size, step);
         self.drawn(is_still);
     }
