@@ -101,8 +101,11 @@ mod tests {
     use ::e57::{E57Writer, Quaternion, Record, RecordValue, Transform, Translation};
     use proptest::prelude::*;
 
-    /// A file with a scan for each of `scans`: its place, and its points with their colours (0 to 255).
-    fn file(scans: &[([f64; 3], &[([f32; 3], [i64; 3])])]) -> Vec<u8> {
+    /// The place of a scan, and its points with their colours (0 to 255).
+    type Scan<'a> = ([f64; 3], &'a [([f32; 3], [i64; 3])]);
+
+    /// A file with these scans.
+    fn file(scans: &[Scan<'_>]) -> Vec<u8> {
         let mut out = Cursor::new(Vec::new());
         let mut writer = E57Writer::new(&mut out, "file").expect("a writer");
         for (place, points) in scans {
