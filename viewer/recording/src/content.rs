@@ -45,8 +45,15 @@ struct Found {
 /// [`RecordingError`] if nothing of it can be shown.
 pub fn read(name: &str, bytes: &[u8]) -> Result<Opened, RecordingError> {
     let mut found = Found::default();
-    let mut remarks = each(bytes, |message| found.take(message)).map_err(RecordingError::Broken)?;
-    found.views.end_view();
+    let missing = each(bytes, |message| found.take(message)).map_err(RecordingError::Broken)?;
+    found.views.end(missing.is_cut);
+    let mut remarks = Vec::new();
+    if missing.chunks > 0 {
+        remarks.push(format!("{} of its chunks are damaged or compressed in a way that is not read", missing.chunks));
+    }
+    if missing.is_cut {
+        remarks.push("it ends in the middle: what is whole is shown".to_owned());
+    }
     if found.broken > 0 {
         remarks.push(format!("{} of its messages are not what they are said to be", found.broken));
     }
@@ -62,14 +69,20 @@ pub fn read(name: &str, bytes: &[u8]) -> Result<Opened, RecordingError> {
         return Ok(Opened { name: format!("{part}.ply"), bytes: as_ply(&points, voxel)?, remarks });
     }
     let views = &found.views;
-    if views.shown == 0 && views.unusable == 0 {
-        return Err(RecordingError::Nothing(named(&found.others)));
+    match (views.shown, views.nowhere, views.unusable) {
+        (0, 0, 0) => return Err(RecordingError::Nothing(named(&found.others))),
+        (0, 0, unusable) => return Err(RecordingError::Unusable(unusable)),
+        (0, nowhere, _) => return Err(RecordingError::NoPoses(nowhere)),
+        _ => {}
     }
     if views.nowhere > 0 {
-        return Err(RecordingError::NoPoses(views.nowhere + views.shown));
+        remarks.push(format!("{} depth pictures are left out: nothing says where the camera stood", views.nowhere));
     }
     if views.unusable > 0 {
         remarks.push(format!("{} depth pictures have no calibration or too few bytes", views.unusable));
+    }
+    if views.is_distorted {
+        remarks.push("the distortion by the lens is not undone".to_owned());
     }
     let voxel = views.grid.voxel();
     remarks.push(format!(
@@ -90,10 +103,10 @@ impl Found {
                 CameraCalibration::decode(data).map(|calibration| self.views.calibrate(calibration))
             }
             ("protobuf", "foxglove.FrameTransform") => {
-                FrameTransform::decode(data).map(|transform| self.views.frames.place(&transform))
+                FrameTransform::decode(data).map(|transform| self.views.place(&transform))
             }
             ("protobuf", "foxglove.FrameTransforms") => FrameTransforms::decode(data)
-                .map(|all| all.transforms.iter().for_each(|transform| self.views.frames.place(transform))),
+                .map(|all| all.transforms.iter().for_each(|transform| self.views.place(transform))),
             ("protobuf", "foxglove.PointCloud") => PointCloud::decode(data).map(|cloud| self.clouds.take(topic, cloud)),
             ("protobuf", "foxglove.SceneUpdate") => SceneUpdate::decode(data).map(|update| self.scene(update)),
             _ => {

@@ -38,11 +38,14 @@ pub enum RecordingError {
          holds {0}. `semascan inspect` reads more"
     )]
     Nothing(String),
-    /// There are several depth pictures, and nothing says where their cameras were.
+    /// There are depth pictures, and nothing says where their cameras were.
     #[error(
         "{0} depth pictures, and no transforms say where the camera stood: `semascan inspect --track` finds it from the pictures"
     )]
     NoPoses(u32),
+    /// Its depth pictures cannot be made points of.
+    #[error("its {0} depth pictures have no calibration or too few bytes")]
+    Unusable(u32),
     /// What was found cannot be handed over.
     #[error(transparent)]
     Write(#[from] semascan_formats::WriteError),

@@ -21,6 +21,15 @@ pub(crate) struct Message<'a> {
     pub(crate) data: &'a [u8],
 }
 
+/// What of a file could not be read.
+#[derive(Debug, Default)]
+pub(crate) struct Missing {
+    /// Whether it ends in the middle.
+    pub(crate) is_cut: bool,
+    /// Chunks that are damaged, or compressed in a way that is not read.
+    pub(crate) chunks: u32,
+}
+
 /// Schemas and channels by their numbers, as far as they have been read.
 #[derive(Default)]
 struct Known {
@@ -32,29 +41,23 @@ struct Known {
 ///
 /// # Errors
 /// That of the first record, if not even this can be read.
-pub(crate) fn each(bytes: &[u8], mut see: impl FnMut(Message<'_>)) -> McapResult<Vec<String>> {
-    let (mut known, mut records, mut damaged) = (Known::default(), 0_u64, 0_u32);
+pub(crate) fn each(bytes: &[u8], mut see: impl FnMut(Message<'_>)) -> McapResult<Missing> {
+    let (mut known, mut records, mut chunks) = (Known::default(), 0_u64, 0_u32);
     let options = LinearReaderOptions::default().with_emit_chunks(true).with_record_length_limit(bytes.len());
     let end = each_record(bytes, options, &mut |record| {
         records += 1;
         match record {
             Record::Chunk { header, data } => match decompressed(&header, &data) {
-                Some(content) => damaged += u32::from(each_in_chunk(&content, &mut known, &mut see).is_err()),
-                None => damaged += 1,
+                Some(content) => chunks += u32::from(each_in_chunk(&content, &mut known, &mut see).is_err()),
+                None => chunks += 1,
             },
             other => known.take(other, &mut see),
         }
     });
-    let mut remarks = Vec::new();
-    if damaged > 0 {
-        remarks.push(format!("{damaged} of its chunks are damaged or compressed in a way that is not read"));
-    }
     match end {
-        Err(error) if records == 0 => return Err(error),
-        Err(_) => remarks.push("it ends in the middle: what is whole is shown".to_owned()),
-        Ok(()) => {}
+        Err(error) if records == 0 => Err(error),
+        end => Ok(Missing { is_cut: end.is_err(), chunks }),
     }
-    Ok(remarks)
 }
 
 fn each_in_chunk(content: &[u8], known: &mut Known, see: &mut impl FnMut(Message<'_>)) -> McapResult<()> {

@@ -19,8 +19,17 @@ use std::io::Cursor;
 type Line = (&'static str, &'static str, Vec<u8>);
 
 fn file(lines: &[Line], compression: Option<Compression>) -> Vec<u8> {
+    written(lines, WriteOptions::new().compression(compression))
+}
+
+/// Message after message, in no chunks.
+fn unchunked(lines: &[Line]) -> Vec<u8> {
+    written(lines, WriteOptions::new().compression(None).use_chunks(false))
+}
+
+fn written(lines: &[Line], options: WriteOptions) -> Vec<u8> {
     let mut out = Cursor::new(Vec::new());
-    let mut writer = WriteOptions::new().compression(compression).create(&mut out).expect("a writer");
+    let mut writer = options.create(&mut out).expect("a writer");
     for (sequence, (topic, schema, data)) in lines.iter().enumerate() {
         let schema = writer.add_schema(schema, "protobuf", &[]).expect("a schema");
         let channel_id = writer.add_channel(schema, topic, "protobuf", &BTreeMap::new()).expect("a channel");
@@ -131,6 +140,34 @@ fn one_view_needs_no_place_and_several_do() {
 }
 
 #[test]
+fn a_view_before_the_first_transform_is_left_out_and_later_transforms_do_not_move_it() {
+    // A transform of the second second comes before the depth picture of the third, as between two pictures of a robot that moves.
+    let mut lines = [view(None, [1; 3], 0), view(Some(0.0), [2; 3], 1)].concat();
+    lines.extend(view(Some(7.0), [0; 3], 2).pop());
+    let opened = read("moving.mcap", &file(&lines, None)).expect("a view");
+    assert!(
+        opened.remarks.iter().any(|remark| remark.starts_with("1 depth pictures are left out")),
+        "{:?}",
+        opened.remarks
+    );
+    let points = ply::read("moving.ply", &opened.bytes).expect("a cloud").mesh.vertices;
+    assert_eq!((points.len(), points.colors[0]), (8, [2; 3]));
+    assert!(points.positions.iter().all(|p| p[0] < 0.1), "{:?}", points.positions);
+}
+
+#[test]
+fn a_lens_is_said_and_pictures_without_a_calibration_are_no_views() {
+    let mut lines = view(None, [1; 3], 0);
+    let calibration = lines.remove(2);
+    assert!(matches!(read("a.mcap", &file(&lines, None)), Err(RecordingError::Unusable(1))));
+    let mut lens = CameraCalibration::decode(calibration.2.as_slice()).expect("a calibration");
+    lens.d = vec![0.1, 0.0];
+    lines.push((calibration.0, calibration.1, lens.encode_to_vec()));
+    let opened = read("a.mcap", &file(&lines, None)).expect("a view");
+    assert!(opened.remarks.iter().any(|remark| remark.contains("lens is not undone")), "{:?}", opened.remarks);
+}
+
+#[test]
 fn the_last_cloud_is_shown_with_its_classes_and_a_mesh_before_it() {
     let opened = read("log.mcap", &file(&[cloud(9.0), cloud(0.25)], Some(Compression::Zstd))).expect("points");
     let model = ply::read("log.ply", &opened.bytes).expect("a cloud");
@@ -146,9 +183,14 @@ fn the_last_cloud_is_shown_with_its_classes_and_a_mesh_before_it() {
 
 #[test]
 fn a_cut_file_shows_what_is_whole_and_another_one_says_what_it_holds() {
-    let whole = file(&[view(Some(0.0), [9; 3], 0), view(Some(1.0), [9; 3], 1)].concat(), None);
-    let cut = read("c.mcap", &whole[..whole.len() - 400]);
-    assert!(cut.is_err() || cut.is_ok_and(|opened| opened.remarks.iter().any(|r| r.contains("ends in the middle"))));
+    let lines = [view(Some(0.0), [9; 3], 0), view(Some(1.0), [9; 3], 1)].concat();
+    // Within the last transform: where the second view was is not known.
+    let whole = unchunked(&lines);
+    let end = whole.windows(12).rposition(|bytes| bytes == b"table\x1a\x06camer").expect("the last transform");
+    let opened = read("c.mcap", &whole[..end]).expect("what is whole");
+    assert!(opened.remarks.iter().any(|remark| remark.contains("ends in the middle")), "{:?}", opened.remarks);
+    let points = ply::read("c.ply", &opened.bytes).expect("a cloud").mesh.vertices;
+    assert!(points.len() == 8 && points.views.iter().all(|views| *views == 1), "{:?}", points.views);
     let foreign = [("/chat", "std_msgs.String", vec![1, 2, 3])];
     let error = read("d.mcap", &file(&foreign, None)).expect_err("nothing").to_string();
     assert!(error.contains("1 of std_msgs.String (protobuf)"), "{error}");

@@ -4,7 +4,8 @@
 use crate::frames::Frames;
 use crate::grid::Grid;
 use glam::{DAffine3, DVec3};
-use semascan_foxglove_schema::{CameraCalibration, RawImage};
+use prost_types::Timestamp;
+use semascan_foxglove_schema::{CameraCalibration, FrameTransform, RawImage};
 use std::collections::{BTreeMap, VecDeque};
 
 /// Colour of a point that no colour picture shows.
@@ -27,6 +28,8 @@ pub(crate) struct Views {
     colors: VecDeque<RawImage>,
     /// A depth picture whose transforms may still come.
     depth: Option<RawImage>,
+    /// The first depth picture whose frame has no place: alone it needs none.
+    placeless: Option<RawImage>,
     pub(crate) grid: Grid,
     /// Depth pictures that are shown.
     pub(crate) shown: u32,
@@ -34,14 +37,23 @@ pub(crate) struct Views {
     pub(crate) nowhere: u32,
     /// Those without a calibration, or whose bytes are not those of their encoding.
     pub(crate) unusable: u32,
-    /// Whether one has been taken without a place: only the first can be.
-    alone: bool,
+    /// Whether a camera that was used has a lens: it is not undone.
+    pub(crate) is_distorted: bool,
 }
 
 impl Views {
     /// A camera is calibrated.
     pub(crate) fn calibrate(&mut self, calibration: CameraCalibration) {
         self.calibrations.insert(calibration.frame_id.clone(), calibration);
+    }
+
+    /// A frame has a place. One that is later than the depth picture that waits says nothing of it.
+    pub(crate) fn place(&mut self, transform: &FrameTransform) {
+        let later = |depth: &RawImage| seconds(transform.timestamp.as_ref()) > seconds(depth.timestamp.as_ref());
+        if self.depth.as_ref().is_some_and(later) {
+            self.end_view();
+        }
+        self.frames.place(transform);
     }
 
     /// A picture has come.
@@ -57,39 +69,52 @@ impl Views {
         self.colors.push_back(picture);
     }
 
-    /// The points of the depth picture that waits.
-    pub(crate) fn end_view(&mut self) {
+    /// There is no more. A single view needs no place; the last one of a file that was cut may have been about to get another one.
+    pub(crate) fn end(&mut self, is_cut: bool) {
+        match is_cut {
+            true => self.depth = None,
+            false => self.end_view(),
+        }
+        if let Some(depth) = self.placeless.take().filter(|_| self.shown == 0 && self.nowhere == 1) {
+            self.nowhere = 0;
+            self.show(&depth, DAffine3::IDENTITY);
+        }
+    }
+
+    /// The depth picture that waits is placed by what is known by now.
+    fn end_view(&mut self) {
         let Some(depth) = self.depth.take() else { return };
-        let Some(camera) = self.camera(&depth) else {
+        match self.frames.shown_from(&depth.frame_id) {
+            Some(pose) => self.show(&depth, pose),
+            None => {
+                self.nowhere += 1;
+                self.placeless.get_or_insert(depth);
+            }
+        }
+    }
+
+    /// The points of a depth picture.
+    fn show(&mut self, depth: &RawImage, pose: DAffine3) {
+        let Some(camera) = self.camera(depth) else {
             self.unusable += 1;
             return;
         };
-        let pose = match self.frames.shown_from(&depth.frame_id) {
-            Some(pose) => pose,
-            None if !self.alone && self.shown == 0 => {
-                self.alone = true;
-                DAffine3::IDENTITY
-            }
-            None => {
-                self.nowhere += 1;
-                return;
-            }
-        };
-        let time = seconds(&depth);
-        let nearest = self.colors.iter().min_by(|a, b| (seconds(a) - time).abs().total_cmp(&(seconds(b) - time).abs()));
-        let color = nearest.filter(|color| (seconds(color) - time).abs() <= TOGETHER && shows_the_same(color, &depth));
-        let view = self.shown + self.nowhere;
+        self.is_distorted |= camera.is_distorted;
+        let time = seconds(depth.timestamp.as_ref());
+        let off = |color: &RawImage| (seconds(color.timestamp.as_ref()) - time).abs();
+        let nearest = self.colors.iter().min_by(|a, b| off(a).total_cmp(&off(b)));
+        let color = nearest.filter(|color| off(color) <= TOGETHER && shows_the_same(color, depth));
         let mut distances: Vec<f64> = (0..depth.height)
             .step_by(PROBE)
             .flat_map(|row| (0..depth.width).step_by(PROBE).map(move |column| (column, row)))
-            .filter_map(|(column, row)| metres(&depth, column, row))
+            .filter_map(|(column, row)| metres(depth, column, row))
             .filter(|z| *z > 0.0 && *z < FARTHEST)
             .collect();
         distances.sort_by(f64::total_cmp);
         self.grid.begin(distances.get(distances.len() / 2).map_or(f64::NAN, |z| z / camera.fx));
         for row in 0..depth.height {
             for column in 0..depth.width {
-                let Some(z) = metres(&depth, column, row).filter(|z| *z > 0.0 && *z < FARTHEST) else { continue };
+                let Some(z) = metres(depth, column, row).filter(|z| *z > 0.0 && *z < FARTHEST) else { continue };
                 let point = DVec3::new(
                     (f64::from(column) - camera.cx) / camera.fx * z,
                     (f64::from(row) - camera.cy) / camera.fy * z,
@@ -100,7 +125,7 @@ impl Views {
                         |at: u32, from: u32, to: u32| (u64::from(at) * u64::from(to) / u64::from(from.max(1))) as u32;
                     rgb(color, scale(column, depth.width, color.width), scale(row, depth.height, color.height))
                 });
-                self.grid.add(pose.transform_point3(point), shown.unwrap_or(GREY), view);
+                self.grid.add(pose.transform_point3(point), shown.unwrap_or(GREY), self.shown);
             }
         }
         self.shown += 1;
@@ -112,22 +137,25 @@ impl Views {
         let calibration = self.calibrations.get(&depth.frame_id).or_else(only)?;
         let [fx, _, cx, _, fy, cy, ..] = calibration.k[..] else { return None };
         let scale = f64::from(depth.width) / f64::from(calibration.width.max(1));
-        let camera = Camera { fx: fx * scale, fy: fy * scale, cx: cx * scale, cy: cy * scale };
+        let is_distorted = calibration.d.iter().any(|coefficient| *coefficient != 0.0);
+        let camera = Camera { fx: fx * scale, fy: fy * scale, cx: cx * scale, cy: cy * scale, is_distorted };
         let is_one = camera.fx > 0.0 && camera.fy > 0.0 && camera.cx.is_finite() && camera.cy.is_finite();
         let rows = u64::from(depth.step) * u64::from(depth.height);
-        let is_whole = depth.data.len() as u64 >= rows
+        let is_whole = depth.width > 0
+            && depth.data.len() as u64 >= rows
             && u64::from(depth.step) >= u64::from(depth.width) * bytes_of_depth(&depth.encoding).unwrap_or(8);
         (is_one && is_whole).then_some(camera)
     }
 }
 
-/// A pinhole, pixels.
+/// A pinhole, pixels, and whether there is a lens before it.
 #[derive(Clone, Copy, Debug)]
 struct Camera {
     fx: f64,
     fy: f64,
     cx: f64,
     cy: f64,
+    is_distorted: bool,
 }
 
 fn is_depth(picture: &RawImage) -> bool {
@@ -175,6 +203,6 @@ fn shows_the_same(color: &RawImage, depth: &RawImage) -> bool {
     color.frame_id == depth.frame_id && (shape(color) / shape(depth) - 1.0).abs() < 0.01
 }
 
-fn seconds(picture: &RawImage) -> f64 {
-    picture.timestamp.as_ref().map_or(0.0, |at| at.seconds as f64 + f64::from(at.nanos) * 1e-9)
+fn seconds(timestamp: Option<&Timestamp>) -> f64 {
+    timestamp.map_or(0.0, |at| at.seconds as f64 + f64::from(at.nanos) * 1e-9)
 }

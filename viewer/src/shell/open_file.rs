@@ -1,7 +1,7 @@
 //! Files that are looked at without an agent: what a person chooses or drops onto the page, or its address names. Models are read in
 //! the mesh worker, recordings and inspections by workers of their own; from then on the page follows the agent no more.
 
-use super::open_recording;
+use super::open_recording::RecordingWorker;
 use super::play_file::{Followed, is_inspection, show_file};
 use super::viewport::Viewport;
 use crate::display::{ColorMode, Representation};
@@ -54,6 +54,7 @@ pub(super) fn open(viewport: &Rc<Viewport>, followed: &Followed, files: &FileLis
     let (ui, name) = (viewport.ui, file.name());
     ui.retract(Topic::File);
     ui.retract(Topic::Recording);
+    viewport.recording_worker.stop();
     if files.iter().map(|beside| beside.size()).sum::<f64>() + file.size() > LARGEST {
         let text = t!("file.too_large", name);
         ui.notify(Level::Error, Topic::File, text);
@@ -100,7 +101,7 @@ fn take(viewport: &Rc<Viewport>, followed: &Followed, name: String, buffer: &Arr
     let taken = if is_inspection(&name) {
         show_file(viewport, followed, &name, buffer)
     } else if has_ending(&name, &["mcap"]) {
-        open_recording::open(viewport, &name, buffer)
+        RecordingWorker::start(viewport, &name, buffer)
     } else {
         let bytes = Uint8Array::new(buffer).to_vec().into();
         viewport.mesh_worker.send(&Request::Open { name, bytes, beside })

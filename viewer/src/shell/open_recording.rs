@@ -8,60 +8,83 @@ use crate::state::notices::{Level, Topic};
 use crate::state::units;
 use crate::words::t;
 use crate::worker_script;
-use js_sys::{Array, ArrayBuffer, Object, Reflect, Uint8Array};
+use js_sys::{Array, ArrayBuffer, Reflect, Uint8Array};
 use std::cell::RefCell;
 use std::rc::Rc;
 use wasm_bindgen::prelude::*;
-use web_sys::{ErrorEvent, MessageEvent, Worker, WorkerOptions, WorkerType};
+use wasm_bindgen_futures::spawn_local;
+use web_sys::{ErrorEvent, MessageEvent, Worker};
 
+/// Address of the worker's script, relative to the page.
 const SCRIPT: &str = "./recording_worker.js";
 
-/// What keeps a worker and its listeners alive until it has answered.
-type Reading = Rc<RefCell<Option<(Worker, Closure<dyn FnMut(MessageEvent)>, Closure<dyn FnMut(ErrorEvent)>)>>>;
-
-/// Reads the recording `name` and opens what is in it.
-///
-/// # Errors
-/// What is said to a person, if no worker can be started.
-pub(super) fn open(viewport: &Rc<Viewport>, name: &str, buffer: &ArrayBuffer) -> Result<(), String> {
-    let cannot = |_| t!("file.no_reader", name);
-    let reading = Reading::default();
-    let options = WorkerOptions::new();
-    options.set_type(WorkerType::Module);
-    options.set_name("semascan recording");
-    let worker = Worker::new_with_options(SCRIPT, &options).map_err(cannot)?;
-
-    let (answered, of_answer) = (viewport.clone(), reading.clone());
-    let file = name.to_owned();
-    let on_answer = Closure::new(move |event: MessageEvent| {
-        end(&of_answer);
-        if let Err(reason) = take(&answered, &event.data()) {
-            refuse(&answered, &t!("file.recording", name = file, reason));
-        }
-    });
-    let (failed, of_error) = (viewport.clone(), reading.clone());
-    let file = name.to_owned();
-    let on_error = Closure::new(move |error: ErrorEvent| {
-        error.prevent_default();
-        end(&of_error);
-        let reason = worker_script::reason(&error).unwrap_or_else(|| t!("file.no_reader", name = file));
-        refuse(&failed, &t!("file.recording", name = file, reason));
-    });
-    worker.set_onmessage(Some(on_answer.as_ref().unchecked_ref()));
-    worker.set_onerror(Some(on_error.as_ref().unchecked_ref()));
-    let task = Object::new();
-    Reflect::set(&task, &"name".into(), &name.into()).map_err(cannot)?;
-    Reflect::set(&task, &"bytes".into(), buffer).map_err(cannot)?;
-    worker.post_message_with_transfer(&task, &Array::of1(buffer)).map_err(cannot)?;
-    *reading.borrow_mut() = Some((worker, on_answer, on_error));
-    Ok(())
+/// The recording that is being read, if any.
+#[derive(Default)]
+pub(super) struct RecordingWorker {
+    running: RefCell<Option<Running>>,
 }
 
-/// The worker has said all that it says. Its listeners are dropped once they have returned.
-fn end(reading: &Reading) {
-    if let Some((worker, on_answer, on_error)) = reading.borrow_mut().take() {
-        worker.terminate();
-        wasm_bindgen_futures::spawn_local(async move { drop((on_answer, on_error)) });
+impl RecordingWorker {
+    /// Reads the recording `name` in the place of another one, and opens what is in it.
+    ///
+    /// # Errors
+    /// What is said to a person, if no worker can be started.
+    pub(super) fn start(viewport: &Rc<Viewport>, name: &str, buffer: &ArrayBuffer) -> Result<(), String> {
+        let running = Running::start(viewport, name, buffer).map_err(|_| t!("file.no_reader", name))?;
+        viewport.recording_worker.running.replace(Some(running));
+        Ok(())
+    }
+
+    /// Ends the reading: something else is opened.
+    pub(super) fn stop(&self) {
+        self.running.take();
+    }
+
+    /// The same from within what the worker called, which has to be there until it returns.
+    fn answered(&self) {
+        let running = self.running.take();
+        spawn_local(async move { drop(running) });
+    }
+}
+
+/// A running worker; dropping it ends the worker.
+struct Running {
+    worker: Worker,
+    _on_message: Closure<dyn FnMut(MessageEvent)>,
+    _on_error: Closure<dyn FnMut(ErrorEvent)>,
+}
+
+impl Running {
+    fn start(viewport: &Rc<Viewport>, name: &str, buffer: &ArrayBuffer) -> Result<Self, JsValue> {
+        let values: [(&str, &JsValue); 2] = [("name", &name.into()), ("bytes", buffer)];
+        let worker = worker_script::start(SCRIPT, "semascan-recording", &values, &Array::of1(buffer))?;
+        let (weak, file) = (Rc::downgrade(viewport), name.to_owned());
+        let on_message = Closure::<dyn FnMut(MessageEvent)>::new(move |message: MessageEvent| {
+            let Some(viewport) = weak.upgrade() else { return };
+            viewport.recording_worker.answered();
+            if let Err(reason) = take(&viewport, &message.data()) {
+                refuse(&viewport, &t!("file.recording", name = file, reason));
+            }
+        });
+        let (weak, file) = (Rc::downgrade(viewport), name.to_owned());
+        let on_error = Closure::<dyn FnMut(ErrorEvent)>::new(move |error: ErrorEvent| {
+            error.prevent_default();
+            let Some(viewport) = weak.upgrade() else { return };
+            viewport.recording_worker.answered();
+            let reason = worker_script::reason(&error).unwrap_or_else(|| t!("file.no_reader", name = file));
+            refuse(&viewport, &t!("file.recording", name = file, reason));
+        });
+        worker.set_onmessage(Some(on_message.as_ref().unchecked_ref()));
+        worker.set_onerror(Some(on_error.as_ref().unchecked_ref()));
+        Ok(Self { worker, _on_message: on_message, _on_error: on_error })
+    }
+}
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        self.worker.set_onmessage(None);
+        self.worker.set_onerror(None);
+        self.worker.terminate();
     }
 }
 

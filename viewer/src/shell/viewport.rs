@@ -2,6 +2,7 @@
 
 use super::graphics::{Graphics, Size};
 use super::moving_detail::{Detail, MovingDetail};
+use super::open_recording::RecordingWorker;
 use super::painting::Painting;
 use super::permalink::Permalink;
 use super::pick_queue::{PickQueue, Purpose, Wanted};
@@ -59,6 +60,7 @@ pub(super) struct Viewport {
     layers: Rc<RefCell<HeldLayers>>,
     pub(super) mesh_worker: Rc<MeshWorker>,
     pub(super) export_worker: ExportWorker,
+    pub(super) recording_worker: RecordingWorker,
     pub(super) agent: Agent,
     controllers: OnceCell<Vec<Rc<dyn Controller>>>,
     camera: Rc<Cell<OrbitCamera>>,
@@ -117,6 +119,7 @@ impl Viewport {
                 layers: Rc::default(),
                 mesh_worker: Rc::default(),
                 export_worker: ExportWorker::default(),
+                recording_worker: RecordingWorker::default(),
                 agent: Agent::default(),
                 controllers: OnceCell::new(),
                 camera: Rc::default(),

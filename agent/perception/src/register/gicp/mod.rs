@@ -119,8 +119,7 @@ pub fn align(
         }
         let factor = sums.hessian.cholesky().ok_or(GicpError::Singular)?;
         let update = about_origin(source, &-factor.solve(&sums.gradient));
-        pose *= se3::exp(&update);
-        pose.rotation.renormalize_fast();
+        pose = se3::advance(&pose, &update);
         iterations += 1;
         let (turn, shift) = se3::halves(&update);
         let moved = (shift + turn.cross(&source.centroid.coords)).norm() + turn.norm() * source.radius;

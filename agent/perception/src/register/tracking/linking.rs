@@ -1,4 +1,5 @@
-//! The ways from earlier keyframes to a new one: those that hold the chain together, and those that close loops.
+//! The ways from earlier keyframes to a new one: those that hold the chain together, and those that close loops (keyframes and loops
+//! of [Kerl 2013], section IV). Each is weighed by what surfaces and pictures say of it, in the directions that they say it of.
 
 use super::alignment::{Alignment, Search, align, left_of};
 use super::frame::Frame;
